@@ -1,12 +1,12 @@
-//! The 34 exported functions of FMI 2.0 co-simulation.
+//! The 34 exported C functions of FMI 2.0 co-simulation.
 //!
 //! # Safety
-//! The C standard's side of the contract is the importer's: a component comes from `fmi2Instantiate` and was not freed,
-//! arrays have the length that is passed with them, strings end with a null byte, and one instance is used by one thread
-//! at a time. What can be checked is checked here: null pointers, text encoding, and that a state is one of ours. Every
-//! function runs inside `guard`, which stops a panic before it reaches C and computes in the default floating-point
-//! environment. Log lines are handed over after the instance was let go and the importer's environment is back, so a
-//! logger may call back into the FMU.
+//! The importer keeps the C side of the contract. A component comes from `fmi2Instantiate` and was not freed. Arrays
+//! have the length passed with them, and strings end with a null byte. One thread at a time uses an instance. Null
+//! pointers, text encoding and the origin of a state are checked here. Every function runs inside `guard`, which
+//! stops a panic before it reaches C and computes in the default floating-point environment. Log lines are handed
+//! over after the instance is released and the environment of the importer is restored, therefore a logger may call
+//! back into the FMU.
 
 #![allow(unsafe_code)]
 #![allow(non_snake_case)] // the names are those of the standard
@@ -35,32 +35,30 @@ pub use values::*;
 
 use super::call::CallError;
 use super::component::Component;
-use super::lifecycle::Call;
+use super::lifecycle::CallGroup;
 use super::status::Status;
 use environment::HostEnvironment;
 use std::ffi::{c_char, c_int, c_void};
 
-/// A component or a state.
-type Handle = *mut c_void;
-/// Text that ends with a null byte.
-type Text = *const c_char;
-/// A C function and one of its arguments.
-type Place = (&'static str, &'static str);
+/// Pointer to a component or a state.
+type OpaquePointer = *mut c_void;
+/// Pointer to a text that ends with a null byte.
+type TextPointer = *const c_char;
 
-/// Runs one call: floating-point environment, order, panic guard, status and log lines.
+/// Runs one call: floating-point environment, call order, panic guard, status and log lines.
 fn guard(
-    component: Handle,
+    component: OpaquePointer,
     function: &'static str,
-    call: Call,
+    call: CallGroup,
     body: impl FnOnce(&mut Component) -> Result<Status, CallError>,
 ) -> c_int {
     if component.is_null() {
         return Status::Error as c_int;
     }
-    // What frees memory needs none.
-    if function != "fmi2FreeFMUstate" && !reserve::stands() {
+    // Freeing memory needs no reserve.
+    if function != "fmi2FreeFMUstate" && !reserve::ensure_standing_reserve() {
         // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
-        unsafe { &*component.cast::<Component>() }.logger.complain();
+        unsafe { &*component.cast::<Component>() }.logger.report_shortage();
         return Status::Error as c_int;
     }
     let (status, lines, logger) = {
@@ -78,26 +76,22 @@ fn guard(
     status as c_int
 }
 
-fn done((): ()) -> Status {
-    Status::Ok
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::component::Logger;
-    use crate::fmi2::instance::Instance;
-    use crate::fmi2::logger::Log;
-    use crate::fmi2::parameters::Packed;
+    use crate::fmi2::component::ImporterLogger;
+    use crate::fmi2::instance::FmuInstance;
+    use crate::fmi2::logger::CallLog;
+    use crate::fmi2::parameters::PackedScene;
     use std::ffi::CString;
     use std::ptr;
 
     #[test]
     fn a_panic_is_fatal_until_the_instance_is_freed() {
-        let instance = Instance::new("a".into(), Packed::default(), Log::new(false));
-        let logger = Logger { callback: None, environment: ptr::null_mut(), name: CString::default() };
+        let instance = FmuInstance::new("a".into(), PackedScene::default(), CallLog::new(false));
+        let logger = ImporterLogger { callback: None, environment: ptr::null_mut(), name: CString::default() };
         let component = Box::into_raw(Box::new(Component { instance, logger, strings: Vec::new() })).cast();
-        let status = guard(component, "fmi2Reset", Call::Reset, |_| panic!("on purpose"));
+        let status = guard(component, "fmi2Reset", CallGroup::Reset, |_| panic!("on purpose"));
         assert_eq!(status, Status::Fatal as c_int);
         // SAFETY: made above, freed once.
         unsafe {

@@ -1,6 +1,6 @@
-//! Why a call was refused, and the one place that maps it to a status.
+//! Error of a refused call, and its status.
 
-use super::lifecycle::{Call, Phase};
+use super::lifecycle::{CallGroup, LifecyclePhase};
 use super::manifest::ManifestError;
 use super::memory::MemoryShortage;
 use super::snapshot::SnapshotError;
@@ -10,141 +10,141 @@ use crate::output::OutputError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 
-/// Characters of the longest number that is printed without an exponent: all digits of a double with its sign and point.
+/// Limit of the characters of a number without exponent: all digits of a double with sign and point.
 const MOST_DIGITS: usize = 20;
 
-/// A call that was not carried out. The instance is as it was before, but for a step that could not be completed.
+/// Error of a call that was not carried out. The instance is unchanged, except after an incomplete step.
 ///
-/// Files that cannot be written once a run is going on are no such error: the call is done, with a warning.
+/// A failure to write files during a run is no error: the call succeeds with a warning.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CallError {
-    /// Out of order.
+    /// Call out of order.
     #[error("{function} is not allowed now ({phase}); it is allowed in: {allowed}")]
     OutOfOrder {
-        /// The C function.
+        /// Name of the C function.
         function: &'static str,
-        /// Where the instance is.
+        /// Current phase of the instance.
         phase: String,
-        /// Where it could be called.
+        /// Phases in which the call is allowed.
         allowed: String,
     },
-    /// A pointer that must not be null.
+    /// Null pointer.
     #[error("{function}: argument {argument} is a null pointer")]
     NullPointer {
-        /// The C function.
+        /// Name of the C function.
         function: &'static str,
-        /// Its argument.
+        /// Name of the argument.
         argument: &'static str,
     },
-    /// Text that is not UTF-8.
+    /// Text outside UTF-8.
     #[error("{function}: argument {argument} is not UTF-8 text")]
     NotText {
-        /// The C function.
+        /// Name of the C function.
         function: &'static str,
-        /// Its argument.
+        /// Name of the argument.
         argument: &'static str,
     },
-    /// No variable of the type has the value reference.
+    /// Value reference without a variable of the type.
     #[error("value reference {reference}: there is no {kind} variable with it; see modelDescription.xml of this FMU")]
     UnknownReference {
-        /// What was asked for.
+        /// Value reference.
         reference: u32,
-        /// The type asked for.
+        /// Requested type.
         kind: &'static str,
     },
-    /// A variable that is not to be set, ever or now.
+    /// Variable that cannot be set, at present or ever.
     #[error("{name} cannot be set {when}: {remedy}")]
     NotSettable {
-        /// The variable.
+        /// Name of the variable.
         name: String,
-        /// When it was tried.
+        /// Time of the attempt.
         when: String,
-        /// What can be set then.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// A variable of a fragment that the scene does not have.
+    /// Variable of a missing fragment.
     #[error("{name}: there is no such fragment; [[fragment]] tables in the scene: {there}")]
     NoBody {
-        /// The variable.
+        /// Name of the variable.
         name: String,
-        /// Fragments that there are.
+        /// Number of fragments in the scene.
         there: usize,
     },
-    /// A variable of a sensor that the scene does not have.
+    /// Variable of a missing sensor.
     #[error("{name}: there is no such sensor; [[sensor]] tables in the scene: {there}")]
     NoSensor {
-        /// The variable.
+        /// Name of the variable.
         name: String,
-        /// Sensors that there are.
+        /// Number of sensors in the scene.
         there: usize,
     },
-    /// A value outside its domain.
+    /// Value outside its domain.
     #[error("{name} = {found}: expected {expected}")]
     Value {
-        /// The variable or the argument.
+        /// Name of the variable or argument.
         name: String,
-        /// What was given.
+        /// Given value.
         found: String,
-        /// What may be given.
+        /// Allowed values.
         expected: String,
     },
-    /// Resources that are not those of the archive.
+    /// Foreign or changed resources of the archive.
     #[error("{0}")]
     Resources(#[from] ManifestError),
-    /// There is no scene to simulate.
+    /// Missing scene.
     #[error("there is no scene: {reason}. Set the parameter `scene` to the absolute path of a scene file")]
     NoScene {
-        /// Why not.
+        /// Reason.
         reason: String,
     },
-    /// The scene cannot be used.
+    /// Invalid scene.
     #[error("scene {origin}: {error}")]
     Scene {
-        /// Where the text comes from.
+        /// Origin of the text.
         origin: String,
-        /// What is wrong with it.
+        /// Fault of the scene.
         error: Box<SceneError>,
     },
-    /// The scene is good but cannot be built.
+    /// Valid scene that cannot be built.
     #[error("scene {origin}: {error}")]
     Build {
-        /// Where the text comes from.
+        /// Origin of the text.
         origin: String,
-        /// Why not.
+        /// Error of the build.
         error: BuildError,
     },
-    /// The step could not be completed: the simulation is frozen at its last consistent tick.
+    /// Incomplete step: the simulation is frozen at its last consistent tick.
     #[error("the simulation has stopped (times since its start): {reason}")]
     Stopped {
         /// Diagnosis, with the time since the start.
         reason: String,
     },
-    /// A state that cannot be used.
+    /// Unusable state.
     #[error("{0}")]
     State(#[from] SnapshotError),
-    /// A file that cannot be written.
+    /// Error of writing files.
     #[error("output_directory: {0}, or leave output_directory empty")]
     Output(#[from] OutputError),
-    /// More memory than is available.
+    /// Shortage of memory.
     #[error("{0}")]
     Memory(#[from] MemoryShortage),
-    /// Asked for what a synchronous slave has not.
+    /// Request beyond a synchronous slave.
     #[error("{what} is not available: no step runs asynchronously")]
     NotAvailable {
-        /// What was asked for.
+        /// Name of the requested function.
         what: &'static str,
     },
-    /// An earlier panic.
+    /// Instance lost in an earlier panic.
     #[error("{function}: the instance was lost in an earlier call; free it")]
     Lost {
-        /// The C function.
+        /// Name of the C function.
         function: &'static str,
     },
 }
 
 impl CallError {
-    /// The status that the call returns.
+    /// Returns the status of the call.
     #[must_use]
     pub fn status(&self) -> Status {
         match self {
@@ -168,8 +168,8 @@ impl CallError {
         }
     }
 
-    pub(super) fn out_of_order(function: &'static str, call: Call, phase: Phase) -> Self {
-        let allowed: Vec<String> = call.phases().iter().map(Phase::to_string).collect();
+    pub(super) fn out_of_order(function: &'static str, call: CallGroup, phase: LifecyclePhase) -> Self {
+        let allowed: Vec<String> = call.phases().iter().map(LifecyclePhase::to_string).collect();
         let allowed = if allowed.is_empty() { "no phase of this FMU".to_string() } else { allowed.join(", ") };
         Self::OutOfOrder { function, phase: phase.to_string(), allowed }
     }
@@ -186,19 +186,19 @@ impl CallError {
 
     #[allow(clippy::needless_pass_by_value)] // numbers and texts alike, made for this call
     pub(super) fn value(name: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
-        Self::Value { name: name.into(), found: legible(found.to_string()), expected: expected.into() }
+        Self::Value { name: name.into(), found: shorten_number(found.to_string()), expected: expected.into() }
     }
 }
 
-/// A text that is a number of more than [`MOST_DIGITS`] characters, such as 10³⁰⁰ with all of its zeros, as one with an exponent.
-fn legible(text: String) -> String {
+/// Shortens a number of more than [`MOST_DIGITS`] characters, such as 10³⁰⁰ with all zeros, to a form with exponent.
+fn shorten_number(text: String) -> String {
     match text.parse::<f64>() {
         Ok(value) if text.len() > MOST_DIGITS => format!("{value:e}"),
         Ok(_) | Err(_) => text,
     }
 }
 
-/// A number in words: in its shortest digits, with an exponent if these are many.
-pub(super) fn number(value: f64) -> String {
-    legible(value.to_string())
+/// Formats a number in its shortest digits, with an exponent if long.
+pub(super) fn format_number(value: f64) -> String {
+    shorten_number(value.to_string())
 }

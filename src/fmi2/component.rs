@@ -1,48 +1,49 @@
-//! What a component is to C: an instance, where its log goes, and the strings it lent.
+//! FMI component behind a C pointer: instance, logger and lent strings.
 
 use super::abi::LoggerCallback;
 use super::call::CallError;
-use super::instance::Instance;
-use super::lifecycle::{Call, Phase};
-use super::parameters::Packed;
+use super::instance::FmuInstance;
+use super::lifecycle::{CallGroup, LifecyclePhase};
+use super::parameters::PackedScene;
 use super::status::Status;
 use std::any::Any;
 use std::ffi::{CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What a component points to.
+/// FMI component behind a C pointer.
 pub(super) struct Component {
-    /// The instance.
-    pub instance: Instance,
-    /// Where its log goes.
-    pub logger: Logger,
-    /// Strings given out by the last `fmi2GetString`.
+    /// Instance of the FMU.
+    pub instance: FmuInstance,
+    /// Logger of the importer.
+    pub logger: ImporterLogger,
+    /// Strings lent by the last `fmi2GetString`.
     pub strings: Vec<CString>,
 }
 
-/// The importer's logger and what it is called with.
+/// Logger of the importer with its arguments.
 #[derive(Debug, Clone)]
-pub(super) struct Logger {
-    /// The function, if there is one.
+pub(super) struct ImporterLogger {
+    /// Callback function, if any.
     pub callback: Option<LoggerCallback>,
-    /// Handed back as it is.
+    /// Component environment, handed back unchanged.
     pub environment: *mut c_void,
     /// Name of the instance.
     pub name: CString,
 }
 
 impl Component {
-    /// Runs one call: order, panic guard, status. A panic loses the instance, which then only can be freed.
+    /// Runs one call with order check, panic guard and status. A panic loses the instance, which can only be freed
+    /// afterwards.
     ///
-    /// Never inlined: what is computed in it stays between the two changes of the floating-point environment around it.
+    /// Never inlined: the computation stays between the two changes of the floating-point environment.
     #[inline(never)]
     pub(super) fn run(
         &mut self,
         function: &'static str,
-        call: Call,
+        call: CallGroup,
         body: impl FnOnce(&mut Self) -> Result<Status, CallError>,
     ) -> Status {
-        let outcome = match self.instance.expect(function, call) {
+        let outcome = match self.instance.expect_allowed(function, call) {
             Ok(()) => catch_unwind(AssertUnwindSafe(|| body(self))),
             Err(error) => Ok(Err(error)),
         };
@@ -53,8 +54,8 @@ impl Component {
                 error.status()
             }
             Err(panic) => {
-                let text = said(&*panic);
-                self.instance.phase = Phase::Fatal;
+                let text = panic_message(&*panic);
+                self.instance.phase = LifecyclePhase::Fatal;
                 self.instance.log.fatal(format!("{function}: internal error: {text}. The instance is lost; free it"));
                 Status::Fatal
             }
@@ -62,9 +63,9 @@ impl Component {
     }
 }
 
-impl Packed {
-    /// Name and packed scene of an instance to be made, if the arguments of `fmi2Instantiate` are good.
-    pub(super) fn found(
+impl PackedScene {
+    /// Returns name and packed scene of a new instance, if the arguments of `fmi2Instantiate` are valid.
+    pub(super) fn from_arguments(
         name: &str,
         fmu_type: i32,
         guid: &str,
@@ -76,11 +77,11 @@ impl Packed {
         if fmu_type != 1 {
             return Err(CallError::value("fmuType", fmu_type, "1, co-simulation"));
         }
-        Ok((name.to_string(), Self::at(resources, guid)?))
+        Ok((name.to_string(), Self::read_at(resources, guid)?))
     }
 }
 
-fn said(panic: &(dyn Any + Send)) -> &str {
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }

@@ -1,23 +1,23 @@
-//! Derivatives: of inputs and outputs by time, and of the contact force by position and velocity.
+//! Derivatives: input and output derivatives by time, and the directional derivative of the contact force.
 
 use super::call::CallError;
-use super::inputs::Acted;
-use super::instance::Instance;
+use super::inputs::BodyLoad;
+use super::instance::FmuInstance;
 use super::scalar::Scalar;
 use super::table::{Input, Kind, Observed, Source};
-use super::variables::known;
+use super::variables::find_scalar;
 use super::{body::mass, table::Causality};
 use crate::math::Vector3;
 use crate::simulation::ContactReport;
 
-/// The greatest rate: a force of 1e5 N that comes within a microsecond is a billionth of it.
+/// Limit of an input derivative: a force of 1e5 N within a microsecond is a billionth of the limit.
 const LARGEST: f64 = 1e20;
 
-impl Instance {
+impl FmuInstance {
     /// Sets first derivatives of inputs for the next step: all of them, or none.
     pub(super) fn set_input_rates(&mut self, asked: &[(u32, i32)], values: &[f64]) -> Result<(), CallError> {
         for (&(reference, order), &value) in asked.iter().zip(values) {
-            let scalar = known(reference, Kind::Real)?;
+            let scalar = find_scalar(reference, Kind::Real)?;
             let name = scalar.name();
             if scalar.variable.causality != Causality::Input {
                 let (when, remedy) = ("by its derivative".to_string(), "only inputs have input derivatives");
@@ -41,9 +41,9 @@ impl Instance {
         Ok(())
     }
 
-    /// First derivative of an output by time.
+    /// Returns the first derivative of an output by time.
     pub(super) fn output_rate(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
-        let scalar = known(reference, Kind::Real)?;
+        let scalar = find_scalar(reference, Kind::Real)?;
         let (name, variable, component) = (scalar.name(), scalar.variable, scalar.component);
         if variable.causality != Causality::Output {
             return Err(CallError::value(name, format!("{:?}", variable.causality), "an output"));
@@ -72,9 +72,9 @@ impl Instance {
         })
     }
 
-    /// Σ ∂unknown/∂known · seed.
-    pub(super) fn directional(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
-        let of = known(unknown, Kind::Real)?;
+    /// Returns the directional derivative Σ ∂unknown/∂known · seed.
+    pub(super) fn directional_derivative(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
+        let of = find_scalar(unknown, Kind::Real)?;
         let model = self.model()?;
         model.expect_body(&of)?;
         if of.variable.is_of_sensors() {
@@ -83,22 +83,23 @@ impl Instance {
         let contact = model.contact(of.body);
         let mut sum = 0.0;
         for &(reference, seed) in seeds {
-            sum += sensitivity(contact, &of, &known(reference, Kind::Real)?) * seed;
+            sum += sensitivity(contact, &of, &find_scalar(reference, Kind::Real)?) * seed;
         }
         Ok(sum)
     }
 }
 
-/// Acceleration of a body of this mass, kg; a body that is held has none and its mass is 0.
-fn acceleration(contact: &Vector3, acted: Acted, mass: f64) -> Vector3 {
+/// Returns the acceleration of a body of this mass, kg; a fixed body has mass 0 and no acceleration.
+fn acceleration(contact: &Vector3, acted: BodyLoad, mass: f64) -> Vector3 {
     match acted {
-        Acted::Acceleration(acceleration) => acceleration,
-        Acted::Force(force) if mass > 0.0 => (contact + force) / mass,
-        Acted::Force(_) => Vector3::zeros(),
+        BodyLoad::Acceleration(acceleration) => acceleration,
+        BodyLoad::Force(force) if mass > 0.0 => (contact + force) / mass,
+        BodyLoad::Force(_) => Vector3::zeros(),
     }
 }
 
-/// −k n⊗n for position, −Z n⊗n for velocity, with n the direction of the last impulse.
+/// Returns the sensitivity of the contact force: −k n⊗n for position, −Z n⊗n for velocity, with n the direction of
+/// the last impulse.
 fn sensitivity(contact: &ContactReport, of: &Scalar, by: &Scalar) -> f64 {
     if of.variable.source != Source::Observed(Observed::ContactLinearForce) || of.body != by.body {
         return 0.0;
@@ -114,12 +115,12 @@ fn sensitivity(contact: &ContactReport, of: &Scalar, by: &Scalar) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::logger::Log;
-    use crate::fmi2::parameters::Packed;
+    use crate::fmi2::logger::CallLog;
+    use crate::fmi2::parameters::PackedScene;
 
     #[test]
     fn only_first_derivatives_of_inputs_are_taken() {
-        let mut it = Instance::new("a".into(), Packed::default(), Log::new(false));
+        let mut it = FmuInstance::new("a".into(), PackedScene::default(), CallLog::new(false));
         assert!(it.set_input_rates(&[(105, 2)], &[1.0]).unwrap_err().to_string().contains("expected 1"));
         assert!(it.set_input_rates(&[(105, 1), (200, 1)], &[1.0, 1.0]).is_err());
         assert!(it.set_input_rates(&[(105, 1)], &[f64::INFINITY]).is_err());

@@ -1,13 +1,13 @@
-//! One instance: what it was told, the model that it built from it, and its way through the life cycle.
+//! FMU instance: settings, inputs, built model and life cycle.
 
-use super::call::{CallError, number};
+use super::call::{CallError, format_number};
 use super::inputs::{self, InputValues};
-use super::lifecycle::{Call, Phase};
-use super::logger::Log;
+use super::lifecycle::{CallGroup, LifecyclePhase};
+use super::logger::CallLog;
 use super::memory::{RoomError, reserve_for_building};
-use super::parameters::{Packed, Resolved, Settings};
-use super::recording::Recording;
-use super::report_cache::Seen;
+use super::parameters::{PackedScene, ResolvedScene, RunSettings};
+use super::recording::ResultRecording;
+use super::report_cache::ReportCache;
 use super::scalar::{Ports, Scalar, table_of};
 use super::status::Status;
 use crate::scene::{self, Scene};
@@ -16,150 +16,154 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Values by value reference.
-pub(super) type Values = BTreeMap<u32, f64>;
+pub(super) type ScalarValues = BTreeMap<u32, f64>;
 
-/// An instance of the FMU.
-pub(super) struct Instance {
-    /// Name that the importer gave it.
+/// Instance of the FMU.
+pub(super) struct FmuInstance {
+    /// Name given by the importer.
     pub name: String,
-    /// Lines of the current call.
-    pub log: Log,
-    /// Where it is in its life.
-    pub phase: Phase,
-    /// The scene in `resources/`.
-    pub packed: Packed,
-    /// Parameters that are no scene keys.
-    pub settings: Settings,
-    /// Parameters that are scene keys, as far as they were set.
-    pub overrides: Values,
-    /// Inputs, as far as they were set.
+    /// Log lines of the current call.
+    pub log: CallLog,
+    /// Phase of the life cycle.
+    pub phase: LifecyclePhase,
+    /// Scene in `resources/`.
+    pub packed: PackedScene,
+    /// Parameters without a scene key.
+    pub settings: RunSettings,
+    /// Set parameters with a scene key.
+    pub overrides: ScalarValues,
+    /// Set inputs.
     pub inputs: InputValues,
-    /// What the simulation was given for the step under way, by body; kept for its memory.
+    /// Inputs of the simulation for the current step, by body; kept for its allocation.
     pub handed: Vec<Inputs>,
     /// Experiment and time.
-    pub clock: Clock,
-    /// Built from all this, once it is needed.
-    pub model: Option<Model>,
-    /// Files.
-    pub recording: Recording,
+    pub clock: ExperimentClock,
+    /// Model built from scene and parameters on demand.
+    pub model: Option<BuiltModel>,
+    /// Result files.
+    pub recording: ResultRecording,
 }
 
-/// The experiment and the time reached, s.
+/// Experiment and current time, s.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub(super) struct Clock {
-    /// Where simulation time starts.
+pub(super) struct ExperimentClock {
+    /// Start time.
     pub start: f64,
-    /// Where it must not go beyond.
+    /// Stop time, if any.
     pub stop: Option<f64>,
     /// End of the last completed step.
     pub now: f64,
 }
 
-/// A scene, built.
-pub(super) struct Model {
-    /// Where the scene comes from.
+/// Built model of a scene.
+pub(super) struct BuiltModel {
+    /// Origin of the scene.
     pub origin: String,
-    /// Its text with overrides.
+    /// Text of the scene with overrides.
     pub text: String,
-    /// The same, read.
+    /// Parsed scene.
     pub scene: Scene,
-    /// The same as a table.
+    /// Scene as TOML table.
     pub table: toml::Table,
-    /// What the inputs start with.
-    pub starts: Values,
-    /// The simulation.
+    /// Start values of the inputs.
+    pub starts: ScalarValues,
+    /// Simulation.
     pub simulation: Simulation,
-    /// What was looked at since its last step.
-    pub seen: Seen,
+    /// Reports cached since the last step.
+    pub reports: ReportCache,
 }
 
-impl Instance {
-    /// A fresh instance.
-    pub(super) fn new(name: String, packed: Packed, log: Log) -> Self {
+impl FmuInstance {
+    /// Returns a new instance.
+    pub(super) fn new(name: String, packed: PackedScene, log: CallLog) -> Self {
         Self {
             name,
             log,
-            phase: Phase::Instantiated,
+            phase: LifecyclePhase::Instantiated,
             packed,
-            settings: Settings::default(),
-            overrides: Values::new(),
+            settings: RunSettings::default(),
+            overrides: ScalarValues::new(),
             inputs: InputValues::default(),
             handed: Vec::new(),
-            clock: Clock::default(),
+            clock: ExperimentClock::default(),
             model: None,
-            recording: Recording::default(),
+            recording: ResultRecording::default(),
         }
     }
 
-    /// Refuses a call that is out of order.
-    pub(super) fn expect(&self, function: &'static str, call: Call) -> Result<(), CallError> {
-        if self.phase == Phase::Fatal {
+    /// Refuses a call out of order.
+    pub(super) fn expect_allowed(&self, function: &'static str, call: CallGroup) -> Result<(), CallError> {
+        if self.phase == LifecyclePhase::Fatal {
             return Err(CallError::Lost { function });
         }
-        if !call.allowed_in(self.phase) {
+        if !call.is_allowed_in(self.phase) {
             return Err(CallError::out_of_order(function, call, self.phase));
         }
         Ok(())
     }
 
-    /// Takes the start time and, if there is one, the stop time, s.
-    pub(super) fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
+    /// Sets the start time and, if given, the stop time, s.
+    pub(super) fn set_up_experiment(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
         if !start.is_finite() {
             return Err(CallError::value("startTime", start, "a finite time, s"));
         }
         if let Some(stop) = stop
             && (stop.is_nan() || stop <= start)
         {
-            return Err(CallError::value("stopTime", stop, format!("a time after startTime = {} s", number(start))));
+            return Err(CallError::value(
+                "stopTime",
+                stop,
+                format!("a time after startTime = {} s", format_number(start)),
+            ));
         }
-        self.clock = Clock { start, stop, now: start };
+        self.clock = ExperimentClock { start, stop, now: start };
         Ok(())
     }
 
     /// Enters initialization mode.
     pub(super) fn enter_initialization(&mut self) {
-        self.phase = Phase::Initialization;
+        self.phase = LifecyclePhase::Initialization;
     }
 
-    /// Builds the model if it was not yet looked at, and opens the output.
+    /// Builds the model if missing, and opens the result files.
     pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
         let doubts = scene::doubts(&self.model()?.scene);
         for doubt in doubts {
             self.log.warning(doubt);
         }
         self.open_recording()?;
-        self.phase = Phase::StepComplete;
+        self.phase = LifecyclePhase::StepComplete;
         Ok(())
     }
 
     /// Ends the run and completes the files.
     pub(super) fn terminate(&mut self) -> Status {
-        self.phase = Phase::Terminated;
-        let seen = |model: &Model| simulation::doubts(&model.scene, &model.simulation.observe());
-        let doubts = self.model.as_ref().map_or(vec![], seen);
+        self.phase = LifecyclePhase::Terminated;
+        let doubts_of = |model: &BuiltModel| simulation::doubts(&model.scene, &model.simulation.observe());
+        let doubts = self.model.as_ref().map_or(vec![], doubts_of);
         for doubt in doubts {
             self.log.warning(doubt);
         }
         self.finish_recording()
     }
 
-    /// Completes the files and forgets everything but the name, the packed scene and the choice of log lines.
+    /// Completes the files and resets everything except name, packed scene and log selection.
     pub(super) fn reset(&mut self) -> Status {
         let finished = self.finish_recording();
-        self.recording = Recording::default();
-        self.phase = Phase::Instantiated;
-        self.settings = Settings::default();
+        self.recording = ResultRecording::default();
+        self.phase = LifecyclePhase::Instantiated;
+        self.settings = RunSettings::default();
         self.overrides.clear();
         self.inputs = InputValues::default();
-        self.clock = Clock::default();
+        self.clock = ExperimentClock::default();
         self.model = None;
         finished
     }
 
-    /// The model, built now if there is none.
-    pub(super) fn model(&mut self) -> Result<&mut Model, CallError> {
+    /// Returns the model, and builds a missing model.
+    pub(super) fn model(&mut self) -> Result<&mut BuiltModel, CallError> {
         if self.model.is_none() {
-            let model = Model::build(self.resolved_scene()?, self.settings.threads)?;
+            let model = BuiltModel::build(self.resolved_scene()?, self.settings.threads)?;
             let cost = model.simulation.cost();
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
@@ -168,10 +172,10 @@ impl Instance {
     }
 }
 
-impl Model {
-    /// Builds a scene.
-    pub(super) fn build(resolved: Resolved, threads: usize) -> Result<Self, CallError> {
-        let Resolved { origin, text, scene } = resolved;
+impl BuiltModel {
+    /// Builds the model of a scene.
+    pub(super) fn build(resolved: ResolvedScene, threads: usize) -> Result<Self, CallError> {
+        let ResolvedScene { origin, text, scene } = resolved;
         let _reserve = match reserve_for_building(&scene) {
             Ok(reserve) => reserve,
             Err(RoomError::Build(error)) => return Err(CallError::Build { origin, error }),
@@ -182,11 +186,11 @@ impl Model {
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        let starts = inputs::starts(Ports::of(&scene), &table);
-        Ok(Self { origin, text, scene, table, starts, simulation, seen: Seen::default() })
+        let starts = inputs::start_values(Ports::of(&scene), &table);
+        Ok(Self { origin, text, scene, table, starts, simulation, reports: ReportCache::default() })
     }
 
-    /// The scene must have the body or the sensor that a scalar belongs to.
+    /// Refuses a scalar of a missing body or sensor.
     pub(super) fn expect_body(&self, scalar: &Scalar) -> Result<(), CallError> {
         if scalar.variable.is_of_sensors() {
             let there = self.scene.sensor.len();
@@ -196,21 +200,21 @@ impl Model {
         if scalar.body <= there { Ok(()) } else { Err(CallError::NoBody { name: scalar.name(), there }) }
     }
 
-    /// One communication step to `end`, s since the start; whether it succeeded.
+    /// Advances the simulation by one communication step to `end`, s since the start; returns true on success.
     pub(super) fn advance(&mut self, inputs: &[Inputs], end: f64) -> bool {
-        self.seen.forget();
+        self.reports.invalidate();
         self.simulation.step(inputs, end).is_ok()
     }
 
-    /// Why it cannot go on.
+    /// Returns the diagnosis of a failed simulation.
     pub(super) fn failure(&self) -> Option<String> {
         self.simulation.diagnosis()
     }
 
-    /// Continues from a saved state.
+    /// Restores a saved state.
     pub(super) fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
         self.simulation.restore(saved)?;
-        self.seen.forget();
+        self.reports.invalidate();
         Ok(())
     }
 }

@@ -1,26 +1,26 @@
-//! The life cycle: which call is allowed when (FMI 2.0.4, section 4.2.4).
+//! Life cycle: phases and allowed calls (FMI 2.0.4, section 4.2.4).
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Where an instance is in its life.
+/// Phase of the life cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Phase {
-    /// Made, or reset.
+pub(super) enum LifecyclePhase {
+    /// New or reset.
     Instantiated,
-    /// In initialization mode.
+    /// Initialization mode.
     Initialization,
     /// Between two steps.
     StepComplete,
-    /// A step could not be completed: the simulation is frozen.
+    /// Incomplete step; the simulation is frozen.
     StepFailed,
-    /// Ended by the importer.
+    /// Terminated by the importer.
     Terminated,
-    /// A panic was caught.
+    /// Lost in a panic.
     Fatal,
 }
 
-impl fmt::Display for Phase {
+impl fmt::Display for LifecyclePhase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Instantiated => "instantiated",
@@ -33,9 +33,9 @@ impl fmt::Display for Phase {
     }
 }
 
-/// A group of C functions that are allowed in the same phases.
+/// Group of C functions with the same allowed phases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Call {
+pub(super) enum CallGroup {
     /// `fmi2SetDebugLogging`.
     SetDebugLogging,
     /// `fmi2SetupExperiment`.
@@ -68,10 +68,10 @@ pub(super) enum Call {
     GetStatus,
 }
 
-impl Call {
-    /// The phases in which the call is allowed. A failed step may be tried again: it fails again.
-    pub(super) fn phases(self) -> &'static [Phase] {
-        use Phase::{Initialization, Instantiated, StepComplete, StepFailed, Terminated};
+impl CallGroup {
+    /// Returns the phases in which the call is allowed. A failed step may be repeated; it fails again.
+    pub(super) fn phases(self) -> &'static [LifecyclePhase] {
+        use LifecyclePhase::{Initialization, Instantiated, StepComplete, StepFailed, Terminated};
         match self {
             Self::SetupExperiment | Self::EnterInitializationMode => &[Instantiated],
             Self::ExitInitializationMode => &[Initialization],
@@ -86,8 +86,8 @@ impl Call {
         }
     }
 
-    /// Whether the call is allowed in the phase.
-    pub(super) fn allowed_in(self, phase: Phase) -> bool {
+    /// Returns true if the call is allowed in the phase.
+    pub(super) fn is_allowed_in(self, phase: LifecyclePhase) -> bool {
         self.phases().contains(&phase)
     }
 }

@@ -1,9 +1,9 @@
-//! Lines of log, kept until the call returns and then handed to the importer on its own thread.
+//! Log lines, kept until the call returns and then handed to the importer on its own thread.
 
 use super::call::CallError;
 use super::status::Status;
 
-/// Categories and what they hold, as declared in `modelDescription.xml`.
+/// Log categories and their descriptions, as declared in `modelDescription.xml`.
 pub const CATEGORIES: [(&str, &str); 5] = [
     ("logStatusWarning", "What was done, but perhaps not as meant"),
     ("logStatusDiscard", "Why a step could not be completed"),
@@ -14,31 +14,31 @@ pub const CATEGORIES: [(&str, &str); 5] = [
 
 const EVENTS: &str = "logEvents";
 
-/// One line of log.
+/// Log line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Line {
-    /// What it goes with.
+pub(super) struct LogLine {
+    /// Status of the line.
     pub status: Status,
     /// Declared category.
     pub category: &'static str,
-    /// Text without format characters.
+    /// Text before format escapes.
     pub message: String,
 }
 
-/// The lines of the current call, and which of them are wanted.
+/// Log of the current call, with the selection of lines.
 #[derive(Debug, Default)]
-pub(super) struct Log {
+pub(super) struct CallLog {
     events: bool,
-    lines: Vec<Line>,
+    lines: Vec<LogLine>,
 }
 
-impl Log {
-    /// A log with debug logging on or off. Warnings and worse are always written.
+impl CallLog {
+    /// Returns a log with debug logging on or off; warnings and errors are always written.
     pub(super) fn new(debug: bool) -> Self {
         Self { events: debug, lines: Vec::new() }
     }
 
-    /// Switches debug logging; with categories only for these.
+    /// Switches debug logging, for the given categories if any.
     pub(super) fn select(&mut self, debug: bool, categories: &[String]) -> Result<(), CallError> {
         if let Some(unknown) = categories.iter().find(|c| CATEGORIES.iter().all(|(name, _)| name != c)) {
             let known: Vec<&str> = CATEGORIES.iter().map(|(name, _)| *name).collect();
@@ -48,30 +48,30 @@ impl Log {
         Ok(())
     }
 
-    /// Something that happened.
+    /// Logs an event.
     pub(super) fn event(&mut self, message: impl Into<String>) {
         if self.events {
-            self.lines.push(Line { status: Status::Ok, category: EVENTS, message: message.into() });
+            self.lines.push(LogLine { status: Status::Ok, category: EVENTS, message: message.into() });
         }
     }
 
-    /// Something done, but perhaps not as meant.
+    /// Logs a warning.
     pub(super) fn warning(&mut self, message: impl Into<String>) {
         self.push(Status::Warning, message.into());
     }
 
-    /// Why a call was not carried out.
+    /// Logs the error of a refused call.
     pub(super) fn refusal(&mut self, error: &CallError) {
         self.push(error.status(), error.to_string());
     }
 
-    /// A panic.
+    /// Logs a panic.
     pub(super) fn fatal(&mut self, message: String) {
         self.push(Status::Fatal, message);
     }
 
-    /// The lines so far, which are then forgotten.
-    pub(super) fn take(&mut self) -> Vec<Line> {
+    /// Takes the lines so far out of the log.
+    pub(super) fn take(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.lines)
     }
 
@@ -83,12 +83,12 @@ impl Log {
             Status::Error => "logStatusError",
             Status::Fatal => "logStatusFatal",
         };
-        self.lines.push(Line { status, category, message });
+        self.lines.push(LogLine { status, category, message });
     }
 }
 
-/// The message as a format string that prints itself: one line, no control characters, each `%` doubled.
-pub(super) fn as_format(message: &str) -> String {
+/// Escapes a message as a format string: one line, no control characters, each `%` doubled.
+pub(super) fn escape_format(message: &str) -> String {
     message.replace(char::is_control, " ").replace('%', "%%")
 }
 
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn every_category_that_is_used_is_declared() {
-        let mut log = Log::new(true);
+        let mut log = CallLog::new(true);
         log.event("a");
         log.warning("b");
         log.fatal("c".to_string());
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn debug_logging_is_chosen_by_category_and_errors_always_pass() {
-        let mut log = Log::new(true);
+        let mut log = CallLog::new(true);
         log.select(true, &["logStatusError".to_string()]).unwrap();
         log.event("not wanted");
         log.refusal(&CallError::value("x", 1, "2"));
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn a_message_prints_itself_as_a_format() {
-        assert_eq!(as_format("100 % of\n\"%s\"\0"), "100 %% of \"%%s\" ");
-        assert_eq!(as_format("a\u{1b}[2Jb"), "a [2Jb");
+        assert_eq!(escape_format("100 % of\n\"%s\"\0"), "100 %% of \"%%s\" ");
+        assert_eq!(escape_format("a\u{1b}[2Jb"), "a [2Jb");
     }
 }

@@ -1,8 +1,9 @@
-//! `resources/manifest.json`: the identity of a packed archive, and the check that its resources are the packed ones.
+//! `resources/manifest.json`: identity of a packed archive, and the check of its resources.
 //!
-//! The GUID is XXH3-128 over the version, the hash of the model description with an empty GUID, the hash of the library, and
-//! the name and hash of every other file in `resources/`. Importers that keep unpacked archives by their GUID therefore never
-//! take one archive for another. The library compares, and never reads `modelDescription.xml`: importers may rewrite it.
+//! The GUID is XXH3-128 over four entries: the version, the hash of the model description with an empty GUID, the
+//! hash of the library, and name and hash of every other file in `resources/`. Importers cache unpacked archives by
+//! GUID and therefore never confuse two archives. The library never reads `modelDescription.xml`, because importers
+//! may rewrite it.
 
 use super::reading::{MOST_FILE_BYTES, read_limited};
 use serde::{Deserialize, Serialize};
@@ -11,10 +12,10 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
 
-/// The remedy of every archive that is not as it was packed.
+/// Remedy for every changed archive.
 const REMEDY: &str = "pack the scene anew with gelfmu pack instead of editing the unpacked archive";
 
-/// The manifest of an archive. It is not listed itself.
+/// Manifest of an archive. The manifest does not list itself.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the release that packed the archive.
@@ -29,7 +30,7 @@ pub struct Manifest {
     files: BTreeMap<String, String>,
 }
 
-/// The content of an archive, as far as its GUID depends on it.
+/// Content of an archive that determines its GUID.
 #[derive(Debug, Clone, Copy)]
 pub struct ArchiveContent<'a> {
     /// Text of `modelDescription.xml` with an empty GUID.
@@ -40,28 +41,28 @@ pub struct ArchiveContent<'a> {
     pub resources: &'a BTreeMap<String, Vec<u8>>,
 }
 
-/// An archive that is not as it was packed.
+/// Error of a changed or incomplete archive.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ManifestError {
-    /// No folder of resources.
+    /// Missing folder of resources.
     #[error("fmuResourceLocation: found {found}, expected the URI of the folder resources of the unpacked archive")]
     Location {
-        /// The fault of the argument.
+        /// Fault of the argument.
         found: String,
     },
-    /// A file that cannot be read.
+    /// Unreadable file.
     #[error("{path}: found no readable file ({reason}), expected that of the archive; {REMEDY}")]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Answer of the system.
+        /// Error of the system.
         reason: String,
     },
-    /// A manifest that is none.
+    /// Invalid manifest.
     #[error("{path}: found {reason}, expected the manifest that gelfmu pack wrote; {REMEDY}")]
     Undecodable {
-        /// The manifest.
+        /// Path of the manifest.
         path: String,
         /// Fault of the text.
         reason: String,
@@ -69,39 +70,39 @@ pub enum ManifestError {
     /// Resources of another release.
     #[error("{path}: found version {found}, expected {expected}, that of the library in the archive; {REMEDY}")]
     Release {
-        /// The manifest.
+        /// Path of the manifest.
         path: String,
         /// Version in the manifest.
         found: String,
         /// Version of the library.
         expected: &'static str,
     },
-    /// A GUID other than that of the resources.
+    /// Mismatched GUID.
     #[error(
         "fmuGUID = {found}: expected {expected} as in {path}: model description and resources are of different archives; {REMEDY}"
     )]
     Guid {
-        /// The manifest.
+        /// Path of the manifest.
         path: String,
-        /// GUID given.
+        /// Given GUID.
         found: String,
         /// GUID in the manifest.
         expected: String,
     },
-    /// A file other than the packed one.
+    /// Changed file.
     #[error("{path}: found content of hash {found}, expected {expected} as packed: the file was changed; {REMEDY}")]
     Changed {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Hash of its content.
+        /// Hash of the content.
         found: String,
         /// Hash in the manifest.
         expected: String,
     },
-    /// A file that was not packed.
+    /// Unpacked extra file.
     #[error("{path}: found no entry for it in manifest.json, expected a file that was packed with the scene; {REMEDY}")]
     Unlisted {
-        /// The file.
+        /// Path of the file.
         path: String,
     },
 }
@@ -110,7 +111,7 @@ impl Manifest {
     /// Name of the manifest in `resources/`.
     pub const FILE: &'static str = "manifest.json";
 
-    /// Makes the manifest of an archive.
+    /// Creates the manifest of an archive.
     #[must_use]
     pub fn of(content: &ArchiveContent<'_>) -> Self {
         let files = content.resources.iter().map(|(name, bytes)| (name.clone(), hash(bytes)));
@@ -124,7 +125,7 @@ impl Manifest {
         Self { guid: manifest.computed_guid(), ..manifest }
     }
 
-    /// GUID of the archive.
+    /// Returns the GUID of the archive.
     #[must_use]
     pub fn guid(&self) -> &str {
         &self.guid
@@ -139,7 +140,7 @@ impl Manifest {
         serde_json::to_string_pretty(self).expect("texts can be written as JSON") + "\n"
     }
 
-    /// Reads the manifest in a folder of resources, and compares the GUID and every listed file with it.
+    /// Reads the manifest in a folder of resources, and verifies the GUID and every listed file.
     pub(super) fn verified(folder: &Path, guid: &str) -> Result<Self, ManifestError> {
         let file = folder.join(Self::FILE);
         let bytes = read_file(&file)?;
@@ -160,7 +161,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Reads a listed file in a folder of resources, if it is as it was packed.
+    /// Reads a listed file in a folder of resources, if unchanged.
     pub(super) fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, ManifestError> {
         let file: PathBuf = folder.join(name);
         let path = file.display().to_string();
@@ -176,7 +177,7 @@ impl Manifest {
         Err(ManifestError::Changed { path, found, expected: expected.clone() })
     }
 
-    /// GUID that the entries give.
+    /// Computes the GUID from the entries.
     fn computed_guid(&self) -> String {
         let entries = (&self.version, &self.description, &self.library, &self.files);
         let hex = hash(&serde_json::to_vec(&entries).expect("texts can be written as JSON"));
@@ -184,7 +185,7 @@ impl Manifest {
     }
 }
 
-/// XXH3-128 of bytes, in 32 hexadecimal digits.
+/// Returns the XXH3-128 hash of bytes in 32 hexadecimal digits.
 fn hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxh3_128(bytes))
 }

@@ -1,4 +1,4 @@
-//! Memory that a phase needs: compared with what is available, and reserved before the phase begins.
+//! Memory checks: the need of a phase is compared with the available memory and reserved before the phase begins.
 
 use super::abi::MemoryReserve;
 use crate::scene::Scene;
@@ -6,26 +6,26 @@ use crate::simulation::{BuildError, Simulation, memory_estimate};
 use std::fmt;
 use sysinfo::{MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, System};
 
-/// Phases that need less are reserved without a look at what is available, which takes some 0.1 ms.
-const LOOKED_FOR: u64 = 64 << 20;
+/// Least reserve, bytes, that is checked against the available memory; the check takes some 0.1 ms.
+const CHECK_THRESHOLD: u64 = 64 << 20;
 
-/// A phase that needs memory.
+/// Phase with a need of memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MemoryPhase {
-    /// The scene is built.
+    /// Building of the scene.
     Building,
-    /// A communication step is made, with a new mesh where the old one is distorted.
+    /// Communication step, with remeshing of a distorted mesh.
     Stepping,
-    /// A state is copied or decoded.
+    /// Copying or decoding of a state.
     Saving,
-    /// A state is restored.
+    /// Restoring of a state.
     Restoring,
-    /// Frames, tables and the report are written.
+    /// Writing of frames, tables and the report.
     Writing,
 }
 
-/// Limit of the memory that is available.
+/// Limit of the available memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MemoryLimit {
@@ -37,37 +37,37 @@ pub enum MemoryLimit {
     Process,
 }
 
-/// Memory that can still be had, and its limit.
+/// Available memory and its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvailableMemory {
     /// Bytes.
     pub bytes: u64,
-    /// What limits them.
+    /// Limit of the memory.
     pub limit: MemoryLimit,
 }
 
-/// A phase that needs more memory than is available.
+/// Shortage: a phase needs more memory than available.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "memory: {phase} needs about {}, and {}; {}",
-    AmountOfMemory(*needed), found(*available), phase.remedy()
+    AmountOfMemory(*needed), describe_available(*available), phase.remedy()
 )]
 pub struct MemoryShortage {
-    /// The phase.
+    /// Phase with the need.
     pub phase: MemoryPhase,
-    /// Bytes that it needs.
+    /// Needed bytes.
     pub needed: u64,
-    /// Memory that is available; absent where that would be enough but cannot be had in one block.
+    /// Available memory; absent if sufficient in total but not in one block.
     pub available: Option<AvailableMemory>,
 }
 
-/// A scene that is too large.
+/// Error of a scene that is too large.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RoomError {
-    /// For any machine.
+    /// Too large for any machine.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// For the memory that is available.
+    /// Too large for the available memory.
     #[error(transparent)]
     Memory(#[from] MemoryShortage),
 }
@@ -77,7 +77,7 @@ pub enum RoomError {
 /// # Errors
 /// [`MemoryShortage`] if less is available, or the system refuses the reserve.
 pub fn reserve_memory(phase: MemoryPhase, needed: u64) -> Result<MemoryReserve, MemoryShortage> {
-    let available = (needed >= LOOKED_FOR).then(available_memory);
+    let available = (needed >= CHECK_THRESHOLD).then(available_memory);
     if let Some(short) = available.filter(|available| available.bytes < needed) {
         return Err(MemoryShortage { phase, needed, available: Some(short) });
     }
@@ -85,30 +85,30 @@ pub fn reserve_memory(phase: MemoryPhase, needed: u64) -> Result<MemoryReserve, 
     reserve.ok_or(MemoryShortage { phase, needed, available: None })
 }
 
-/// Reserves what building a scene takes; in a step of the result [`reserve_for_step`] does.
+/// Reserves the memory for building a scene; [`reserve_for_step`] serves the steps.
 ///
 /// # Errors
-/// [`RoomError`] if the scene is larger than any that is built, or than the memory.
+/// [`RoomError`] if the scene exceeds the size limit of scenes, or the memory.
 pub fn reserve_for_building(scene: &Scene) -> Result<MemoryReserve, RoomError> {
     Ok(reserve_memory(MemoryPhase::Building, memory_estimate(scene)?.building)?)
 }
 
-/// Reserves what a step may take beside what is held: that of another mesh, if meshes are exchanged.
+/// Reserves the memory of a step beyond the present allocation: a second mesh, if remeshing is on.
 ///
 /// # Errors
-/// [`MemoryShortage`] if there is less; no step was made then.
+/// [`MemoryShortage`] if less is available; no step was made then.
 pub fn reserve_for_step(simulation: &Simulation) -> Result<Option<MemoryReserve>, MemoryShortage> {
     reserve_large(MemoryPhase::Stepping, simulation.memory_of_remeshing())
 }
 
-/// Reserves memory for a phase, unless the standing reserve of all instances is enough.
+/// Reserves memory for a phase, unless the standing reserve of all instances suffices.
 pub(super) fn reserve_large(phase: MemoryPhase, bytes: u64) -> Result<Option<MemoryReserve>, MemoryShortage> {
-    /// A part of the standing reserve.
+    /// Part of the standing reserve.
     const STANDING_PART: u64 = 1 << 18;
     (bytes > STANDING_PART).then(|| reserve_memory(phase, bytes)).transpose()
 }
 
-/// The least of what the system, the container and the process have left.
+/// Returns the least of the memory left by system, container and process.
 #[must_use]
 pub fn available_memory() -> AvailableMemory {
     let none = AvailableMemory { bytes: u64::MAX, limit: MemoryLimit::System };
@@ -118,11 +118,11 @@ pub fn available_memory() -> AvailableMemory {
     let kind = ProcessRefreshKind::nothing().with_memory();
     system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, kind);
     let process = system.process(own);
-    // What a container has read into its page cache goes when it is needed.
+    // The page cache of a container is released on demand.
     let container = process.and_then(sysinfo::Process::cgroup_limits);
     let container = container.map(|limits| limits.total_memory.saturating_sub(limits.rss));
     let address_space = process.and_then(|process| Some(address_space()?.saturating_sub(process.virtual_memory())));
-    // A system that tells nothing says 0.
+    // A system without this figure reports 0.
     let known = [
         (Some(system.available_memory()).filter(|bytes| *bytes > 0), MemoryLimit::System),
         (container, MemoryLimit::Container),
@@ -132,13 +132,13 @@ pub fn available_memory() -> AvailableMemory {
     known.min_by_key(|known| known.bytes).unwrap_or(none)
 }
 
-/// The limit of the address space of this process, bytes.
+/// Returns the limit of the address space of this process, bytes.
 #[cfg(unix)]
 fn address_space() -> Option<u64> {
     rustix::process::getrlimit(rustix::process::Resource::As).current
 }
 
-/// The limit of the address space of this process, bytes: only Unix has one.
+/// Returns `None`: only Unix limits the address space.
 #[cfg(not(unix))]
 fn address_space() -> Option<u64> {
     None
@@ -168,7 +168,7 @@ impl fmt::Display for MemoryPhase {
     }
 }
 
-fn found(available: Option<AvailableMemory>) -> String {
+fn describe_available(available: Option<AvailableMemory>) -> String {
     let Some(AvailableMemory { bytes, limit }) = available else {
         return "the system refuses a block of that size".to_string();
     };
@@ -180,7 +180,7 @@ fn found(available: Option<AvailableMemory>) -> String {
     format!("{} {of} are available", AmountOfMemory(bytes))
 }
 
-/// Bytes in words.
+/// Amount of memory, displayed with a decimal unit.
 #[derive(Debug, Clone, Copy)]
 pub struct AmountOfMemory(pub u64);
 
@@ -209,6 +209,6 @@ mod tests {
     fn what_is_available_can_be_reserved() {
         let available = available_memory();
         assert!(available.bytes > 1 << 20, "{available:?}");
-        assert!(reserve_memory(MemoryPhase::Saving, LOOKED_FOR.min(available.bytes / 2)).is_ok());
+        assert!(reserve_memory(MemoryPhase::Saving, CHECK_THRESHOLD.min(available.bytes / 2)).is_ok());
     }
 }

@@ -1,7 +1,7 @@
-//! The FMI 2.0 co-simulation interface: exported functions, life cycle, variables, state.
+//! FMI 2.0 co-simulation interface: exported functions, life cycle, variables, state.
 //!
-//! [`abi`] holds the 34 C functions and the only `unsafe` code of the crate. Everything below it is safe Rust that takes
-//! and gives plain values, and logs into a list that `abi` hands to the importer before it returns.
+//! [`abi`] holds the 34 C functions and the only `unsafe` code of the crate. The other modules are safe Rust on plain
+//! values; they log into a list that `abi` hands to the importer before it returns.
 
 pub mod abi;
 mod body;

@@ -1,37 +1,37 @@
-//! Parameters: which scene, which of its values overridden, and how to run it.
+//! Parameters: choice of scene, overrides of its values, and run settings.
 
 use super::call::CallError;
-use super::instance::{Instance, Values};
+use super::instance::{FmuInstance, ScalarValues};
 use super::manifest::{Manifest, ManifestError};
 use super::reading::{files_in, read_scene_text};
 use super::scalar::{Ports, Scalar, scalars, table_of};
-use super::table::{Setting, Source, row};
+use super::table::{Setting, Source, variable_of};
 use super::uri;
 use crate::scene::{self, Files, MOST_FRAGMENTS, Override, Scene, body_name};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The origin of the scene in the archive.
+/// Origin of the packed scene.
 const PACKED: &str = "resources/scene.toml";
-/// Name of the scene in `resources/`.
+/// File name of the scene in `resources/`.
 const SCENE_FILE: &str = "scene.toml";
 
-/// The scene in `resources/` of the archive, and the manifest that it was packed with.
+/// Packed scene: the scene in `resources/` of the archive, with its manifest.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Packed {
-    /// The folder of the scene and of the files that it names.
+pub(super) struct PackedScene {
+    /// Folder of the scene and of its files.
     folder: PathBuf,
-    /// Its text.
+    /// Text of the scene.
     text: String,
-    /// The files that were packed with it.
+    /// Manifest of the packed files.
     manifest: Manifest,
-    /// The starts in `modelDescription.xml` were written from this; empty without a readable scene.
+    /// Scene as the source of the starts in `modelDescription.xml`; empty without a readable scene.
     pub starts: toml::Table,
 }
 
-impl Packed {
-    /// Reads the scene at a resource location, a URI, if the archive has this GUID and is as it was packed.
-    pub(super) fn at(location: Option<&str>, guid: &str) -> Result<Self, ManifestError> {
+impl PackedScene {
+    /// Reads the scene at a resource location, a URI, if the archive has this GUID and is unchanged.
+    pub(super) fn read_at(location: Option<&str>, guid: &str) -> Result<Self, ManifestError> {
         let misplaced = |found: String| ManifestError::Location { found };
         let location = location.ok_or_else(|| misplaced("none".to_owned()))?;
         let folder = uri::to_path(location).map_err(misplaced)?;
@@ -42,55 +42,55 @@ impl Packed {
             reason: e.to_string(),
         })?;
         let mut packed = Self { folder, text, manifest, starts: toml::Table::new() };
-        let scene = scene::read_with_files(&packed.text, &|name| packed.file(name));
+        let scene = scene::read_with_files(&packed.text, &|name| packed.read_file(name));
         packed.starts = scene.as_ref().map(table_of).unwrap_or_default();
         Ok(packed)
     }
 
-    /// Reads a file that was packed with the scene.
-    fn file(&self, name: &str) -> io::Result<Vec<u8>> {
+    /// Reads a file packed with the scene.
+    fn read_file(&self, name: &str) -> io::Result<Vec<u8>> {
         self.manifest.read(&self.folder, name).map_err(io::Error::other)
     }
 }
 
-/// A scene that was read.
-pub(super) struct Resolved {
-    /// Where it comes from.
+/// Parsed scene with origin and text.
+pub(super) struct ResolvedScene {
+    /// Origin of the scene.
     pub origin: String,
-    /// Its text.
+    /// Text of the scene.
     pub text: String,
-    /// What the text says.
+    /// Parsed scene.
     pub scene: Scene,
 }
 
-/// Parameters that are no scene keys.
+/// Parameters without a scene key.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Settings {
-    /// Path of another scene; empty for the packed one.
+pub(super) struct RunSettings {
+    /// Path of another scene; empty for the packed scene.
     pub scene: String,
     /// Threads of the element loop; 0 for all cores.
     pub threads: usize,
-    /// Folder of the output; empty for none.
+    /// Folder of the output; empty for no output.
     pub output_directory: String,
 }
 
-/// Most threads that can be asked for.
+/// Returns the greatest allowed number of threads.
 ///
 /// # Panics
-/// If the table of variables gives the parameter `threads` no maximum; it does.
+/// If the table of variables gives the parameter `threads` no maximum; the table does.
 #[must_use]
 pub fn most_threads() -> usize {
-    row(Source::Setting(Setting::Threads)).max.expect("the table bounds the threads") as usize
+    variable_of(Source::Setting(Setting::Threads)).max.expect("the table bounds the threads") as usize
 }
 
-impl Default for Settings {
+impl Default for RunSettings {
     fn default() -> Self {
         Self { scene: String::new(), threads: 1, output_directory: String::new() }
     }
 }
 
-impl Settings {
-    /// An Integer setting.
+impl RunSettings {
+    /// Returns an Integer setting.
     pub(super) fn integer(&self, setting: Setting) -> Option<i32> {
         match setting {
             Setting::Threads => i32::try_from(self.threads).ok(),
@@ -98,7 +98,7 @@ impl Settings {
         }
     }
 
-    /// A String setting.
+    /// Returns a String setting.
     pub(super) fn text(&self, setting: Setting) -> Option<&str> {
         match setting {
             Setting::Scene => Some(&self.scene),
@@ -135,42 +135,44 @@ impl Settings {
     }
 }
 
-impl Instance {
-    /// The scene with the overrides written into it.
-    pub(super) fn resolved_scene(&mut self) -> Result<Resolved, CallError> {
+impl FmuInstance {
+    /// Returns the scene with the overrides applied.
+    pub(super) fn resolved_scene(&mut self) -> Result<ResolvedScene, CallError> {
         let (origin, text) = self.scene_text()?;
         let base = self.read_scene(origin, text)?;
-        let overrides = overrides(&self.overrides, &self.packed.starts, &table_of(&base.scene))?;
+        let overrides = changed_overrides(&self.overrides, &self.packed.starts, &table_of(&base.scene))?;
         if overrides.is_empty() {
             return Ok(base);
         }
         for o in &overrides {
             self.log.event(format!("override: {} = {}", o.key, o.value));
         }
-        let Resolved { origin, text, .. } = base;
+        let ResolvedScene { origin, text, .. } = base;
         match scene::read_with(&text, &overrides, &*self.files_of(&origin)) {
-            Ok((text, scene)) => Ok(Resolved { origin, text, scene }),
-            Err(fault) => Err(CallError::Scene { origin: blamed(origin, &fault.overrides), error: fault.error }),
+            Ok((text, scene)) => Ok(ResolvedScene { origin, text, scene }),
+            Err(fault) => {
+                Err(CallError::Scene { origin: origin_with_faults(origin, &fault.overrides), error: fault.error })
+            }
         }
     }
 
-    /// The scene of an origin and a text, with the files in its folder.
-    pub(super) fn read_scene(&self, origin: String, text: String) -> Result<Resolved, CallError> {
+    /// Parses the scene of an origin and a text, with the files in its folder.
+    pub(super) fn read_scene(&self, origin: String, text: String) -> Result<ResolvedScene, CallError> {
         match scene::read_with_files(&text, &*self.files_of(&origin)) {
-            Ok(scene) => Ok(Resolved { origin, text, scene }),
+            Ok(scene) => Ok(ResolvedScene { origin, text, scene }),
             Err(error) => Err(CallError::Scene { origin, error: Box::new(error) }),
         }
     }
 
-    /// The files that a scene of this origin names: packed with it, or relative to its folder.
+    /// Returns a reader of the files named by a scene of this origin: packed files, or files relative to its folder.
     fn files_of(&self, origin: &str) -> Box<Files<'_>> {
         if origin == PACKED {
-            return Box::new(|name| self.packed.file(name));
+            return Box::new(|name| self.packed.read_file(name));
         }
         Box::new(files_in(Path::new(origin).parent().unwrap_or(Path::new(""))))
     }
 
-    /// Files that the model was read from: the scene, and those that it names.
+    /// Returns the input files of the model: the scene, and the files named in it.
     pub(super) fn files_read(&mut self) -> Result<Vec<PathBuf>, CallError> {
         self.model()?;
         let Some(model) = &self.model else { return Ok(vec![]) };
@@ -185,41 +187,42 @@ impl Instance {
         match self.settings.scene.as_str() {
             "" => Ok((PACKED.to_string(), self.packed.text.clone())),
             path => {
-                let text = read_text(Path::new(path)).map_err(|reason| CallError::NoScene { reason })?;
+                let text = read_scene_file(Path::new(path)).map_err(|reason| CallError::NoScene { reason })?;
                 Ok((path.to_string(), text))
             }
         }
     }
 }
 
-/// The origin of a scene, and the parameters that are at fault.
-fn blamed(origin: String, overrides: &[Override]) -> String {
+/// Returns the origin of a scene with the parameters at fault.
+fn origin_with_faults(origin: String, overrides: &[Override]) -> String {
     if overrides.is_empty() {
         return origin;
     }
-    let set = overrides.iter().map(|o| format!("{} = {}", parameter_of(&o.key), o.value));
+    let set = overrides.iter().map(|o| format!("{} = {}", parameter_name(&o.key), o.value));
     format!("{origin} with the parameters {}", set.collect::<Vec<_>>().join(", "))
 }
 
-/// Name of the parameter that overrides a scene key.
-fn parameter_of(key: &str) -> String {
-    let overriding = |s: &Scalar| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
+/// Returns the name of the parameter of a scene key.
+fn parameter_name(key: &str) -> String {
+    let is_overriding = |s: &Scalar| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
     let ports = Ports { fragments: MOST_FRAGMENTS, sensors: 0 };
-    scalars(ports).find(overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
+    scalars(ports).find(is_overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
 }
 
-/// The overrides that differ from their starts, as scene keys and TOML values.
-fn overrides(set: &Values, starts: &toml::Table, base: &toml::Table) -> Result<Vec<Override>, CallError> {
+/// Returns the overrides that differ from their starts, as scene keys and TOML values.
+fn changed_overrides(set: &ScalarValues, starts: &toml::Table, base: &toml::Table) -> Result<Vec<Override>, CallError> {
     let scalars = set.keys().filter_map(|reference| Scalar::find(*reference));
     let mut rows: Vec<Scalar> = scalars.map(|scalar| Scalar { component: 0, ..scalar }).collect();
     rows.dedup();
-    rows.iter().filter_map(|row| one_override(row, set, (starts, base)).transpose()).collect()
+    rows.iter().filter_map(|row| override_of_row(row, set, starts, base).transpose()).collect()
 }
 
-fn one_override(
+fn override_of_row(
     row: &Scalar,
-    set: &Values,
-    (starts, base): (&toml::Table, &toml::Table),
+    set: &ScalarValues,
+    starts: &toml::Table,
+    base: &toml::Table,
 ) -> Result<Option<Override>, CallError> {
     let differing = |scalar: &Scalar| {
         let value = set.get(&scalar.reference()).copied();
@@ -239,7 +242,7 @@ fn one_override(
     Ok(Some(Override { key, value }))
 }
 
-fn read_text(path: &Path) -> Result<String, String> {
+fn read_scene_file(path: &Path) -> Result<String, String> {
     read_scene_text(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
 }
 
@@ -260,35 +263,35 @@ mod tests {
         let starts = sphere();
         let mut other = sphere();
         other["gel"]["shear_modulus"] = toml::Value::Float(7e3);
-        let set = Values::from([(21, 1e3), (37, 0.01), (42, 0.01)]);
-        assert_eq!(overrides(&set, &starts, &other).unwrap(), []);
+        let set = ScalarValues::from([(21, 1e3), (37, 0.01), (42, 0.01)]);
+        assert_eq!(changed_overrides(&set, &starts, &other).unwrap(), []);
     }
 
     #[test]
     fn one_component_leaves_the_others_as_the_scene_has_them() {
         let mut other = sphere();
         other["projectile"]["position"] = toml::Value::Array(vec![1.0.into(), 2.0.into(), 3.0.into()]);
-        let made = overrides(&Values::from([(42, 0.5)]), &sphere(), &other).unwrap();
+        let made = changed_overrides(&ScalarValues::from([(42, 0.5)]), &sphere(), &other).unwrap();
         assert_eq!(made, [Override { key: "projectile.position".into(), value: "[1.0, 2.0, 0.5]".into() }]);
     }
 
     #[test]
     fn a_radius_goes_to_the_shape_that_the_scene_has() {
-        let made = overrides(&Values::from([(37, 2e-5)]), &sphere(), &sphere()).unwrap();
+        let made = changed_overrides(&ScalarValues::from([(37, 2e-5)]), &sphere(), &sphere()).unwrap();
         assert_eq!(made, [Override { key: "projectile.shape.sphere.radius".into(), value: "2e-5".into() }]);
         for shape in ["capsule", "bullet"] {
             let other: toml::Table = toml::from_str(&format!("[projectile.shape.{shape}]\nradius = 0.01")).unwrap();
-            let made = overrides(&Values::from([(37, 2e-5)]), &sphere(), &other).unwrap();
+            let made = changed_overrides(&ScalarValues::from([(37, 2e-5)]), &sphere(), &other).unwrap();
             assert_eq!(made[0].key, format!("projectile.shape.{shape}.radius"));
         }
         let flat: toml::Table = toml::from_str("[projectile.shape.half-space]\nnormal = [0, 0, 1]").unwrap();
-        let refused = overrides(&Values::from([(37, 2e-5)]), &sphere(), &flat).unwrap_err();
+        let refused = changed_overrides(&ScalarValues::from([(37, 2e-5)]), &sphere(), &flat).unwrap_err();
         assert!(refused.to_string().starts_with("projectile.radius = 0.00002"), "{refused}");
     }
 
     #[test]
     fn a_path_must_be_absolute() {
-        let mut settings = Settings::default();
+        let mut settings = RunSettings::default();
         assert!(settings.set_text(Setting::Scene, "a.toml").unwrap_err().to_string().contains("absolute"));
         settings.set_text(Setting::Scene, "/a.toml").unwrap();
         assert_eq!(settings.text(Setting::Scene), Some("/a.toml"));

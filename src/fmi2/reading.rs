@@ -1,14 +1,15 @@
-//! Files that a user names, read through a limit: neither devices nor pipes, nor more bytes than there can be in them.
+//! Bounded reading of files named by a user: no devices, no pipes, no more bytes than a limit.
 
 use crate::scene::MOST_BYTES;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-/// Bytes of the longest file that a scene names: ASCII STL of the most triangles takes 260 bytes for each.
+/// Limit of a file named by a scene, bytes: ASCII STL with the greatest number of triangles takes 260 bytes for each.
 pub(super) const MOST_FILE_BYTES: u64 = 1 << 27;
 
-/// Reads the files that a scene names, relative to a folder. A name with the backslashes of Windows is found on every system.
+/// Returns a reader of the files named by a scene, relative to a folder. A name with the backslashes of Windows is
+/// found on every system.
 pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
     let folder = folder.to_path_buf();
     move |name| {
@@ -26,25 +27,25 @@ pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
 /// Reads the text of a scene file.
 ///
 /// # Errors
-/// The answer of the system, or what was found instead of a regular file of UTF-8 text that is no longer than that.
+/// Error of the system, or the finding instead of a regular file of UTF-8 text within the limit.
 pub fn read_scene_text(path: &Path) -> io::Result<String> {
     read_limited_text(path, MOST_BYTES as u64)
 }
 
-/// Reads a text file of at most so many bytes.
+/// Reads a text file of at most `most` bytes.
 ///
 /// # Errors
-/// The answer of the system, or what was found instead of a regular file of UTF-8 text that is no longer than that.
+/// Error of the system, or the finding instead of a regular file of UTF-8 text within the limit.
 pub fn read_limited_text(path: &Path, most: u64) -> io::Result<String> {
     let no_text = |_| io::Error::new(ErrorKind::InvalidData, "found bytes that are no UTF-8 text");
     String::from_utf8(read_limited(path, most)?).map_err(no_text)
 }
 
-/// Reads a regular file of at most so many bytes.
+/// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// What the system says, or what was found instead: a device or a pipe could give bytes without end, or make the reader wait
-/// for ever.
+/// Error of the system, or the finding instead of a regular file: a device or a pipe could give bytes without end, or
+/// block the reader for ever.
 pub fn read_limited(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let refuse = |found: String| Err(io::Error::new(ErrorKind::InvalidData, found));
     let there = fs::metadata(path)?;
@@ -59,7 +60,7 @@ pub fn read_limited(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return too_long(there.len().to_string());
     }
     let mut bytes = Vec::new();
-    // Files of some systems tell no length, and files grow.
+    // Files of some systems report no length, and files grow.
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { too_long(format!("more than {most}")) } else { Ok(bytes) }
 }

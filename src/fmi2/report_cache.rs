@@ -1,27 +1,27 @@
-//! What was looked at since the last step: each report is made when a variable of it is first read.
+//! Report cache: each report is computed at the first read of one of its variables after a step.
 
-use super::instance::Model;
+use super::instance::BuiltModel;
 use crate::simulation::{Books, ContactReport, CostReport, ExitReport, Observation, SensorReport};
 
-/// The reports that go over the mesh.
+/// Cache of the reports that need a loop over the mesh.
 #[derive(Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct ReportCache {
     books: Option<Books>,
     cost: Option<CostReport>,
-    /// By body, as far as they were looked at.
+    /// Contact reports by body, as far as computed.
     contacts: Vec<Option<ContactReport>>,
     sensors: Option<Vec<SensorReport>>,
 }
 
-impl Seen {
-    /// What it was is over.
-    pub(super) fn forget(&mut self) {
+impl ReportCache {
+    /// Drops all cached reports; called after every step.
+    pub(super) fn invalidate(&mut self) {
         (self.books, self.cost, self.sensors) = (None, None, None);
         self.contacts.clear();
     }
 
-    /// Takes over what an observation of this instant has.
-    fn note(&mut self, observation: &Observation) {
+    /// Stores the reports of an observation of this instant.
+    fn store(&mut self, observation: &Observation) {
         self.books = Some(observation.books());
         self.cost = Some(observation.cost);
         self.sensors = Some(observation.sensors.clone());
@@ -30,37 +30,37 @@ impl Seen {
     }
 }
 
-impl Model {
-    /// The books now.
+impl BuiltModel {
+    /// Returns the current balances.
     pub(super) fn books(&mut self) -> &Books {
-        self.seen.books.get_or_insert_with(|| self.simulation.books())
+        self.reports.books.get_or_insert_with(|| self.simulation.books())
     }
 
-    /// The cost so far.
+    /// Returns the cost so far.
     pub(super) fn cost(&mut self) -> &CostReport {
-        self.seen.cost.get_or_insert_with(|| self.simulation.cost())
+        self.reports.cost.get_or_insert_with(|| self.simulation.cost())
     }
 
-    /// The contact of a body that there is.
+    /// Returns the contact report of an existing body.
     pub(super) fn contact(&mut self, body: usize) -> &ContactReport {
-        self.seen.contacts.resize(self.simulation.n_bodies(), None);
-        self.seen.contacts[body].get_or_insert_with(|| self.simulation.contact(body))
+        self.reports.contacts.resize(self.simulation.n_bodies(), None);
+        self.reports.contacts[body].get_or_insert_with(|| self.simulation.contact(body))
     }
 
-    /// The exit of a body that there is; all 0 of one that has not left the gel.
+    /// Returns the exit report of an existing body; all 0 before the exit.
     pub(super) fn exit(&self, body: usize) -> ExitReport {
         self.simulation.exit(body).unwrap_or_default()
     }
 
-    /// What a sensor that there is measures.
+    /// Returns the report of an existing sensor.
     pub(super) fn sensor(&mut self, sensor: usize) -> &SensorReport {
-        &self.seen.sensors.get_or_insert_with(|| self.simulation.sensors())[sensor]
+        &self.reports.sensors.get_or_insert_with(|| self.simulation.sensors())[sensor]
     }
 
-    /// Everything there is to see now.
+    /// Returns a full observation and caches its reports.
     pub(super) fn observe(&mut self) -> Observation {
         let observation = self.simulation.observe();
-        self.seen.note(&observation);
+        self.reports.store(&observation);
         observation
     }
 }

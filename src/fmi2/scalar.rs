@@ -1,27 +1,27 @@
-//! Scalar variables: one component of a row of the table, of one of the bodies, and where its start stands in a scene.
+//! Scalar variables: one component of a row of the variable table, for one body, with its start in a scene.
 
 use super::table::{BLOCK, ENUMERATIONS, Item, Start, VARIABLES, Variable};
 use crate::scene::{Scene, body_name, numbered};
 
-/// A scalar variable. Body 0 is the projectile, from 1 on the fragments; what belongs to no body is of body 0. Of a variable of sensors,
-/// `body` is the sensor, from 0.
+/// Scalar variable. Body 0 is the projectile, the fragments follow from 1; a variable without a body has body 0. For
+/// a sensor variable, `body` is the sensor, from 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scalar {
-    /// Its row of the table.
+    /// Row of the variable table.
     pub variable: &'static Variable,
     /// Component, from 0.
     pub component: usize,
-    /// Body.
+    /// Body or sensor.
     pub body: usize,
 }
 
 impl Scalar {
-    /// The components of a row, of one body.
+    /// Returns the components of a row for one body.
     pub fn of(variable: &'static Variable, body: usize) -> impl Iterator<Item = Self> + Clone {
         (0..variable.size()).map(move |component| Self { variable, component, body })
     }
 
-    /// The scalar that a value reference stands for.
+    /// Returns the scalar of a value reference, if any.
     #[must_use]
     pub fn find(reference: u32) -> Option<Self> {
         let (body, local) = (reference / BLOCK, reference % BLOCK);
@@ -32,56 +32,56 @@ impl Scalar {
         exists.then_some(Self { variable, component, body: body as usize })
     }
 
-    /// Its value reference.
+    /// Returns the value reference.
     #[must_use]
     pub fn reference(&self) -> u32 {
         self.body as u32 * BLOCK + self.variable.reference + self.component as u32
     }
 
-    /// Name of all its components: `projectile.position`, `fragment[2].contact.force`.
+    /// Returns the name common to all components: `projectile.position`, `fragment[2].contact.force`.
     #[must_use]
     pub fn row_name(&self) -> String {
         let name = self.variable.name;
         if let Some(own) = self.variable.of_sensor() {
             return format!("{}.{own}", numbered("sensor", self.body));
         }
-        if self.body == 0 { name.to_owned() } else { format!("{}.{}", body_name(self.body), own(name)) }
+        if self.body == 0 { name.to_owned() } else { format!("{}.{}", body_name(self.body), without_projectile(name)) }
     }
 
-    /// Its name: `contact.force[1]`, or without an index if it has but one component.
+    /// Returns the name: `contact.force[1]`, without index for a row of one component.
     #[must_use]
     pub fn name(&self) -> String {
         let name = self.row_name();
         if self.variable.length == 0 { name } else { format!("{name}[{}]", self.component + 1) }
     }
 
-    /// What it is.
+    /// Returns the description.
     #[must_use]
     pub fn description(&self) -> String {
         let text = self.variable.component_description(self.component);
         if self.body == 0 { text } else { text.replace("the projectile", &format!("fragment {}", self.body)) }
     }
 
-    /// The first of its scene keys that the scene has, or could have beside the tables it has.
+    /// Returns the first scene key whose table exists in the scene.
     #[must_use]
     pub(super) fn key_in(&self, scene: &toml::Table) -> Option<String> {
-        let owns = |key: &String| key.rsplit_once('.').is_some_and(|(table, _)| lookup(scene, table).is_some());
+        let owns = |key: &String| key.rsplit_once('.').is_some_and(|(table, _)| find_key(scene, table).is_some());
         self.keys().find(owns)
     }
 
-    /// Scene keys of the start, in order of preference.
+    /// Returns the scene keys of the start, in order of preference.
     pub(super) fn keys(&self) -> impl Iterator<Item = String> + '_ {
         self.variable.keys.iter().map(|key| match self.body {
             0 => (*key).to_owned(),
-            body => format!("{}.{}", body_name(body), own(key)),
+            body => format!("{}.{}", body_name(body), without_projectile(key)),
         })
     }
 
-    /// Start of a parameter or input with the scene, unless it is a String: the value at its key, or the literal one; true is 1,
-    /// an item of an Enumeration its value.
+    /// Returns the start of a parameter or input in a scene: the value at its key, or the literal start. True counts
+    /// as 1, an item of an Enumeration as its value; a String has no start here.
     #[must_use]
     pub fn start(&self, scene: &toml::Table) -> Option<f64> {
-        let keyed = self.keys().find_map(|key| self.number(lookup(scene, &key)?));
+        let keyed = self.keys().find_map(|key| self.value_of(find_key(scene, &key)?));
         keyed.or(match self.variable.start {
             Some(Start::Real(value)) => Some(value),
             Some(Start::Integer(value)) => Some(f64::from(value)),
@@ -92,52 +92,52 @@ impl Scalar {
 }
 
 impl Scalar {
-    /// The number that a value of the scene is.
-    fn number(&self, value: &toml::Value) -> Option<f64> {
+    /// Converts a value of the scene to a number.
+    fn value_of(&self, value: &toml::Value) -> Option<f64> {
         match value {
             toml::Value::String(name) => {
                 self.items().iter().find(|item| item.name == name).map(|item| item.value.into())
             }
-            other => number(other, self.component),
+            other => to_number(other, self.component),
         }
     }
 
-    /// The values of an Enumeration; none of anything else.
+    /// Returns the items of an Enumeration; empty for other types.
     pub(super) fn items(&self) -> &'static [Item] {
         let own = ENUMERATIONS.iter().find(|e| Some(e.name) == self.variable.declared_type);
         own.map_or(&[], |enumeration| enumeration.items)
     }
 
-    /// A value as TOML.
+    /// Formats a value as TOML.
     pub(super) fn toml(&self, value: f64) -> String {
         let item = self.items().iter().find(|item| f64::from(item.value) == value);
         item.map_or_else(|| format!("{value:?}"), |item| format!("{:?}", item.name))
     }
 }
 
-/// The part of a name or key behind `projectile.`.
-fn own(name: &str) -> &str {
+/// Returns the part of a name or key behind `projectile.`.
+fn without_projectile(name: &str) -> &str {
     name.strip_prefix("projectile.").unwrap_or(name)
 }
 
-/// How many of the fragments and sensors of a scene have variables of their own.
+/// Numbers of fragments and sensors with variables of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ports {
-    /// Of its fragments.
+    /// Number of fragments.
     pub fragments: usize,
-    /// Of its sensors.
+    /// Number of sensors.
     pub sensors: usize,
 }
 
 impl Ports {
-    /// All of a scene.
+    /// Returns the ports of all fragments and sensors of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         Self { fragments: scene.fragment.len(), sensors: scene.sensor.len() }
     }
 
-    /// Whether a variable is there in this block of references.
-    fn have(&self, variable: &Variable, block: usize) -> bool {
+    /// Returns true if a variable exists in this block of references.
+    fn include(&self, variable: &Variable, block: usize) -> bool {
         match (variable.is_of_sensors(), variable.each) {
             (true, _) => block < self.sensors,
             (false, true) => block <= self.fragments,
@@ -146,23 +146,23 @@ impl Ports {
     }
 }
 
-/// Every scalar of an FMU with these ports, by ascending value reference.
+/// Returns every scalar of an FMU with these ports, by ascending value reference.
 pub fn scalars(ports: Ports) -> impl Iterator<Item = Scalar> {
-    let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.have(v, block)).map(move |v| (v, block));
+    let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.include(v, block)).map(move |v| (v, block));
     (0..=ports.fragments.max(ports.sensors)).flat_map(rows).flat_map(|(variable, block)| Scalar::of(variable, block))
 }
 
-/// The scene as a table of TOML, every default filled in.
+/// Returns the scene as a TOML table with all defaults.
 ///
 /// # Panics
-/// If a scene cannot be written as TOML; its tables are plain values.
+/// If a scene cannot be written as TOML; the tables are plain values.
 #[must_use]
 pub fn table_of(scene: &Scene) -> toml::Table {
     toml::Table::try_from(scene).expect("a scene consists of tables, numbers and text")
 }
 
-/// What stands at a dotted key; `fragment[1]` is the first table of a list.
-fn lookup<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+/// Returns the value at a dotted key; `fragment[1]` is the first table of a list.
+fn find_key<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     let (first, rest) = key.split_once('.').map_or((key, None), |(a, b)| (a, Some(b)));
     let value = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
         Some((list, number)) => table.get(list)?.as_array()?.get(number.parse::<usize>().ok()?.checked_sub(1)?)?,
@@ -170,16 +170,16 @@ fn lookup<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     };
     match rest {
         None => Some(value),
-        Some(rest) => lookup(value.as_table()?, rest),
+        Some(rest) => find_key(value.as_table()?, rest),
     }
 }
 
-fn number(value: &toml::Value, component: usize) -> Option<f64> {
+fn to_number(value: &toml::Value, component: usize) -> Option<f64> {
     match value {
         toml::Value::Float(x) => Some(*x),
         toml::Value::Integer(x) => Some(*x as f64),
         toml::Value::Boolean(x) => Some(f64::from(u8::from(*x))),
-        toml::Value::Array(items) => number(items.get(component)?, 0),
+        toml::Value::Array(items) => to_number(items.get(component)?, 0),
         toml::Value::String(_) | toml::Value::Datetime(_) | toml::Value::Table(_) => None,
     }
 }

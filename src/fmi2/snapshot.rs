@@ -1,13 +1,13 @@
-//! The FMU state: everything but `threads` and the output, as a value and as bytes.
+//! FMU state: everything except `threads` and the output, as a value and as bytes.
 //!
-//! Bytes: magic (8), version (4), digest of the simulation (16), length of the body (8), body, CRC-32 of all before it (4);
-//! numbers little-endian. Header and checksum are read before anything is decoded. The body is what the importer said
-//! (postcard), then the state of the simulation, if there is one.
+//! Layout, little-endian: magic (8 bytes), version (4), digest of the simulation (16), length of the body (8), body,
+//! CRC-32 of the preceding bytes (4). Header and checksum are verified before decoding. The body holds the importer's
+//! data (postcard), then the state of the simulation, if any.
 
 use super::call::CallError;
 use super::inputs::InputValues;
-use super::instance::{Clock, Instance, Model, Values};
-use super::lifecycle::Phase;
+use super::instance::{BuiltModel, ExperimentClock, FmuInstance, ScalarValues};
+use super::lifecycle::LifecyclePhase;
 use super::memory::{MemoryPhase, MemoryShortage, reserve_large};
 use super::status::Status;
 use crate::simulation::Saved;
@@ -17,42 +17,42 @@ const MAGIC: [u8; 8] = *b"GELSTATE";
 const VERSION: u32 = 12;
 const HEADER: usize = 8 + 4 + 16 + 8;
 const TRAILER: usize = 4;
-/// Bytes of a decoded state per byte of it, at most: arrays are not packed, and a mesh is checked beside them.
+/// Limit of the decoded bytes per encoded byte: arrays are not packed, and a mesh is checked beside them.
 const MOST_PER_BYTE: u64 = 2;
 
-/// A state that cannot be used.
+/// Error of an unusable state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
-    /// Not made by this FMU.
+    /// Foreign pointer.
     #[error("the pointer is not a state of this FMU, or the state was freed")]
     Foreign,
-    /// Too short or too long.
+    /// Wrong length.
     #[error("the serialised state has {found} bytes, expected {expected}: it is cut off or has something appended")]
     Size {
-        /// Bytes given.
+        /// Given bytes.
         found: usize,
-        /// Bytes that the header speaks of, or the least possible.
+        /// Bytes according to the header, or the least possible length.
         expected: usize,
     },
-    /// Other bytes altogether.
+    /// Wrong magic bytes.
     #[error("the bytes are not a serialised state of this FMU")]
     Magic,
-    /// Another layout.
+    /// Wrong version of the layout.
     #[error("the serialised state has version {found}, expected {expected}: it was written by another release")]
     Version {
-        /// Version found.
+        /// Found version.
         found: u32,
-        /// Version that is read.
+        /// Supported version.
         expected: u32,
     },
-    /// Changed on the way.
+    /// Wrong checksum.
     #[error("the checksum of the serialised state is wrong: it was damaged")]
     Damaged,
-    /// Sound bytes that do not describe a state.
+    /// Undecodable body.
     #[error("the serialised state cannot be decoded: it was written by another build")]
     Undecodable,
-    /// A buffer of another size.
+    /// Wrong size of the buffer.
     #[error("the buffer has {found} bytes, expected {expected} as given by fmi2SerializedFMUstateSize")]
     Buffer {
         /// Size of the buffer.
@@ -60,27 +60,27 @@ pub enum SnapshotError {
         /// Size of the state.
         expected: usize,
     },
-    /// More memory than is available.
+    /// Shortage of memory.
     #[error("{0}")]
     Memory(#[from] MemoryShortage),
-    /// A state of another mesh.
+    /// State of another mesh.
     #[error("the state does not fit the scene that it names: {reason}")]
     Mesh {
-        /// What does not fit.
+        /// Mismatch.
         reason: String,
     },
 }
 
-/// All but the state of the simulation: phase, clock, scene, overrides, inputs, and origin and text of the model's scene.
-type Head = (Phase, Clock, String, Values, InputValues, Option<(String, String)>);
+/// Importer's data of a state: phase, clock, scene, overrides, inputs, and origin and text of the model's scene.
+type SnapshotHead = (LifecyclePhase, ExperimentClock, String, ScalarValues, InputValues, Option<(String, String)>);
 
-/// The state of an instance.
+/// State of an instance.
 #[derive(Debug, PartialEq)]
-pub(super) struct Snapshot {
-    phase: Phase,
-    clock: Clock,
+pub(super) struct InstanceSnapshot {
+    phase: LifecyclePhase,
+    clock: ExperimentClock,
     scene: String,
-    overrides: Values,
+    overrides: ScalarValues,
     inputs: InputValues,
     model: Option<SavedModel>,
 }
@@ -97,47 +97,47 @@ impl SavedModel {
         Self { origin: String::new(), text: String::new(), saved: Saved::empty() }
     }
 
-    fn take(&mut self, model: &Model) {
+    fn save(&mut self, model: &BuiltModel) {
         self.origin.clone_from(&model.origin);
         self.text.clone_from(&model.text);
         model.simulation.save_into(&mut self.saved);
     }
 
-    fn into(self: &SavedModel, model: &mut Model) -> Result<(), SnapshotError> {
+    fn restore_into(self: &SavedModel, model: &mut BuiltModel) -> Result<(), SnapshotError> {
         model.restore(&self.saved).map_err(|e| SnapshotError::Mesh { reason: e.to_string() })
     }
 }
 
-impl Instance {
-    /// Writes the state now over another one, in its memory.
+impl FmuInstance {
+    /// Copies the current state into `to`, reusing its memory.
     ///
     /// # Errors
-    /// [`SnapshotError::Memory`] if there is not enough for a copy; the other state is as it was then.
-    pub(super) fn snapshot(&self, to: &mut Snapshot) -> Result<(), SnapshotError> {
+    /// [`SnapshotError::Memory`] if the memory is too small for a copy; `to` is unchanged then.
+    pub(super) fn snapshot(&self, to: &mut InstanceSnapshot) -> Result<(), SnapshotError> {
         let needed = self.model.as_ref().map_or(0, |model| model.simulation.memory_of_state());
         let _reserve = reserve_large(MemoryPhase::Saving, needed)?;
         (to.phase, to.clock) = (self.phase, self.clock);
         to.scene.clone_from(&self.settings.scene);
-        renew(&mut to.overrides, &self.overrides);
-        renew(&mut to.inputs, &self.inputs);
+        copy_if_changed(&mut to.overrides, &self.overrides);
+        copy_if_changed(&mut to.inputs, &self.inputs);
         match &self.model {
-            Some(model) => to.model.get_or_insert_with(SavedModel::empty).take(model),
+            Some(model) => to.model.get_or_insert_with(SavedModel::empty).save(model),
             None => to.model = None,
         }
         Ok(())
     }
 
-    /// Goes back, or on, to a state. The files of a run go on with it; those of another model, and of a run that the
-    /// state knows nothing of, are completed before.
-    pub(super) fn restore(&mut self, snapshot: &Snapshot) -> Result<Status, CallError> {
-        let running = match snapshot.phase {
-            Phase::StepComplete | Phase::StepFailed | Phase::Terminated => true,
-            Phase::Instantiated | Phase::Initialization | Phase::Fatal => false,
+    /// Restores a state. The files of a run continue if the state belongs to its model; otherwise they are completed
+    /// first.
+    pub(super) fn restore(&mut self, snapshot: &InstanceSnapshot) -> Result<Status, CallError> {
+        let is_running = match snapshot.phase {
+            LifecyclePhase::StepComplete | LifecyclePhase::StepFailed | LifecyclePhase::Terminated => true,
+            LifecyclePhase::Instantiated | LifecyclePhase::Initialization | LifecyclePhase::Fatal => false,
         };
-        let goes_on = running && snapshot.model.as_ref().is_some_and(|saved| self.has(saved));
-        let completed = if goes_on { Status::Ok } else { self.finish_recording() };
+        let continues = is_running && snapshot.model.as_ref().is_some_and(|saved| self.is_built_from(saved));
+        let completed = if continues { Status::Ok } else { self.finish_recording() };
         self.restore_model(snapshot.model.as_ref())?;
-        if !goes_on {
+        if !continues {
             self.close_recording();
         }
         self.phase = snapshot.phase;
@@ -145,11 +145,11 @@ impl Instance {
         self.settings.scene.clone_from(&snapshot.scene);
         self.overrides.clone_from(&snapshot.overrides);
         self.inputs.clone_from(&snapshot.inputs);
-        Ok(completed.max(if running { self.rewind_recording() } else { Status::Ok }))
+        Ok(completed.max(if is_running { self.rewind_recording() } else { Status::Ok }))
     }
 
-    /// Whether the model that a state was made with is there.
-    fn has(&self, saved: &SavedModel) -> bool {
+    /// Returns true if the model of a saved state is the present model.
+    fn is_built_from(&self, saved: &SavedModel) -> bool {
         self.model.as_ref().is_some_and(|model| model.text == saved.text)
     }
 
@@ -158,36 +158,36 @@ impl Instance {
             self.model = None;
             return Ok(());
         };
-        if self.has(saved)
+        if self.is_built_from(saved)
             && let Some(model) = &mut self.model
         {
             let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
-            return Ok(saved.into(model)?);
+            return Ok(saved.restore_into(model)?);
         }
         let scene = self.read_scene(saved.origin.clone(), saved.text.clone())?;
-        let mut model = Model::build(scene, self.settings.threads)?;
+        let mut model = BuiltModel::build(scene, self.settings.threads)?;
         let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
-        saved.into(&mut model)?;
+        saved.restore_into(&mut model)?;
         self.model = Some(model);
         Ok(())
     }
 }
 
-/// Copies what has changed: maps have no memory to be used again.
-fn renew<T: Clone + PartialEq>(to: &mut T, from: &T) {
+/// Copies a changed value; maps cannot reuse memory.
+fn copy_if_changed<T: Clone + PartialEq>(to: &mut T, from: &T) {
     if to != from {
         to.clone_from(from);
     }
 }
 
-impl Snapshot {
-    /// A state of nothing, to be written over.
+impl InstanceSnapshot {
+    /// Returns an empty state to be overwritten.
     pub(super) fn empty() -> Self {
         Self {
-            phase: Phase::Instantiated,
-            clock: Clock::default(),
+            phase: LifecyclePhase::Instantiated,
+            clock: ExperimentClock::default(),
             scene: String::new(),
-            overrides: Values::new(),
+            overrides: ScalarValues::new(),
             inputs: InputValues::default(),
             model: None,
         }
@@ -199,7 +199,7 @@ impl Snapshot {
         postcard::to_stdvec(&head).expect("a state consists of plain values")
     }
 
-    /// Bytes that [`Snapshot::write`] takes.
+    /// Returns the number of bytes for [`InstanceSnapshot::write`].
     pub(super) fn size(&self) -> usize {
         HEADER + self.head().len() + self.model.as_ref().map_or(0, |model| model.saved.size()) + TRAILER
     }
@@ -224,7 +224,7 @@ impl Snapshot {
         Ok(())
     }
 
-    /// Digest of the simulation, 0 without one, and checksum of the body.
+    /// Writes the body; returns the digest of the simulation, 0 without a model, and the checksum of the body.
     fn write_body(&self, body: &mut [u8]) -> (u128, Hasher) {
         let (mut crc, mut rest) = (Hasher::new(), body);
         let mut sink = |run: &[u8]| {
@@ -238,11 +238,11 @@ impl Snapshot {
         (digest, crc)
     }
 
-    /// Becomes the state that the bytes describe, in the memory that it has; if they describe none, nothing changes.
+    /// Decodes a state from bytes, reusing memory; invalid bytes change nothing.
     pub(super) fn read(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
-        let body = sound_body(bytes)?;
+        let body = verified_body(bytes)?;
         let _reserve = reserve_large(MemoryPhase::Saving, MOST_PER_BYTE * body.len() as u64)?;
-        let (head, rest) = postcard::take_from_bytes::<Head>(body).map_err(|_| SnapshotError::Undecodable)?;
+        let (head, rest) = postcard::take_from_bytes::<SnapshotHead>(body).map_err(|_| SnapshotError::Undecodable)?;
         let (phase, clock, scene, overrides, inputs, model) = head;
         self.read_model(model, rest)?;
         (self.phase, self.clock, self.scene, self.overrides, self.inputs) = (phase, clock, scene, overrides, inputs);
@@ -268,63 +268,63 @@ impl Snapshot {
     }
 }
 
-/// What stands between header and checksum, if both are right.
-fn sound_body(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
+/// Returns the body between header and checksum, if both are valid.
+fn verified_body(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
     let found = bytes.len();
     let header = bytes.get(..HEADER).ok_or(SnapshotError::Size { found, expected: HEADER + TRAILER })?;
     if header[..8] != MAGIC {
         return Err(SnapshotError::Magic);
     }
-    let version = u32::from_le_bytes(take(&header[8..]));
+    let version = u32::from_le_bytes(first_bytes(&header[8..]));
     if version != VERSION {
         return Err(SnapshotError::Version { found: version, expected: VERSION });
     }
-    let body = usize::try_from(u64::from_le_bytes(take(&header[28..]))).unwrap_or(usize::MAX);
+    let body = usize::try_from(u64::from_le_bytes(first_bytes(&header[28..]))).unwrap_or(usize::MAX);
     let expected = body.saturating_add(HEADER + TRAILER);
     if found != expected {
         return Err(SnapshotError::Size { found, expected });
     }
     let (sound, crc) = bytes.split_at(found - TRAILER);
-    if crc32fast::hash(sound) != u32::from_le_bytes(take(crc)) {
+    if crc32fast::hash(sound) != u32::from_le_bytes(first_bytes(crc)) {
         return Err(SnapshotError::Damaged);
     }
     Ok(&sound[HEADER..])
 }
 
-fn take<const N: usize>(bytes: &[u8]) -> [u8; N] {
+fn first_bytes<const N: usize>(bytes: &[u8]) -> [u8; N] {
     std::array::from_fn(|i| bytes[i])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::logger::Log;
-    use crate::fmi2::parameters::Packed;
+    use crate::fmi2::logger::CallLog;
+    use crate::fmi2::parameters::PackedScene;
 
-    fn snapshot() -> Snapshot {
-        let mut it = Instance::new("a".into(), Packed::default(), Log::new(false));
-        it.set_up(-1.0, Some(2.0)).unwrap();
+    fn snapshot() -> InstanceSnapshot {
+        let mut it = FmuInstance::new("a".into(), PackedScene::default(), CallLog::new(false));
+        it.set_up_experiment(-1.0, Some(2.0)).unwrap();
         it.set_reals(&[20, 105], &[1060.0, -7.5]).unwrap();
         it.set_input_rates(&[(105, 1)], &[3.0]).unwrap();
         state_of(&it)
     }
 
-    fn state_of(it: &Instance) -> Snapshot {
-        let mut snapshot = Snapshot::empty();
+    fn state_of(it: &FmuInstance) -> InstanceSnapshot {
+        let mut snapshot = InstanceSnapshot::empty();
         it.snapshot(&mut snapshot).unwrap();
         snapshot
     }
 
-    fn to_bytes(snapshot: &Snapshot) -> Vec<u8> {
+    fn to_bytes(snapshot: &InstanceSnapshot) -> Vec<u8> {
         let mut bytes = vec![0; snapshot.size()];
         snapshot.write(&mut bytes).unwrap();
         bytes
     }
 
     fn refused(bytes: &[u8]) -> SnapshotError {
-        let mut other = Snapshot::empty();
+        let mut other = InstanceSnapshot::empty();
         let error = other.read(bytes).unwrap_err();
-        assert_eq!(other, Snapshot::empty());
+        assert_eq!(other, InstanceSnapshot::empty());
         error
     }
 
@@ -332,7 +332,7 @@ mod tests {
     fn bytes_give_the_same_state_back() {
         let it = snapshot();
         let bytes = to_bytes(&it);
-        let mut other = Snapshot::empty();
+        let mut other = InstanceSnapshot::empty();
         assert_eq!(other.read(&bytes), Ok(()));
         assert_eq!(other, it);
         let (found, expected) = (bytes.len() + 1, bytes.len());
@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn a_restored_instance_has_the_inputs_parameters_and_times() {
         let it = snapshot();
-        let mut other = Instance::new("b".into(), Packed::default(), Log::new(false));
+        let mut other = FmuInstance::new("b".into(), PackedScene::default(), CallLog::new(false));
         other.restore(&it).unwrap();
         assert_eq!(state_of(&other), it);
         assert_eq!(other.real(105).unwrap(), -7.5);

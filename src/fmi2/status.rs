@@ -1,17 +1,17 @@
-//! What a call came to, in the numbers of C.
+//! Status of an FMI call (`fmi2Status`).
 
-/// What a call came to.
+/// Status of an FMI call, with the numbers of C.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(i32)]
 pub enum Status {
-    /// Done.
+    /// Success.
     Ok = 0,
-    /// Done, with a remark in the log.
+    /// Success with a remark in the log.
     Warning = 1,
-    /// Not done; the instance is still good.
+    /// No success; the instance stays valid.
     Discard = 2,
-    /// Refused; nothing was changed.
+    /// Refused call; the instance is unchanged.
     Error = 3,
-    /// The instance is lost.
+    /// Lost instance.
     Fatal = 4,
 }

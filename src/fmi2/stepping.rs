@@ -1,53 +1,53 @@
-//! `fmi2DoStep` and what can be asked about it.
+//! `fmi2DoStep` and its status queries.
 
-use super::call::{CallError, number};
-use super::inputs::Acted;
-use super::instance::{Clock, Instance, Model};
-use super::lifecycle::Phase;
+use super::call::{CallError, format_number};
+use super::inputs::BodyLoad;
+use super::instance::{BuiltModel, ExperimentClock, FmuInstance};
+use super::lifecycle::LifecyclePhase;
 use super::memory::reserve_for_step;
 use super::status::Status;
 
-/// Relative to the times at hand: what repeated addition of a step can be off by.
+/// Relative tolerance of times, for the round-off of repeated additions of a step.
 const TOLERANCE: f64 = 1e-9;
-/// Most that the spacing of double-precision numbers may take of a step. At 1e-9 a start at 100 s would refuse steps of
-/// a microsecond, whose ends are known there to 1e-14 s, far below an element's step; at 1e-2 the end of a run of many
+/// Greatest spacing of double-precision numbers relative to a step. At 1e-9 a start at 100 s would refuse steps of a
+/// microsecond, whose ends are known there to 1e-14 s, far below an element's step. At 1e-2 the end of a run of many
 /// steps is visibly off.
-const COARSEST: f64 = 1e-6;
+const MAX_RELATIVE_SPACING: f64 = 1e-6;
 
-impl Clock {
-    /// The end of a step from `current` of length `step`, s.
+impl ExperimentClock {
+    /// Returns the end of a step from `current` of length `step`, s.
     fn end_of(&self, current: f64, step: f64) -> Result<f64, CallError> {
         if !(step.is_finite() && step > 0.0) {
             return Err(CallError::value("communicationStepSize", step, "a finite length above 0 s"));
         }
         let slack = TOLERANCE * (self.now.abs().max(self.start.abs()).max(step));
         if current.is_nan() || (current - self.now).abs() > slack {
-            let expected = format!("{} s, the end of the last step", number(self.now));
+            let expected = format!("{} s, the end of the last step", format_number(self.now));
             return Err(CallError::value("currentCommunicationPoint", current, expected));
         }
         let end = current + step;
         let spacing = spacing(current.abs().max(self.start.abs()));
-        if spacing > COARSEST * step || end <= self.now {
-            let shortest = spacing / COARSEST;
+        if spacing > MAX_RELATIVE_SPACING * step || end <= self.now {
+            let shortest = spacing / MAX_RELATIVE_SPACING;
             let expected = format!(
                 "at least {shortest:e} s: at {} s, after a startTime of {} s, double precision cannot tell the \
                  ends of shorter steps apart. Use a startTime nearer to 0",
-                number(current),
-                number(self.start)
+                format_number(current),
+                format_number(self.start)
             );
             return Err(CallError::value("communicationStepSize", step, expected));
         }
         match self.stop {
             Some(stop) if end > stop + TOLERANCE * stop.abs().max(self.start.abs()).max(step) => {
-                Err(CallError::value("end of the step", end, format!("at most stopTime = {} s", number(stop))))
+                Err(CallError::value("end of the step", end, format!("at most stopTime = {} s", format_number(stop))))
             }
             Some(_) | None => Ok(end),
         }
     }
 }
 
-impl Instance {
-    /// One communication step.
+impl FmuInstance {
+    /// Performs one communication step.
     pub(super) fn do_step(&mut self, current: f64, step: f64) -> Result<Status, CallError> {
         self.refuse_after_failure()?;
         let end = self.clock.end_of(current, step)?;
@@ -59,12 +59,12 @@ impl Instance {
         let begun = model.simulation.time();
         let succeeded = model.advance(&self.handed, since_start);
         let reached = model.simulation.time();
-        let acted = |inputs| Acted::at_the_end(inputs, model.scene.coupling.mode, reached - begun);
+        let acted = |inputs| BodyLoad::at_step_end(inputs, model.scene.coupling.mode, reached - begun);
         self.inputs.rates.clear();
         self.inputs.acted.clear();
         self.inputs.acted.extend(self.handed.iter().map(acted));
         if !succeeded {
-            self.phase = Phase::StepFailed;
+            self.phase = LifecyclePhase::StepFailed;
             self.clock.now = self.clock.now.max(self.clock.start + reached);
             self.record();
             self.refuse_after_failure()?;
@@ -73,17 +73,17 @@ impl Instance {
         Ok(self.record())
     }
 
-    /// End of the last completed step; of a failed one, the time that the simulation reached, s.
+    /// Returns the end of the last completed step, s; after a failed step, the time reached by the simulation.
     pub(super) fn last_successful_time(&self) -> f64 {
         self.clock.now
     }
 
-    /// Whether the simulation has stopped by itself.
+    /// Returns true if the simulation has stopped by itself.
     pub(super) fn has_stopped(&self) -> bool {
         self.failure().is_some()
     }
 
-    /// Refuses a step that ends where ticks are no longer exact.
+    /// Refuses a step whose end lies beyond the range of exact ticks.
     fn refuse_beyond_ticks(&mut self, step: f64, since_start: f64) -> Result<(), CallError> {
         let latest = self.model()?.simulation.latest();
         if since_start <= latest {
@@ -95,7 +95,7 @@ impl Instance {
     }
 
     fn failure(&self) -> Option<String> {
-        self.model.as_ref().and_then(Model::failure)
+        self.model.as_ref().and_then(BuiltModel::failure)
     }
 
     fn refuse_after_failure(&self) -> Result<(), CallError> {
@@ -103,7 +103,7 @@ impl Instance {
     }
 }
 
-/// From a number to the next larger one.
+/// Returns the distance from a number to the next larger number.
 fn spacing(x: f64) -> f64 {
     x.next_up() - x
 }
@@ -112,7 +112,7 @@ fn spacing(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const CLOCK: Clock = Clock { start: 0.0, stop: Some(1e-2), now: 5e-3 };
+    const CLOCK: ExperimentClock = ExperimentClock { start: 0.0, stop: Some(1e-2), now: 5e-3 };
 
     #[test]
     fn a_step_without_a_sensible_length_is_refused() {
@@ -125,18 +125,18 @@ mod tests {
     fn the_stop_time_is_met_to_round_off_and_not_passed() {
         assert!(CLOCK.end_of(5e-3, 5e-3 * (1.0 + 1e-12)).is_ok());
         assert!(CLOCK.end_of(5e-3, 5e-3 * (1.0 + 1e-6)).unwrap_err().to_string().contains("stopTime"));
-        assert!(Clock { stop: None, ..CLOCK }.end_of(5e-3, 1.0).is_ok());
+        assert!(ExperimentClock { stop: None, ..CLOCK }.end_of(5e-3, 1.0).is_ok());
     }
 
     #[test]
     fn a_step_that_a_large_time_swallows_is_refused() {
         for (start, step) in [(1e9, 1e-8), (1e12, 1e-5), (1e9, 1e-5), (-1e9, 1e-5)] {
-            let clock = Clock { start, stop: None, now: start };
+            let clock = ExperimentClock { start, stop: None, now: start };
             let refused = clock.end_of(start, step).unwrap_err().to_string();
             assert!(refused.starts_with("communicationStepSize = ") && refused.contains("startTime"), "{refused}");
         }
         for (start, step) in [(0.0, 1e-12), (100.0, 1e-6), (1e9, 1.0), (-0.25, 1e-8)] {
-            assert!(Clock { start, stop: None, now: start }.end_of(start, step).is_ok(), "{step} at {start}");
+            assert!(ExperimentClock { start, stop: None, now: start }.end_of(start, step).is_ok(), "{step} at {start}");
         }
     }
 

@@ -1,13 +1,13 @@
-//! The resource location: a `file:` URI, percent-encoded, to a path.
+//! Conversion of the resource location, a percent-encoded `file:` URI, to a path and back.
 
 use std::path::PathBuf;
 #[cfg(feature = "cli")]
 use std::{fmt::Write as _, path::Path};
 
-/// The folder that the URI names; `file:/p`, `file:///p` and `file://localhost/p` are the same.
+/// Returns the folder of a URI; `file:/p`, `file:///p` and `file://localhost/p` are equivalent.
 ///
 /// # Errors
-/// A sentence that says what was found and what was expected.
+/// A sentence with the found and the expected form.
 pub(super) fn to_path(uri: &str) -> Result<PathBuf, String> {
     let refuse = || format!("the resource location {uri:?} is not a file URI such as file:///folder/resources");
     let rest = uri.get(..5).filter(|s| s.eq_ignore_ascii_case("file:")).map(|_| &uri[5..]).ok_or_else(refuse)?;
@@ -20,12 +20,12 @@ pub(super) fn to_path(uri: &str) -> Result<PathBuf, String> {
         None if rest.starts_with('/') => rest,
         None => return Err(refuse()),
     };
-    let bytes = decode(path).ok_or_else(refuse)?;
+    let bytes = percent_decode(path).ok_or_else(refuse)?;
     let text = String::from_utf8(bytes).map_err(|_| refuse())?;
     Ok(PathBuf::from(without_drive_slash(&text)))
 }
 
-/// The `file:` URI of an absolute path.
+/// Returns the `file:` URI of an absolute path.
 #[cfg(feature = "cli")]
 pub(super) fn from_path(path: &Path) -> String {
     let text = path.to_string_lossy();
@@ -40,22 +40,22 @@ pub(super) fn from_path(path: &Path) -> String {
     uri
 }
 
-/// `/C:/folder` is `C:/folder` where paths have drives.
+/// Turns `/C:/folder` into `C:/folder` on systems with drives.
 fn without_drive_slash(path: &str) -> &str {
     let bytes = path.as_bytes();
     if cfg!(windows) && bytes.len() > 2 && bytes[2] == b':' { &path[1..] } else { path }
 }
 
-fn decode(text: &str) -> Option<Vec<u8>> {
+fn percent_decode(text: &str) -> Option<Vec<u8>> {
     let mut bytes = text.bytes();
     let mut out = Vec::with_capacity(text.len());
     while let Some(byte) = bytes.next() {
-        out.push(if byte == b'%' { 16 * hex(bytes.next()?)? + hex(bytes.next()?)? } else { byte });
+        out.push(if byte == b'%' { 16 * hex_digit(bytes.next()?)? + hex_digit(bytes.next()?)? } else { byte });
     }
     (!out.contains(&0)).then_some(out)
 }
 
-fn hex(digit: u8) -> Option<u8> {
+fn hex_digit(digit: u8) -> Option<u8> {
     (digit as char).to_digit(16).map(|d| d as u8)
 }
 

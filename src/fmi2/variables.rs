@@ -1,65 +1,65 @@
-//! Getting and setting by value reference.
+//! Reading and setting of variables by value reference.
 
 use super::body;
 use super::call::CallError;
-use super::instance::{Instance, Model, Values};
-use super::lifecycle::Phase;
+use super::instance::{BuiltModel, FmuInstance, ScalarValues};
+use super::lifecycle::LifecyclePhase;
 use super::scalar::Scalar;
 use super::table::{Kind, Observed, Source};
 use crate::math::Vector3;
 
-/// Components of an observed variable.
-enum Sample {
+/// Value of an observed variable.
+enum ObservedValue {
     Real([f64; 6]),
     Integer(i32),
     Boolean(bool),
 }
 
-impl Instance {
-    /// A Real.
+impl FmuInstance {
+    /// Returns the value of a Real.
     pub(super) fn real(&mut self, reference: u32) -> Result<f64, CallError> {
-        let scalar = known(reference, Kind::Real)?;
+        let scalar = find_scalar(reference, Kind::Real)?;
         match scalar.variable.source {
-            Source::Observed(observed) => match self.sample(&scalar, observed)? {
-                Sample::Real(values) => Ok(values[scalar.component]),
-                Sample::Integer(_) | Sample::Boolean(_) => Err(CallError::unknown(reference, Kind::Real)),
+            Source::Observed(observed) => match self.observe_scalar(&scalar, observed)? {
+                ObservedValue::Real(values) => Ok(values[scalar.component]),
+                ObservedValue::Integer(_) | ObservedValue::Boolean(_) => Err(CallError::unknown(reference, Kind::Real)),
             },
-            Source::Scene | Source::Input(_) => self.given(&scalar),
+            Source::Scene | Source::Input(_) => self.parameter_or_input(&scalar),
             Source::Setting(_) => Err(CallError::unknown(reference, Kind::Real)),
         }
     }
 
-    /// An Integer or Enumeration.
+    /// Returns the value of an Integer or Enumeration.
     pub(super) fn integer(&mut self, reference: u32) -> Result<i32, CallError> {
-        let scalar = known(reference, Kind::Integer)?;
+        let scalar = find_scalar(reference, Kind::Integer)?;
         let value = match scalar.variable.source {
             Source::Setting(setting) => self.settings.integer(setting),
-            Source::Scene => Some(self.given(&scalar)? as i32),
-            Source::Observed(observed) => match self.sample(&scalar, observed)? {
-                Sample::Integer(value) => Some(value),
-                Sample::Real(_) | Sample::Boolean(_) => None,
+            Source::Scene => Some(self.parameter_or_input(&scalar)? as i32),
+            Source::Observed(observed) => match self.observe_scalar(&scalar, observed)? {
+                ObservedValue::Integer(value) => Some(value),
+                ObservedValue::Real(_) | ObservedValue::Boolean(_) => None,
             },
             Source::Input(_) => None,
         };
         value.ok_or_else(|| CallError::unknown(reference, Kind::Integer))
     }
 
-    /// A Boolean.
+    /// Returns the value of a Boolean.
     pub(super) fn boolean(&mut self, reference: u32) -> Result<bool, CallError> {
-        let scalar = known(reference, Kind::Boolean)?;
+        let scalar = find_scalar(reference, Kind::Boolean)?;
         match scalar.variable.source {
-            Source::Observed(observed) => match self.sample(&scalar, observed)? {
-                Sample::Boolean(value) => Ok(value),
-                Sample::Real(_) | Sample::Integer(_) => Err(CallError::unknown(reference, Kind::Boolean)),
+            Source::Observed(observed) => match self.observe_scalar(&scalar, observed)? {
+                ObservedValue::Boolean(value) => Ok(value),
+                ObservedValue::Real(_) | ObservedValue::Integer(_) => Err(CallError::unknown(reference, Kind::Boolean)),
             },
-            Source::Input(_) => self.given(&scalar).map(|value| value != 0.0),
+            Source::Input(_) => self.parameter_or_input(&scalar).map(|value| value != 0.0),
             Source::Scene | Source::Setting(_) => Err(CallError::unknown(reference, Kind::Boolean)),
         }
     }
 
-    /// A String.
+    /// Returns the value of a String.
     pub(super) fn text(&self, reference: u32) -> Result<&str, CallError> {
-        let scalar = known(reference, Kind::String)?;
+        let scalar = find_scalar(reference, Kind::String)?;
         match scalar.variable.source {
             Source::Setting(setting) => self.settings.text(setting),
             Source::Scene | Source::Input(_) | Source::Observed(_) => None,
@@ -67,16 +67,16 @@ impl Instance {
         .ok_or_else(|| CallError::unknown(reference, Kind::String))
     }
 
-    /// A parameter of the scene or an input: as it was set, or as the scene starts.
-    fn given(&mut self, scalar: &Scalar) -> Result<f64, CallError> {
+    /// Returns a parameter of the scene or an input: the set value, or the start in the scene.
+    fn parameter_or_input(&mut self, scalar: &Scalar) -> Result<f64, CallError> {
         if !self.settings.scene.is_empty() {
-            // What the overrides mean depends on the other scene.
+            // The meaning of the overrides depends on the other scene.
             self.model()?;
         }
         let scene = self.model.as_ref().map_or(&self.packed.starts, |m| &m.table);
         let set = match scalar.variable.source {
             Source::Input(_) => self.inputs.values.get(&scalar.reference()),
-            // What is in use once there is a model; before, what was set.
+            // The model in use has the overrides; without a model, the set value counts.
             _ => self.overrides.get(&scalar.reference()).filter(|_| self.model.is_none()),
         };
         Ok(set.copied().or_else(|| scalar.start(scene)).unwrap_or(0.0))
@@ -85,12 +85,12 @@ impl Instance {
     /// Sets Reals: all of them, or none.
     pub(super) fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         for (&reference, &value) in references.iter().zip(values) {
-            let scalar = known(reference, Kind::Real)?;
+            let scalar = find_scalar(reference, Kind::Real)?;
             self.expect_settable(&scalar)?;
             check_range(&scalar, value)?;
         }
         for (&reference, &value) in references.iter().zip(values) {
-            if matches!(known(reference, Kind::Real)?.variable.source, Source::Input(_)) {
+            if matches!(find_scalar(reference, Kind::Real)?.variable.source, Source::Input(_)) {
                 self.inputs.values.insert(reference, value);
             } else {
                 self.set_override(reference, value);
@@ -101,9 +101,9 @@ impl Instance {
 
     /// Sets Integers and Enumerations: all of them, or none.
     pub(super) fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        let (mut settings, mut overrides) = (self.settings.clone(), Values::new());
+        let (mut settings, mut overrides) = (self.settings.clone(), ScalarValues::new());
         for (&reference, &value) in references.iter().zip(values) {
-            let scalar = known(reference, Kind::Integer)?;
+            let scalar = find_scalar(reference, Kind::Integer)?;
             self.expect_settable(&scalar)?;
             if let Source::Setting(setting) = scalar.variable.source {
                 settings.set_integer(setting, value)?;
@@ -112,14 +112,14 @@ impl Instance {
                 overrides.insert(reference, value.into());
             }
         }
-        self.adopt(settings);
+        self.replace_settings(settings);
         for (reference, value) in overrides {
             self.set_override(reference, value);
         }
         Ok(())
     }
 
-    /// A parameter of the scene; what was built with another value is built again.
+    /// Sets a parameter of the scene; a changed value discards the model.
     fn set_override(&mut self, reference: u32, value: f64) {
         if self.overrides.insert(reference, value) != Some(value) {
             self.model = None;
@@ -129,9 +129,9 @@ impl Instance {
     /// Sets Booleans: all of them, or none.
     pub(super) fn set_booleans(&mut self, references: &[u32], values: &[bool]) -> Result<(), CallError> {
         for &reference in references {
-            self.expect_settable(&known(reference, Kind::Boolean)?)?;
+            self.expect_settable(&find_scalar(reference, Kind::Boolean)?)?;
         }
-        // Only inputs are left.
+        // All remaining scalars are inputs.
         let values = values.iter().map(|value| f64::from(u8::from(*value)));
         self.inputs.values.extend(references.iter().copied().zip(values));
         Ok(())
@@ -141,24 +141,24 @@ impl Instance {
     pub(super) fn set_texts(&mut self, references: &[u32], values: &[&str]) -> Result<(), CallError> {
         let mut settings = self.settings.clone();
         for (&reference, value) in references.iter().zip(values) {
-            let scalar = known(reference, Kind::String)?;
+            let scalar = find_scalar(reference, Kind::String)?;
             self.expect_settable(&scalar)?;
             if let Source::Setting(setting) = scalar.variable.source {
                 settings.set_text(setting, value)?;
             }
         }
-        self.adopt(settings);
+        self.replace_settings(settings);
         Ok(())
     }
 
-    fn sample(&mut self, scalar: &Scalar, observed: Observed) -> Result<Sample, CallError> {
+    fn observe_scalar(&mut self, scalar: &Scalar, observed: Observed) -> Result<ObservedValue, CallError> {
         let now = self.clock.now;
         let model = self.model()?;
         model.expect_body(scalar)?;
-        Ok(sample((observed, scalar.body), now, model))
+        Ok(observed_value(observed, scalar.body, now, model))
     }
 
-    fn adopt(&mut self, settings: super::parameters::Settings) {
+    fn replace_settings(&mut self, settings: super::parameters::RunSettings) {
         let before = std::mem::replace(&mut self.settings, settings);
         let after = &self.settings;
         if (&before.scene, before.threads) != (&after.scene, after.threads) {
@@ -167,26 +167,26 @@ impl Instance {
     }
 
     fn expect_settable(&self, scalar: &Scalar) -> Result<(), CallError> {
-        let started = !matches!(self.phase, Phase::Instantiated | Phase::Initialization);
+        let is_started = !matches!(self.phase, LifecyclePhase::Instantiated | LifecyclePhase::Initialization);
         let remedy = match scalar.variable.source {
             Source::Observed(_) => "it is computed; set parameters and inputs",
-            Source::Setting(_) | Source::Scene if started => "a parameter is fixed; call fmi2Reset first",
+            Source::Setting(_) | Source::Scene if is_started => "a parameter is fixed; call fmi2Reset first",
             Source::Setting(_) | Source::Scene | Source::Input(_) => return Ok(()),
         };
-        let when = if started { "after initialization" } else { "at any time" };
+        let when = if is_started { "after initialization" } else { "at any time" };
         Err(CallError::NotSettable { name: scalar.name(), when: when.to_string(), remedy })
     }
 }
 
-/// The scalar of this type (an Enumeration counts as Integer) with the value reference.
-pub(super) fn known(reference: u32, kind: Kind) -> Result<Scalar, CallError> {
-    let same = |k: Kind| k == kind || (k == Kind::Enumeration && kind == Kind::Integer);
+/// Returns the scalar with this type and value reference; an Enumeration counts as Integer.
+pub(super) fn find_scalar(reference: u32, kind: Kind) -> Result<Scalar, CallError> {
+    let is_same = |k: Kind| k == kind || (k == Kind::Enumeration && kind == Kind::Integer);
     Scalar::find(reference)
-        .filter(|scalar| same(scalar.variable.kind))
+        .filter(|scalar| is_same(scalar.variable.kind))
         .ok_or_else(|| CallError::unknown(reference, kind))
 }
 
-/// An Enumeration has one of its values.
+/// Refuses a number without an item in the Enumeration.
 fn check_item(scalar: &Scalar, value: i32) -> Result<(), CallError> {
     let items = scalar.items();
     if items.iter().any(|item| item.value == value) {
@@ -196,7 +196,7 @@ fn check_item(scalar: &Scalar, value: i32) -> Result<(), CallError> {
     Err(CallError::value(scalar.name(), value, format!("one of {}", known.join(", "))))
 }
 
-/// Nothing physical is larger: beyond, squares and products leave the numbers.
+/// Limit of a Real: squares and products of larger values overflow, and no physical value is larger.
 const LARGEST: f64 = 1e15;
 
 fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
@@ -216,34 +216,34 @@ fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
     }
 }
 
-/// Time, s, or energy, J, at the exit of a body.
-fn exit_figure(observed: Observed, model: &Model, body: usize) -> f64 {
+/// Returns time, s, or energy, J, at the exit of a body.
+fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
     let exit = model.exit(body);
     if matches!(observed, Observed::ProjectileExitTime) { exit.time } else { exit.residual_energy }
 }
 
-/// Number of elements, or of exchanges of the mesh.
-fn count(observed: Observed, model: &mut Model) -> i32 {
+/// Returns the number of elements, or of remeshings.
+fn count_of(observed: Observed, model: &mut BuiltModel) -> i32 {
     let elements = matches!(observed, Observed::CostElements);
     let n = if elements { model.cost().elements as u64 } else { model.simulation.remeshes() };
     i32::try_from(n).unwrap_or(i32::MAX)
 }
 
-/// What goes over the mesh is asked of `model`, which keeps it until the next step; all else is at hand in the simulation. A sensor has no
-/// exchange.
-fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> Sample {
+/// Returns the value of an observed variable. Reports with a loop over the mesh come from the cache of `model`, other
+/// values from the simulation. A sensor has no coupling exchange.
+fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltModel) -> ObservedValue {
     let exchange = model.simulation.exchanges().get(body).copied().unwrap_or_default();
     match observed {
         Observed::Time => scalar(now),
         Observed::ProjectileEffectiveMass => scalar(body::mass(&model.simulation, body)),
-        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(&model.simulation, body)),
+        Observed::ProjectileEffectiveInertia => ObservedValue::Real(body::inertia(&model.simulation, body)),
         Observed::ContactImpulse => vector(exchange.impulse),
         Observed::ContactAngularImpulse => vector(exchange.angular_impulse),
         Observed::ContactImpulseMoment => vector(exchange.impulse_moment),
         Observed::ContactForce | Observed::ContactLinearForce => vector(exchange.mean_force()),
         Observed::ContactTorque => vector(exchange.mean_torque()),
         Observed::ContactTotalImpulse => vector(model.simulation.total_impulse(body)),
-        Observed::ContactActive => Sample::Boolean(exchange.is_contact()),
+        Observed::ContactActive => ObservedValue::Boolean(exchange.is_contact()),
         Observed::ContactArea => scalar(model.contact(body).area),
         Observed::ContactPenetration => scalar(model.contact(body).penetration),
         Observed::ContactStiffness => scalar(model.contact(body).stiffness),
@@ -255,11 +255,11 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::ProjectilePredictedOrientation => real(&model.simulation.kinematics(body).orientation),
         Observed::ProjectilePredictedAngularVelocity => vector(model.simulation.kinematics(body).angular_velocity),
         Observed::ProjectileDepth => scalar(model.simulation.depth(body)),
-        Observed::ProjectilePerforated => Sample::Boolean(model.simulation.exit(body).is_some()),
+        Observed::ProjectilePerforated => ObservedValue::Boolean(model.simulation.exit(body).is_some()),
         Observed::ProjectileExitVelocity => vector(model.exit(body).velocity),
         Observed::ProjectileExitTime | Observed::ProjectileResidualEnergy => scalar(exit_figure(observed, model, body)),
         Observed::ProjectileEnergyDeposited => scalar(model.simulation.energy_deposited(body)),
-        Observed::SceneIsOver => Sample::Boolean(model.simulation.is_over()),
+        Observed::SceneIsOver => ObservedValue::Boolean(model.simulation.is_over()),
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
         Observed::CouplingStepAdvice => scalar(model.contact(body).step_advice),
         Observed::CouplingStepMin => scalar(model.contact(body).step_min),
@@ -288,32 +288,32 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::CostSmallestStep => scalar(model.cost().smallest_step),
         Observed::CostLargestStep => scalar(model.cost().largest_step),
         Observed::CostRemeshFallback => scalar(model.simulation.fallback()),
-        Observed::CostElements | Observed::CostRemeshes => Sample::Integer(count(observed, model)),
+        Observed::CostElements | Observed::CostRemeshes => ObservedValue::Integer(count_of(observed, model)),
     }
 }
 
-fn real(values: &[f64]) -> Sample {
+fn real(values: &[f64]) -> ObservedValue {
     let mut all = [0.0; 6];
     all[..values.len()].copy_from_slice(values);
-    Sample::Real(all)
+    ObservedValue::Real(all)
 }
 
-fn scalar(value: f64) -> Sample {
+fn scalar(value: f64) -> ObservedValue {
     real(&[value])
 }
 
-fn vector(value: Vector3) -> Sample {
+fn vector(value: Vector3) -> ObservedValue {
     real(value.as_slice())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::logger::Log;
-    use crate::fmi2::parameters::Packed;
+    use crate::fmi2::logger::CallLog;
+    use crate::fmi2::parameters::PackedScene;
 
-    fn instance() -> Instance {
-        Instance::new("a".into(), Packed::default(), Log::new(false))
+    fn instance() -> FmuInstance {
+        FmuInstance::new("a".into(), PackedScene::default(), CallLog::new(false))
     }
 
     #[test]
@@ -335,7 +335,7 @@ mod tests {
         it.set_booleans(&[119], &[false]).unwrap();
         assert!(!it.boolean(119).unwrap());
         it.set_reals(&[20], &[1000.0]).unwrap();
-        it.phase = Phase::StepComplete;
+        it.phase = LifecyclePhase::StepComplete;
         assert!(it.set_reals(&[20], &[1000.0]).unwrap_err().to_string().contains("fmi2Reset"));
         it.set_reals(&[103], &[2.0]).unwrap();
         assert_eq!(it.real(103).unwrap(), 2.0);

@@ -1,6 +1,6 @@
-//! The bodies as closed surfaces of triangles, for files and pictures.
+//! Closed triangle surfaces of the rigid bodies, for VTK files and pictures.
 
-use super::bounds::Bounds;
+use super::bounds::AxisAlignedBox;
 use crate::geometry::{Dome, Shape, Solid as TriangleBody};
 use crate::math::Vector3;
 use crate::scene::Scene;
@@ -8,67 +8,68 @@ use crate::simulation::{Frame, Place};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{PI, TAU};
 
-/// Triangles about the axis: a circle is drawn within 0.3 % of its radius.
+/// Segments around the axis of revolution: a polygon of 48 sides deviates from its circle by 0.3 % of the radius.
 const SEGMENTS: usize = 48;
 
-/// A surface around an inner point from which, unless the body is one from a file, all of it can be seen.
+/// Closed triangle surface of a body. Unless the body is read from a file, the surface is star-shaped about `centre`.
 #[derive(Debug, Clone)]
-pub(super) struct Solid {
-    /// Whether it ends by itself; of an unbounded body only a plate is drawn.
+pub(super) struct BodySurface {
+    /// True for a body of finite extent; an unbounded body is drawn as a plate.
     pub(super) bounded: bool,
     pub(super) velocity: Vector3,
     pub(super) centre: Vector3,
     pub(super) points: Vec<Vector3>,
-    /// Outward oriented.
+    /// Triangles, oriented outwards.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// The active bodies where they are; of a half-space, the plate that lies behind its surface across `scenery`, and of a dome
-/// the plate around its cap.
-pub(super) fn solids(scene: &Scene, frame: &Frame, scenery: &Bounds) -> Vec<Solid> {
+/// Returns the surfaces of the active bodies at their current position. A half-space is drawn as a plate behind its
+/// plane across `scenery`, a dome as a plate around its cap.
+pub(super) fn body_surfaces(scene: &Scene, frame: &Frame, scenery: &AxisAlignedBox) -> Vec<BodySurface> {
     let bodies = frame.bodies.iter().enumerate().filter(|(_, place)| place.active);
-    bodies.map(|(i, place)| solid(&scene.shape(i), place, scenery)).collect()
+    bodies.map(|(i, place)| body_surface(&scene.shape(i), place, scenery)).collect()
 }
 
-/// A body where it is; of an unbounded one the plate that is drawn.
-pub(super) fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
+/// Returns the surface of a body at its current position; an unbounded body gives a plate.
+pub(super) fn body_surface(shape: &Shape, place: &Place, scenery: &AxisAlignedBox) -> BodySurface {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
-    let drawn = |profile: &[(f64, f64)]| placed(lathe(profile), turn, to);
+    let drawn = |profile: &[(f64, f64)]| transformed(surface_of_revolution(profile), turn, to);
     let solid = match (shape, &place.bulge) {
-        (_, Some(bulge)) => drawn(&cap(&bulge.dome(), scenery)),
-        (Shape::Sphere(sphere), _) => drawn(&arc(sphere.radius)),
+        (_, Some(bulge)) => drawn(&dome_profile(&bulge.dome(), scenery)),
+        (Shape::Sphere(sphere), _) => drawn(&sphere_profile(sphere.radius)),
         (Shape::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
-        (Shape::Plate(rounded), _) => placed(cuboid(rounded.size()), turn, to),
-        (Shape::Solid(solid), _) => placed(triangles(solid), turn, to),
+        (Shape::Plate(rounded), _) => transformed(cuboid(rounded.size()), turn, to),
+        (Shape::Solid(solid), _) => transformed(mesh_surface(solid), turn, to),
         (Shape::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
-        (Shape::Dome(dome), None) => drawn(&cap(dome, scenery)),
+        (Shape::Dome(dome), None) => drawn(&dome_profile(dome, scenery)),
     };
     let bounded = !matches!(shape, Shape::HalfSpace(_) | Shape::Dome(_));
-    Solid { bounded, velocity: place.kinematics.velocity, ..solid }
+    BodySurface { bounded, velocity: place.kinematics.velocity, ..solid }
 }
 
-/// What is to be seen of a body in a picture of `scenery`: of an unbounded one, its surface there.
-pub(super) fn extent(shape: &Shape, place: &Place, scenery: &Bounds) -> Bounds {
+/// Returns the box of the visible part of a body in a picture of `scenery`; an unbounded body counts with its surface
+/// alone.
+pub(super) fn visible_box(shape: &Shape, place: &Place, scenery: &AxisAlignedBox) -> AxisAlignedBox {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let on_plane = |n: Vector3| scenery.corners().map(move |p| p - n * (p - to).dot(&n));
     match (shape, &place.bulge) {
-        (Shape::HalfSpace(half_space), _) => Bounds::around(on_plane(half_space.normal())),
+        (Shape::HalfSpace(half_space), _) => AxisAlignedBox::around(on_plane(half_space.normal())),
         (Shape::Dome(_), Some(bulge)) => {
             let apex = to - turn * Vector3::z() * bulge.dome().height();
-            Bounds::around(on_plane(turn * Vector3::z()).chain([apex]))
+            AxisAlignedBox::around(on_plane(turn * Vector3::z()).chain([apex]))
         }
-        _ => Bounds::around(solid(shape, place, scenery).points),
+        _ => AxisAlignedBox::around(body_surface(shape, place, scenery).points),
     }
 }
 
-/// Profile (r, z) of a dome's cap and of the plate behind it, which is drawn a little beyond the cap: all of it would hide
-/// the gel.
-fn cap(dome: &Dome, scenery: &Bounds) -> Vec<(f64, f64)> {
+/// Returns the profile (r, z) of a dome's cap and of the plate behind the cap. The plate ends a little beyond the
+/// cap, because a wider plate would hide the gel.
+fn dome_profile(dome: &Dome, scenery: &AxisAlignedBox) -> Vec<(f64, f64)> {
     let (h, a) = (dome.height(), dome.radius());
     let (wide, thick) = (1.2 * a, 0.06 * scenery.radius());
-    // From the apex to the rim in equal parts of the angle 2 atan(h/a) that half of the cap spans.
+    // Equal parts, from apex to rim, of the angle 2 atan(h/a) spanned by half of the cap.
     let n = SEGMENTS / 4;
     let half = 2.0 * (h / a).atan();
     let sphere = if h > 0.0 { (a * a + h * h) / (2.0 * h) } else { 0.0 };
@@ -79,37 +80,37 @@ fn cap(dome: &Dome, scenery: &Bounds) -> Vec<(f64, f64)> {
     profile
 }
 
-/// Profile (r, z) of a sphere from pole to pole.
-fn arc(radius: f64) -> Vec<(f64, f64)> {
+/// Returns the profile (r, z) of a sphere from pole to pole.
+fn sphere_profile(radius: f64) -> Vec<(f64, f64)> {
     let n = SEGMENTS / 2;
     (0..=n).map(|i| PI * i as f64 / n as f64).map(|a| (radius * a.sin(), -radius * a.cos())).collect()
 }
 
-/// Profile (r, z) of a cylinder from pole to pole.
-fn rod(radius: f64, length: f64) -> Vec<(f64, f64)> {
+/// Returns the profile (r, z) of a cylinder from pole to pole.
+fn cylinder_profile(radius: f64, length: f64) -> Vec<(f64, f64)> {
     let z = 0.5 * length;
     vec![(0.0, -z), (radius, -z), (radius, z), (0.0, z)]
 }
 
-/// A cuboid about the origin.
-fn cuboid(size: Vector3) -> Solid {
+/// Returns a cuboid about the origin.
+fn cuboid(size: Vector3) -> BodySurface {
     let side = |i: u32, axis: usize| if i >> axis & 1 == 0 { -0.5 * size[axis] } else { 0.5 * size[axis] };
     let points = (0..8).map(|i| Vector3::from_fn(|axis, _| side(i, axis))).collect();
     let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    closed(points, faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+    closed_surface(points, faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
 }
 
-/// A closed surface at rest about the origin.
-fn closed(points: Vec<Vector3>, triangles: Vec<[u32; 3]>) -> Solid {
-    Solid { bounded: true, velocity: Vector3::zeros(), centre: Vector3::zeros(), points, triangles }
+/// Returns a closed surface at rest about the origin.
+fn closed_surface(points: Vec<Vector3>, triangles: Vec<[u32; 3]>) -> BodySurface {
+    BodySurface { bounded: true, velocity: Vector3::zeros(), centre: Vector3::zeros(), points, triangles }
 }
 
-fn triangles(body: &TriangleBody) -> Solid {
-    closed(body.points().to_vec(), body.triangles().to_vec())
+fn mesh_surface(body: &TriangleBody) -> BodySurface {
+    closed_surface(body.points().to_vec(), body.triangles().to_vec())
 }
 
-/// The surface that a profile from pole to pole sweeps about the z axis.
-fn lathe(profile: &[(f64, f64)]) -> Solid {
+/// Returns the surface of revolution of a pole-to-pole profile about the z axis.
+fn surface_of_revolution(profile: &[(f64, f64)]) -> BodySurface {
     let rings = profile.len() - 2;
     let (south, north) = ((rings * SEGMENTS) as u32, (rings * SEGMENTS + 1) as u32);
     let mut points = Vec::with_capacity(rings * SEGMENTS + 2);
@@ -129,24 +130,24 @@ fn lathe(profile: &[(f64, f64)]) -> Solid {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    closed(points, triangles)
+    closed_surface(points, triangles)
 }
 
-fn placed(mut solid: Solid, turn: UnitQuaternion<f64>, to: Vector3) -> Solid {
+fn transformed(mut solid: BodySurface, turn: UnitQuaternion<f64>, to: Vector3) -> BodySurface {
     for point in solid.points.iter_mut().chain([&mut solid.centre]) {
         *point = turn * *point + to;
     }
     solid
 }
 
-/// A round plate whose upper face is the plane through `origin`, as wide as `scenery`.
-fn plate(normal: Vector3, origin: Vector3, scenery: &Bounds) -> Solid {
+/// Returns a round plate as wide as `scenery`, with its upper face in the plane through `origin`.
+fn plate(normal: Vector3, origin: Vector3, scenery: &AxisAlignedBox) -> BodySurface {
     let (radius, thickness) = (1.1 * scenery.radius(), 0.06 * scenery.radius());
     let middle = scenery.centre();
     let foot = middle - normal * (middle - origin).dot(&normal);
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
-    placed(lathe(&rod(radius, thickness)), turn, foot - 0.5 * thickness * normal)
+    transformed(surface_of_revolution(&cylinder_profile(radius, thickness)), turn, foot - 0.5 * thickness * normal)
 }
 
 #[cfg(test)]
@@ -161,22 +162,22 @@ mod tests {
         Place { kinematics, bulge: None, active: true }
     }
 
-    fn volume(solid: &Solid) -> f64 {
+    fn volume(solid: &BodySurface) -> f64 {
         let corner = |i: u32| solid.points[i as usize] - solid.centre;
         solid.triangles.iter().map(|t| corner(t[0]).cross(&corner(t[1])).dot(&corner(t[2])) / 6.0).sum()
     }
 
-    fn drawn(shape: &str, position: Vector3, scenery: &Bounds) -> Solid {
+    fn drawn(shape: &str, position: Vector3, scenery: &AxisAlignedBox) -> BodySurface {
         let shape: Override = format!("projectile.shape={shape}").parse().unwrap();
         let inertia = "projectile.inertia=[1, 1, 1, 0, 0, 0]".parse().unwrap();
         let above = "projectile.position=[0, 0, 9]".parse().unwrap();
         let text = scene::resolve(scene::builtin("sphere-block").unwrap(), &[shape, inertia, above]).unwrap();
-        solid(&scene::read(&text).unwrap().shape(0), &at(position), scenery)
+        body_surface(&scene::read(&text).unwrap().shape(0), &at(position), scenery)
     }
 
     #[test]
     fn surfaces_enclose_the_volume_of_their_body_and_face_outwards() {
-        let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
+        let scenery = AxisAlignedBox { lower: Vector3::zeros(), upper: Vector3::zeros() };
         let bodies = [
             ("{sphere={radius=2.0}}", 32.0 / 3.0),
             ("{cylinder={radius=2.0, length=5.0}}", 20.0),
@@ -193,9 +194,9 @@ mod tests {
 
     #[test]
     fn a_bullet_is_drawn_about_its_centre_of_mass_nose_down() {
-        let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
+        let scenery = AxisAlignedBox { lower: Vector3::zeros(), upper: Vector3::zeros() };
         let cone = drawn("{bullet={radius=1.0, length=4.0, nose={cone={length=4.0}}}}", Vector3::zeros(), &scenery);
-        let heights = Bounds::around(cone.points.iter().copied());
+        let heights = AxisAlignedBox::around(cone.points.iter().copied());
         assert!((heights.lower.z + 3.0).abs() < 1e-12 && (heights.upper.z - 1.0).abs() < 1e-12);
     }
 
@@ -204,16 +205,16 @@ mod tests {
         let corner = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
         let faces = [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]].map(|face| face.map(|i: usize| corner[i]));
         let body = TriangleBody::new(crate::geometry::Surface::new(&faces).unwrap(), 2.0).unwrap();
-        let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
-        let drawn = solid(&Shape::Solid(body.into()), &at(Vector3::new(1.0, 2.0, 3.0)), &scenery);
+        let scenery = AxisAlignedBox { lower: Vector3::zeros(), upper: Vector3::zeros() };
+        let drawn = body_surface(&Shape::Solid(body.into()), &at(Vector3::new(1.0, 2.0, 3.0)), &scenery);
         assert!((volume(&drawn) - 8.0 / 6.0).abs() < 1e-14 && drawn.triangles.len() == 4 && drawn.bounded);
-        let lower = Bounds::around(drawn.points.iter().copied()).lower;
+        let lower = AxisAlignedBox::around(drawn.points.iter().copied()).lower;
         assert!((lower - Vector3::new(0.5, 1.5, 2.5)).norm() < 1e-14);
     }
 
     #[test]
     fn a_dome_is_a_cap_under_a_plate() {
-        let scenery = Bounds { lower: Vector3::new(-1.0, 0.0, 0.0), upper: Vector3::new(1.0, 0.0, 0.0) };
+        let scenery = AxisAlignedBox { lower: Vector3::new(-1.0, 0.0, 0.0), upper: Vector3::new(1.0, 0.0, 0.0) };
         for (height, cap) in [(0.0, 0.0), (0.3, PI * 0.3 * (3.0 * 0.25 + 0.09) / 6.0)] {
             let shape = format!("{{dome={{height={height:?}, radius=0.5}}}}");
             let dome = drawn(&shape, Vector3::zeros(), &scenery);
@@ -224,9 +225,9 @@ mod tests {
 
     #[test]
     fn the_plate_of_a_half_space_lies_behind_its_plane() {
-        let scenery = Bounds { lower: Vector3::new(-1.0, 0.0, 0.5), upper: Vector3::new(1.0, 0.0, 2.0) };
+        let scenery = AxisAlignedBox { lower: Vector3::new(-1.0, 0.0, 0.5), upper: Vector3::new(1.0, 0.0, 2.0) };
         let plate = drawn("{half-space={normal=[0.0, 0.0, 2.0]}}", Vector3::zeros(), &scenery);
-        let heights = Bounds::around(plate.points.iter().copied());
+        let heights = AxisAlignedBox::around(plate.points.iter().copied());
         assert!(heights.upper.z.abs() < 1e-12 && heights.lower.z < 0.0 && heights.upper.x > 1.0);
     }
 }

@@ -1,34 +1,34 @@
-//! Boxes around things.
+//! Axis-aligned bounding boxes.
 
 use crate::math::Vector3;
 
-/// A box along the axes.
+/// Axis-aligned bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
+pub(super) struct AxisAlignedBox {
     pub(super) lower: Vector3,
     pub(super) upper: Vector3,
 }
 
-impl Bounds {
-    /// The smallest box around points; a point at the origin if there are none.
+impl AxisAlignedBox {
+    /// Returns the smallest box around points; without points, the origin.
     pub(super) fn around(points: impl IntoIterator<Item = Vector3>) -> Self {
         let boxes = points.into_iter().map(|p| Self { lower: p, upper: p });
-        boxes.reduce(|a, b| a.with(&b)).unwrap_or(Self { lower: Vector3::zeros(), upper: Vector3::zeros() })
+        boxes.reduce(|a, b| a.union(&b)).unwrap_or(Self { lower: Vector3::zeros(), upper: Vector3::zeros() })
     }
 
-    /// The smallest box around both.
-    pub(super) fn with(&self, other: &Self) -> Self {
+    /// Returns the smallest box around both boxes.
+    pub(super) fn union(&self, other: &Self) -> Self {
         Self { lower: self.lower.inf(&other.lower), upper: self.upper.sup(&other.upper) }
     }
 
-    /// The part of this box in the other one grown by `margin`, m, on every side.
-    pub(super) fn near(&self, other: &Self, margin: f64) -> Self {
-        let room = other.grown(margin);
-        let clamp = |p: &Vector3| p.sup(&room.lower).inf(&room.upper);
+    /// Returns the part of this box inside `other` grown by `margin`, m.
+    pub(super) fn clipped_to(&self, other: &Self, margin: f64) -> Self {
+        let limits = other.grown(margin);
+        let clamp = |p: &Vector3| p.sup(&limits.lower).inf(&limits.upper);
         Self { lower: clamp(&self.lower), upper: clamp(&self.upper) }
     }
 
-    /// This box grown by `margin`, m, on every side.
+    /// Returns this box grown by `margin`, m, on every side.
     pub(super) fn grown(&self, margin: f64) -> Self {
         Self { lower: self.lower.add_scalar(-margin), upper: self.upper.add_scalar(margin) }
     }
@@ -37,7 +37,7 @@ impl Bounds {
         0.5 * (self.lower + self.upper)
     }
 
-    /// Half the diagonal, m.
+    /// Returns half of the diagonal, m.
     pub(super) fn radius(&self) -> f64 {
         0.5 * (self.upper - self.lower).norm()
     }

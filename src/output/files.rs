@@ -1,70 +1,72 @@
-//! Files of a run: written whole, and named when that fails.
+//! Atomic writes of the files of a run, with errors that name the file.
 
 use super::folder::FolderRefusal;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Results that cannot be written.
+/// Error of writing results.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// A file or folder could not be written.
     #[error("cannot write {}: {source}. Choose a folder that can be written, with space left on its disk", path.display())]
     Write {
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// Why.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The folder is not for this run.
+    /// The folder is not available for this run.
     #[error("cannot write into {}: {refusal}", folder.display())]
     Refused {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
-        /// Why not, and what helps.
+        /// Reason and remedy.
         refusal: FolderRefusal,
     },
 }
 
 impl OutputError {
-    /// A folder that is not for this run.
+    /// Returns the error of a folder that is not available for this run.
     pub(super) fn refused(folder: &Path, refusal: FolderRefusal) -> Self {
         Self::Refused { folder: folder.to_path_buf(), refusal }
     }
 }
 
-/// Names the file that an I/O error is about.
-pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
+/// Returns a function that adds the path to an I/O error.
+pub(super) fn with_path(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
     |source| OutputError::Write { path: path.to_path_buf(), source }
 }
 
-/// Writes a whole file: the old one is there until the new one is whole, also for who kills the run in between.
+/// Writes a whole file by rename, therefore the old file stays until the new file is complete, even if the run is
+/// killed.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let part = part(path);
-    let written = begin(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
+    let part = temporary_path(path);
+    let written =
+        create_temporary(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {
-        // What cannot be written cannot always be removed, either; the first error says why.
+        // The removal may fail for the same reason; the first error is reported.
         drop(fs::remove_file(&part));
-        naming(path)(source)
+        with_path(path)(source)
     })
 }
 
-/// The hidden file beside a file, in which it is written: a name that nobody else gives a file.
-fn part(path: &Path) -> PathBuf {
+/// Returns the path of the hidden temporary file beside a file, a name used by nobody else.
+fn temporary_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.gelfmu-part"))
 }
 
-/// A new file, instead of one that a killed run has left; a link is not followed.
-fn begin(part: &Path) -> io::Result<File> {
+/// Creates the temporary file in place of a leftover of a killed run; a link is not followed.
+fn create_temporary(part: &Path) -> io::Result<File> {
     remove_existing(part)?;
     File::create_new(part)
 }
 
-/// Removes a file that may be absent.
+/// Removes a file if present.
 pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
-    remove_existing(path).map_err(naming(path))
+    remove_existing(path).map_err(with_path(path))
 }
 
 fn remove_existing(path: &Path) -> io::Result<()> {
@@ -74,12 +76,12 @@ fn remove_existing(path: &Path) -> io::Result<()> {
     }
 }
 
-/// A number of a table with every digit; a cell without a value is empty, as in one of what is not known.
-pub(super) fn cell(value: f64) -> String {
+/// Formats a number of a table with every digit; a value that is not finite gives an empty cell.
+pub(super) fn format_cell(value: f64) -> String {
     if value.is_finite() { format!("{value:e}") } else { String::new() }
 }
 
-/// The number of a cell; not a number where it is empty.
-pub(super) fn number(cell: &str) -> Result<f64, std::num::ParseFloatError> {
+/// Parses the number of a cell; an empty cell gives NaN.
+pub(super) fn parse_cell(cell: &str) -> Result<f64, std::num::ParseFloatError> {
     if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() }
 }

@@ -1,55 +1,55 @@
-//! The mesh at equally spaced times: files for ParaView, and what the report needs for its pictures.
+//! Frames: the mesh at equally spaced times, as VTK files for ParaView and as pictures for the report.
 
 use super::body;
-use super::bounds::Bounds;
+use super::bounds::AxisAlignedBox;
 use super::files::OutputError;
 use super::folder::ResultFolder;
-use super::picture::{Camera, Shot};
+use super::picture::{Camera, MeshPicture};
 use super::vtu;
 use crate::scene::Scene;
 use crate::simulation::Frame;
 use std::fmt::Write;
 
-/// Most steps between pictures of the report; a page of 13 pictures stays below some megabytes.
-const PICTURE_STEPS: usize = 12;
+/// Limit of the number of intervals between pictures of the report; 13 pictures keep the page at some megabytes.
+const MAX_PICTURE_INTERVALS: usize = 12;
 
-/// Name of the file that ParaView opens.
+/// Name of the collection file that ParaView opens.
 const COLLECTION: &str = "series.pvd";
 
-/// A frame on disk.
+/// Frame on disk.
 #[derive(Debug)]
-struct Written {
+struct WrittenFrame {
     time: f64,
-    /// Which due time comes after it.
-    next: usize,
-    shot: Option<Shot>,
+    /// Index of the next due time.
+    next_due: usize,
+    shot: Option<MeshPicture>,
 }
 
-/// Moments at which the cavity of a shot is looked at in a run without frames.
-const UNSEEN_MOMENTS: usize = 41;
+/// Number of times at which the cavity is evaluated in a run without frames.
+const CAVITY_TIMES: usize = 41;
 
-/// The frames of a run.
+/// Frame series of a run.
 #[derive(Debug)]
 pub(super) struct FrameSeries {
     due: Vec<f64>,
     tolerance: f64,
-    /// Whether frames are written; without, they are looked at for the cavity alone.
+    /// True if frames are written; otherwise they serve the cavity alone.
     has_files: bool,
-    /// Whether there is a report that shows pictures of them.
+    /// True if the report shows pictures of the frames.
     has_pictures: bool,
     camera: Option<Camera>,
-    written: Vec<Written>,
+    written: Vec<WrittenFrame>,
 }
 
 impl FrameSeries {
-    /// No frame yet; the first is due at once.
+    /// Creates a series without frames; the first frame is due at once.
     pub(super) fn create(folder: &mut ResultFolder, scene: &Scene) -> Result<Self, OutputError> {
         let has_files = scene.output.frames > 0;
-        let (n, end) = (if has_files { scene.output.frames } else { UNSEEN_MOMENTS }, scene.scene.end_time);
+        let (n, end) = (if has_files { scene.output.frames } else { CAVITY_TIMES }, scene.scene.end_time);
         let due = (0..n).map(|i| end * i as f64 / n.saturating_sub(1).max(1) as f64).collect();
         let series = Self {
             due,
-            // Communication points are sums of steps: they may miss a due time by round-off.
+            // A communication point is a sum of steps and may miss a due time by round-off.
             tolerance: 1e-9 * end,
             has_files,
             has_pictures: has_files && scene.output.report,
@@ -65,29 +65,29 @@ impl FrameSeries {
         self.has_files
     }
 
-    /// Whether a frame is due at `time`, s.
+    /// Returns true if a frame is due at `time`, s.
     pub(super) fn is_due(&self, time: f64) -> bool {
-        self.due.get(self.next()).is_some_and(|due| time + self.tolerance >= *due)
+        self.due.get(self.next_due()).is_some_and(|due| time + self.tolerance >= *due)
     }
 
-    /// Writes a frame that is due.
+    /// Writes a due frame.
     pub(super) fn append(
         &mut self,
         frame: &Frame,
         scene: &Scene,
         folder: &mut ResultFolder,
     ) -> Result<(), OutputError> {
-        let before = self.next();
-        let next = self.due.partition_point(|due| *due <= frame.time + self.tolerance);
-        let stride = (self.due.len() - 1).div_ceil(PICTURE_STEPS).max(1);
-        let pictured = next == self.due.len() || (before..next).any(|i| i.is_multiple_of(stride));
-        self.write(frame, scene, folder)?;
-        let shot = (pictured && self.has_pictures).then(|| self.shoot(frame, scene));
-        self.written.push(Written { time: frame.time, next, shot });
+        let before = self.next_due();
+        let next_due = self.due.partition_point(|due| *due <= frame.time + self.tolerance);
+        let stride = (self.due.len() - 1).div_ceil(MAX_PICTURE_INTERVALS).max(1);
+        let is_pictured = next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(stride));
+        self.write_files(frame, scene, folder)?;
+        let shot = (is_pictured && self.has_pictures).then(|| self.render(frame, scene));
+        self.written.push(WrittenFrame { time: frame.time, next_due, shot });
         self.write_collection(folder)
     }
 
-    /// Writes the frame of a run that stops here, unless frames are off or it is there already.
+    /// Writes the last frame of a run that stops early, unless frames are off or the frame is already written.
     pub(super) fn append_last(
         &mut self,
         frame: &Frame,
@@ -97,9 +97,9 @@ impl FrameSeries {
         if !self.has_files || self.written.last().is_some_and(|last| last.time >= frame.time) {
             return Ok(());
         }
-        self.write(frame, scene, folder)?;
-        let shot = self.has_pictures.then(|| self.shoot(frame, scene));
-        self.written.push(Written { time: frame.time, next: self.next(), shot });
+        self.write_files(frame, scene, folder)?;
+        let shot = self.has_pictures.then(|| self.render(frame, scene));
+        self.written.push(WrittenFrame { time: frame.time, next_due: self.next_due(), shot });
         self.write_collection(folder)
     }
 
@@ -107,38 +107,38 @@ impl FrameSeries {
     pub(super) fn rewind(&mut self, time: f64, folder: &mut ResultFolder) -> Result<(), OutputError> {
         let kept = self.written.partition_point(|written| written.time <= time);
         for number in kept..self.written.len() {
-            folder.remove(&file("frame", number))?;
-            folder.remove(&file("projectile", number))?;
+            folder.remove(&frame_file("frame", number))?;
+            folder.remove(&frame_file("projectile", number))?;
         }
         self.written.truncate(kept);
         self.write_collection(folder)
     }
 
-    /// The pictures, in order of time.
-    pub(super) fn shots(&self) -> Vec<&Shot> {
+    /// Returns the pictures in order of time.
+    pub(super) fn shots(&self) -> Vec<&MeshPicture> {
         self.written.iter().filter_map(|written| written.shot.as_ref()).collect()
     }
 
-    fn next(&self) -> usize {
-        self.written.last().map_or(0, |written| written.next)
+    fn next_due(&self) -> usize {
+        self.written.last().map_or(0, |written| written.next_due)
     }
 
-    fn write(&self, frame: &Frame, scene: &Scene, folder: &mut ResultFolder) -> Result<(), OutputError> {
+    fn write_files(&self, frame: &Frame, scene: &Scene, folder: &mut ResultFolder) -> Result<(), OutputError> {
         if !self.has_files {
             return Ok(());
         }
         let number = self.written.len();
-        let scenery = Bounds::around(frame.points.iter().copied());
-        let solids = body::solids(scene, frame, &scenery);
-        folder.write(&file("frame", number), &vtu::gel(frame))?;
-        let surface = vtu::bodies(&solids, frame.time);
-        folder.write(&file("projectile", number), &surface)
+        let scenery = AxisAlignedBox::around(frame.points.iter().copied());
+        let solids = body::body_surfaces(scene, frame, &scenery);
+        folder.write(&frame_file("frame", number), &vtu::gel_file(frame))?;
+        let surface = vtu::bodies_file(&solids, frame.time);
+        folder.write(&frame_file("projectile", number), &surface)
     }
 
-    /// Every picture is taken by the camera of the first one.
-    fn shoot(&mut self, frame: &Frame, scene: &Scene) -> Shot {
+    /// Renders a frame with the camera of the first picture.
+    fn render(&mut self, frame: &Frame, scene: &Scene) -> MeshPicture {
         let camera = self.camera.get_or_insert_with(|| Camera::of(frame, scene));
-        Shot::take(frame, scene, camera)
+        MeshPicture::take(frame, scene, camera)
     }
 
     fn write_collection(&self, folder: &mut ResultFolder) -> Result<(), OutputError> {
@@ -148,9 +148,9 @@ impl FrameSeries {
         let mut text = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
         );
-        for (number, Written { time, .. }) in self.written.iter().enumerate() {
+        for (number, WrittenFrame { time, .. }) in self.written.iter().enumerate() {
             for (part, name) in ["frame", "projectile"].iter().enumerate() {
-                let file = file(name, number);
+                let file = frame_file(name, number);
                 writeln!(text, "<DataSet timestep=\"{time:e}\" part=\"{part}\" file=\"{file}\"/>")
                     .expect("a string grows");
             }
@@ -160,17 +160,17 @@ impl FrameSeries {
     }
 }
 
-/// Names of all files that the frames of a scene can have: one more than it asks for, of a run that stops early.
-pub(super) fn names(scene: &Scene) -> Vec<String> {
+/// Returns the names of all files of the frame series: one frame more than requested, for a run that stops early.
+pub(super) fn frame_file_names(scene: &Scene) -> Vec<String> {
     if scene.output.frames == 0 {
         return vec![];
     }
     let numbers = 0..=scene.output.frames;
-    let files = numbers.flat_map(|number| ["frame", "projectile"].map(|name| file(name, number)));
+    let files = numbers.flat_map(|number| ["frame", "projectile"].map(|name| frame_file(name, number)));
     files.chain([COLLECTION.to_owned()]).collect()
 }
 
-/// Path of a frame's file from the folder of the run.
-fn file(name: &str, number: usize) -> String {
+/// Returns the path of a frame file relative to the folder of the run.
+fn frame_file(name: &str, number: usize) -> String {
     format!("frames/{name}_{number:05}.vtu")
 }

@@ -1,16 +1,16 @@
 //! `history.csv`: one row per communication step, complete on disk after each row.
 
-use super::files::{OutputError, cell, naming, number};
+use super::files::{OutputError, format_cell, parse_cell, with_path};
 use crate::scene::Scene;
 use crate::simulation::{BodyReport, Observation, SensorReport};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A column: its name with the unit, and its value.
-type Column = (&'static str, fn(&Observation) -> f64);
+/// Column of the table: name with unit, and value.
+type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 60] = [
+const COLUMNS: [HistoryColumn; 60] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -73,7 +73,7 @@ const COLUMNS: [Column; 60] = [
     ("remesh_fallback", |o| o.cost.fallback),
 ];
 
-/// A column of each fragment, behind those; its name follows `fragment1_`, `fragment2_`, …
+/// Column of a fragment, behind [`COLUMNS`]; the name follows `fragment1_`, `fragment2_`, …
 type FragmentColumn = (&'static str, fn(&BodyReport) -> f64);
 
 const FRAGMENT_COLUMNS: [FragmentColumn; 23] = [
@@ -102,7 +102,7 @@ const FRAGMENT_COLUMNS: [FragmentColumn; 23] = [
     ("bulge_radius_impulse_N_s", |b| b.exchange.bulge_impulse[1]),
 ];
 
-/// A column of each sensor, behind those; its name follows `sensor1_`, `sensor2_`, …
+/// Column of a sensor, behind the columns of the fragments; the name follows `sensor1_`, `sensor2_`, …
 type SensorColumn = (&'static str, fn(&SensorReport) -> f64);
 
 const SENSOR_COLUMNS: [SensorColumn; 7] = [
@@ -115,7 +115,7 @@ const SENSOR_COLUMNS: [SensorColumn; 7] = [
     ("velocity_z_m_per_s", |s| s.velocity.z),
 ];
 
-fn names(n_fragments: usize, n_sensors: usize) -> String {
+fn column_names(n_fragments: usize, n_sensors: usize) -> String {
     let own = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
     let fragment = |i: usize| FRAGMENT_COLUMNS.iter().map(move |(name, _)| format!("fragment{i}_{name}"));
     let sensor = |i: usize| SENSOR_COLUMNS.iter().map(move |(name, _)| format!("sensor{i}_{name}"));
@@ -123,121 +123,131 @@ fn names(n_fragments: usize, n_sensors: usize) -> String {
     own.chain(others).collect::<Vec<_>>().join(",")
 }
 
-fn values(observation: &Observation) -> String {
+fn row_text(observation: &Observation) -> String {
     let own = COLUMNS.iter().map(|(_, value)| value(observation));
     let of_fragment = |fragment| FRAGMENT_COLUMNS.iter().map(move |(_, value)| value(fragment));
     let of_sensor = |sensor| SENSOR_COLUMNS.iter().map(move |(_, value)| value(sensor));
     let all = own.chain(observation.bodies[1..].iter().flat_map(of_fragment));
     let all = all.chain(observation.sensors.iter().flat_map(of_sensor));
-    all.map(cell).collect::<Vec<_>>().join(",")
+    all.map(format_cell).collect::<Vec<_>>().join(",")
 }
 
-/// One row read back.
-pub(super) struct Row(Vec<f64>);
+/// Row of the history, read back from the file.
+pub(super) struct HistoryRow(Vec<f64>);
 
-impl Row {
-    /// The value in the column of this name.
+impl HistoryRow {
+    /// Returns the value in the named column.
     pub(super) fn get(&self, name: &str) -> f64 {
         let column = COLUMNS.iter().position(|(known, _)| *known == name);
         self.0[column.unwrap_or_else(|| panic!("history has no column {name}"))]
     }
 
-    /// The columns of sensor `i`, of `n`, from 0, as they are written: what stands last in a row.
+    /// Returns the columns of sensor `i` out of `n`, counted from 0. The sensors are the last columns of a row.
     pub(super) fn sensor(&self, i: usize, n: usize) -> &[f64] {
         let first = self.0.len() - (n - i) * SENSOR_COLUMNS.len();
         &self.0[first..first + SENSOR_COLUMNS.len()]
     }
 
-    /// The x, y and z columns of a vector: `triple("position_", "_m")`.
-    pub(super) fn triple(&self, before: &str, after: &str) -> crate::math::Vector3 {
+    /// Returns the x, y and z columns of a vector: `vector("position_", "_m")`.
+    pub(super) fn vector(&self, before: &str, after: &str) -> crate::math::Vector3 {
         ["x", "y", "z"].map(|axis| self.get(&format!("{before}{axis}{after}"))).into()
     }
 }
 
-/// The open history file.
-#[derive(Debug)]
-pub(super) struct History {
-    path: PathBuf,
-    file: File,
-    header: u64,
-    /// Columns of a row.
-    columns: usize,
-    /// Time of each row, s, and where it ends in the file, bytes.
-    rows: Vec<(f64, u64)>,
+/// Time and end of a row in the file.
+#[derive(Debug, Clone, Copy)]
+struct RowEnd {
+    /// Time, s.
+    time: f64,
+    /// Offset of the end of the row, bytes.
+    offset: u64,
 }
 
-impl History {
-    /// An empty history with its header.
+/// History file, open for appending.
+#[derive(Debug)]
+pub(super) struct HistoryFile {
+    path: PathBuf,
+    file: File,
+    /// Length of the header line, bytes.
+    header: u64,
+    /// Number of columns.
+    columns: usize,
+    /// Rows of the file in order.
+    rows: Vec<RowEnd>,
+}
+
+impl HistoryFile {
+    /// Creates a history file with the header alone.
     pub(super) fn create(path: &Path, scene: &Scene) -> Result<Self, OutputError> {
-        let names = names(scene.fragment.len(), scene.sensor.len()) + "\n";
+        let names = column_names(scene.fragment.len(), scene.sensor.len()) + "\n";
         let open = || {
             let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
             file.write_all(names.as_bytes())?;
             Ok(file)
         };
-        let file = open().map_err(naming(path))?;
+        let file = open().map_err(with_path(path))?;
         let (header, columns) = (names.len() as u64, names.split(',').count());
         Ok(Self { path: path.to_path_buf(), file, header, columns, rows: Vec::new() })
     }
 
-    /// Follows the file to where it was moved.
-    pub(super) fn follow(&mut self, path: PathBuf) {
+    /// Sets the path after the file was moved.
+    pub(super) fn set_path(&mut self, path: PathBuf) {
         self.path = path;
     }
 
-    /// One row, in one write: a killed process leaves whole rows.
+    /// Appends one row in a single write, therefore a killed process leaves whole rows.
     pub(super) fn append(&mut self, observation: &Observation) -> Result<(), OutputError> {
-        let line = values(observation) + "\n";
-        self.file.write_all(line.as_bytes()).map_err(naming(&self.path))?;
-        self.rows.push((observation.time, self.end() + line.len() as u64));
+        let line = row_text(observation) + "\n";
+        self.file.write_all(line.as_bytes()).map_err(with_path(&self.path))?;
+        self.rows.push(RowEnd { time: observation.time, offset: self.end_offset() + line.len() as u64 });
         Ok(())
     }
 
     /// Drops the rows after `time`, s.
     pub(super) fn rewind(&mut self, time: f64) -> Result<(), OutputError> {
-        self.rows.truncate(self.rows.partition_point(|(at, _)| *at <= time));
-        let end = self.end();
+        self.rows.truncate(self.rows.partition_point(|row| row.time <= time));
+        let end = self.end_offset();
         let cut = |file: &mut File| file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end)));
-        cut(&mut self.file).map(|_| ()).map_err(naming(&self.path))
+        cut(&mut self.file).map(|_| ()).map_err(with_path(&self.path))
     }
 
-    /// At most `limit` rows read back from the file, evenly spaced by number, the last one included.
-    pub(super) fn thinned(&self, limit: usize) -> Result<Vec<Row>, OutputError> {
+    /// Reads at most `limit` rows back from the file, evenly spaced by number, the last row included.
+    pub(super) fn read_thinned(&self, limit: usize) -> Result<Vec<HistoryRow>, OutputError> {
         let stride = self.rows.len().div_ceil(limit).max(1);
         let last = self.rows.len().saturating_sub(1);
         let mut rows = vec![];
-        self.read(|i| (last - i.min(last)).is_multiple_of(stride), |row| rows.push(row))?;
+        self.read_rows(|i| (last - i.min(last)).is_multiple_of(stride), |row| rows.push(row))?;
         Ok(rows)
     }
 
-    /// Shows every row, read back from the file.
-    pub(super) fn each(&self, mut show: impl FnMut(&Row)) -> Result<(), OutputError> {
-        self.read(|_| true, |row| show(&row))
+    /// Calls `show` with every row of the file.
+    pub(super) fn for_each_row(&self, mut show: impl FnMut(&HistoryRow)) -> Result<(), OutputError> {
+        self.read_rows(|_| true, |row| show(&row))
     }
 
-    /// Takes the rows of these numbers.
-    fn read(&self, wanted: impl Fn(usize) -> bool, mut take: impl FnMut(Row)) -> Result<(), OutputError> {
-        let mut read = |file| {
+    /// Calls `take` with the rows of the wanted numbers.
+    fn read_rows(&self, wanted: impl Fn(usize) -> bool, mut take: impl FnMut(HistoryRow)) -> Result<(), OutputError> {
+        let mut read_file = |file| {
             for (i, line) in BufReader::new(file).lines().skip(1).enumerate() {
                 let line = line?;
                 if wanted(i) {
-                    take(parse(&line, self.columns)?);
+                    take(parse_row(&line, self.columns)?);
                 }
             }
             Ok(())
         };
-        File::open(&self.path).and_then(&mut read).map_err(naming(&self.path))
+        File::open(&self.path).and_then(&mut read_file).map_err(with_path(&self.path))
     }
 
-    fn end(&self) -> u64 {
-        self.rows.last().map_or(self.header, |(_, end)| *end)
+    fn end_offset(&self) -> u64 {
+        self.rows.last().map_or(self.header, |row| row.offset)
     }
 }
 
-fn parse(line: &str, columns: usize) -> io::Result<Row> {
-    let values: Result<Vec<f64>, _> = line.split(',').map(number).collect();
+fn parse_row(line: &str, columns: usize) -> io::Result<HistoryRow> {
+    let values: Result<Vec<f64>, _> = line.split(',').map(parse_cell).collect();
     match values {
-        Ok(values) if values.len() == columns => Ok(Row(values)),
+        Ok(values) if values.len() == columns => Ok(HistoryRow(values)),
         _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),
     }
 }

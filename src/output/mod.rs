@@ -1,4 +1,4 @@
-//! What a run leaves behind: history, frames, summary and report. Reads the simulation; never writes to it.
+//! Output of a run: history, frames, summary and report. The module reads the simulation and never writes to it.
 
 mod body;
 mod bounds;
@@ -23,73 +23,72 @@ pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 pub use picture::model_picture;
 pub use remesh_pictures::{Figures, draw as draw_steps};
-pub use sensors::{Dent, SensorFigures};
-pub use summary::{Account, EndCause, ExitFigures, Interface, Summary, rebound};
+pub use sensors::{DentFigures, SensorFigures};
+pub use summary::{EndCause, ExitFigures, Interface, RunSummary, SummaryAccount, rebound};
 
 use frames::FrameSeries;
-use history::History;
-use penetration::{Line, Penetration, Profile};
-use report::Seen;
-use summary::Run;
+use history::HistoryFile;
+use penetration::{CavityProfile, PenetrationRecord, ShotLine};
+use report::ReportData;
+use summary::RunInfo;
 
-/// Writes the folder of one run as it goes.
+/// Recorder of one run: writes the result folder while the run advances.
 ///
-/// `history.csv`, `frames/` and `series.pvd` are complete after every call, so that a killed run leaves readable files (from the
-/// first record on, where they replace those of an earlier run);
-/// `summary.json` and `report.html`, and of a shot `shot.csv` and `cavity.csv`, are written by [`Recorder::finish`].
+/// `history.csv`, `frames/` and `series.pvd` are complete after every call, therefore a killed run leaves readable
+/// files. Results of an earlier run are replaced with the first record.
 #[derive(Debug)]
 pub struct Recorder {
     folder: ResultFolder,
-    run: Run,
-    history: History,
+    run: RunInfo,
+    history: HistoryFile,
     frames: FrameSeries,
-    /// Where a projectile runs into the gel.
-    line: Option<Line>,
-    /// The cavity at each frame.
-    cavities: Vec<Profile>,
+    /// Shot line of the projectile; absent before the first record, and in a scene without a shot.
+    shot_line: Option<ShotLine>,
+    /// Cavity profile at each frame.
+    cavities: Vec<CavityProfile>,
 }
 
-/// Command whose results a recorder writes; the FMU writes the same.
+/// Name of the command `run`, under which a recorder claims its folder; the FMU uses the same name.
 pub const RUN: &str = "run";
-/// Name of the table of the run.
+/// File name of the history table.
 const HISTORY: &str = "history.csv";
-/// Names of the other files of a run, beside its frames.
+/// File names of the summary, the report and the tables of a shot.
 const FILES: [&str; 4] = ["summary.json", "report.html", "shot.csv", "cavity.csv"];
 
-/// Names of all files that a recorder can write for a scene.
+/// Returns the names of all files that a recorder can write for a scene.
 #[must_use]
 pub fn result_names(scene: &Scene) -> Vec<String> {
-    [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::names(scene)).collect()
+    [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::frame_file_names(scene)).collect()
 }
 
-/// The last instant of a run, and why it is the last.
+/// Final state of a run, and the reason for an early stop.
 #[derive(Debug, Clone, Copy)]
 pub struct Ending<'a> {
-    /// What is seen of it.
+    /// Observation at the end.
     pub observation: &'a Observation,
-    /// The mesh then.
+    /// Mesh at the end.
     pub frame: &'a Frame,
-    /// Hash of the stored state.
+    /// Hash of the state at the end.
     pub digest: u128,
-    /// The diagnosis of a run that stopped early.
+    /// Diagnosis of a run that stopped early.
     pub failure: Option<&'a str>,
 }
 
 impl Recorder {
-    /// Claims the folder; results of an earlier run there are replaced once the first record is written.
+    /// Claims the folder. Results of an earlier run are replaced at the first record.
     ///
     /// # Errors
-    /// [`OutputError`] when the folder is not ours to write into, or cannot be written.
+    /// [`OutputError`] if the folder belongs to another owner or cannot be written.
     pub fn create(folder: &Path, scene: &Scene, interface: Interface, threads: usize) -> Result<Self, OutputError> {
         let (policy, needs) = (TakeoverPolicy::Replace, result_names(scene));
         let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &[], is_of_fmu: false };
         Self::within(ResultFolder::claim(folder, &claim)?, scene, interface, threads)
     }
 
-    /// Writes into a folder that is claimed.
+    /// Creates the recorder in a claimed folder.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be written.
+    /// [`OutputError`] if a file cannot be written.
     pub fn within(
         mut folder: ResultFolder,
         scene: &Scene,
@@ -98,27 +97,28 @@ impl Recorder {
     ) -> Result<Self, OutputError> {
         let history = folder.prepare(HISTORY)?;
         Ok(Self {
-            run: Run::start(scene, interface, threads),
-            history: History::create(&history, scene)?,
+            run: RunInfo::start(scene, interface, threads),
+            history: HistoryFile::create(&history, scene)?,
             frames: FrameSeries::create(&mut folder, scene)?,
-            line: None,
+            shot_line: None,
             cavities: vec![],
             folder,
         })
     }
 
-    /// One row of history, and a frame when one is due. Called after initialisation and after each communication step.
+    /// Appends one row of history, and a frame when a frame is due. Call it after initialisation and after each
+    /// communication step.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be written.
+    /// [`OutputError`] if a file cannot be written.
     pub fn record(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         self.record_observation(&simulation.observe(), || simulation.frame())
     }
 
-    /// [`Recorder::record`] of an observation already made; `frame` is asked only when a frame is due.
+    /// Records an existing observation, see [`Recorder::record`]; `frame` is called only when a frame is due.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be written.
+    /// [`OutputError`] if a file cannot be written.
     pub fn record_observation(
         &mut self,
         observation: &Observation,
@@ -126,78 +126,80 @@ impl Recorder {
     ) -> Result<(), OutputError> {
         self.history.append(observation)?;
         if self.run.initial_mass.is_none() {
-            self.begin(&frame());
+            self.record_start(&frame());
         }
-        let is_seen = self.frames.has_files() || self.line.is_some();
-        if is_seen && self.frames.is_due(observation.time) {
-            self.take(&frame())?;
+        let needs_frame = self.frames.has_files() || self.shot_line.is_some();
+        if needs_frame && self.frames.is_due(observation.time) {
+            self.record_frame(&frame())?;
         }
-        self.begin_folder()
+        self.begin_results()
     }
 
-    /// The run has results: they take their place in the folder.
-    fn begin_folder(&mut self) -> Result<(), OutputError> {
+    /// Moves the first results to their final place in the folder.
+    fn begin_results(&mut self) -> Result<(), OutputError> {
         self.folder.begin()?;
-        self.history.follow(self.folder.place(HISTORY));
+        self.history.set_path(self.folder.place(HISTORY));
         Ok(())
     }
 
-    /// Notes what is compared with the start.
-    fn begin(&mut self, start: &Frame) {
+    /// Stores the initial mass and the shot line.
+    fn record_start(&mut self, start: &Frame) {
         self.run.initial_mass = Some(start.mass);
-        self.line = Line::of(&self.run.scene, start);
+        self.shot_line = ShotLine::of(&self.run.scene, start);
     }
 
-    /// A frame that is due.
-    fn take(&mut self, frame: &Frame) -> Result<(), OutputError> {
-        self.see(frame);
+    /// Records a due frame.
+    fn record_frame(&mut self, frame: &Frame) -> Result<(), OutputError> {
+        self.record_cavity(frame);
         self.frames.append(frame, &self.run.scene, &mut self.folder)
     }
 
-    /// Notes the cavity of a frame later than those before.
-    fn see(&mut self, frame: &Frame) {
-        let Some(line) = &self.line else { return };
+    /// Records the cavity profile of a frame later than all recorded frames.
+    fn record_cavity(&mut self, frame: &Frame) {
+        let Some(line) = &self.shot_line else { return };
         if self.cavities.last().is_none_or(|last| last.time < frame.time) {
-            self.cavities.push(Profile::of(line, &self.run.scene, frame));
+            self.cavities.push(CavityProfile::of(line, &self.run.scene, frame));
         }
     }
 
-    /// Forgets rows and frames after `time`, s: an earlier state was restored.
+    /// Drops the rows and frames after `time`, s, once an earlier state is restored.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be written.
+    /// [`OutputError`] if a file cannot be written.
     pub fn rewind(&mut self, time: f64) -> Result<(), OutputError> {
         self.history.rewind(time)?;
         self.cavities.retain(|cavity| cavity.time <= time);
         self.frames.rewind(time, &mut self.folder)
     }
 
-    /// Writes `series.pvd`, `summary.json` and `report.html`, and of a shot `shot.csv` and `cavity.csv`. `failure` is the diagnosis of a run that stopped early.
+    /// Writes `series.pvd`, `summary.json` and `report.html`, and for a shot `shot.csv` and `cavity.csv`. `failure`
+    /// is the diagnosis of a run that stopped early.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be written.
+    /// [`OutputError`] if a file cannot be written.
     pub fn finish(&mut self, simulation: &Simulation, failure: Option<&str>) -> Result<(), OutputError> {
         let (observation, frame) = (simulation.observe(), simulation.frame());
         self.conclude(&Ending { observation: &observation, frame: &frame, digest: simulation.digest(), failure })
             .map(|_| ())
     }
 
-    /// [`Recorder::finish`] at an instant already observed; returns what stands in `summary.json`.
+    /// Completes the files from an existing observation, see [`Recorder::finish`]; returns the contents of
+    /// `summary.json`.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be written.
-    pub fn conclude(&mut self, ending: &Ending) -> Result<Summary, OutputError> {
-        self.begin_folder()?;
-        self.see(ending.frame);
-        let penetration = self.penetration()?;
+    /// [`OutputError`] if a file cannot be written.
+    pub fn conclude(&mut self, ending: &Ending) -> Result<RunSummary, OutputError> {
+        self.begin_results()?;
+        self.record_cavity(ending.frame);
+        let penetration = self.evaluate_penetration()?;
         let sensors = sensors::figures(&self.run.scene, &self.history)?;
-        let summary = Summary { sensors, ..Summary::of(&self.run, ending, penetration.as_ref()) };
+        let summary = RunSummary { sensors, ..RunSummary::of(&self.run, ending, penetration.as_ref()) };
         if summary.ended_by != EndCause::EndTime {
             self.frames.append_last(ending.frame, &self.run.scene, &mut self.folder)?;
         }
         self.folder.write("summary.json", summary.to_json().as_bytes())?;
         if self.run.scene.output.report {
-            self.report(&summary, penetration.as_ref())?;
+            self.write_report(&summary, penetration.as_ref())?;
         }
         self.folder.mark(match (summary.completed, ending.failure) {
             (true, _) => FolderState::Complete,
@@ -207,17 +209,21 @@ impl Recorder {
         Ok(summary)
     }
 
-    fn report(&mut self, summary: &Summary, penetration: Option<&Penetration>) -> Result<(), OutputError> {
-        let rows = self.history.thinned(report::PLOT_POINTS)?;
-        let seen = Seen { rows: &rows, shots: &self.frames.shots(), penetration };
-        let page = report::page(&self.run.scene, summary, &seen);
+    fn write_report(
+        &mut self,
+        summary: &RunSummary,
+        penetration: Option<&PenetrationRecord>,
+    ) -> Result<(), OutputError> {
+        let rows = self.history.read_thinned(report::PLOT_POINTS)?;
+        let data = ReportData { rows: &rows, shots: &self.frames.shots(), penetration };
+        let page = report::page(&self.run.scene, summary, &data);
         self.folder.write("report.html", page.as_bytes())
     }
 
-    /// The shot, if it is one; its tables are written.
-    fn penetration(&mut self) -> Result<Option<Penetration>, OutputError> {
-        let Some(line) = &self.line else { return Ok(None) };
-        let penetration = Penetration::of(line, &self.history, &self.cavities)?;
+    /// Evaluates the penetration and writes the tables of a shot; returns `None` without a shot.
+    fn evaluate_penetration(&mut self) -> Result<Option<PenetrationRecord>, OutputError> {
+        let Some(line) = &self.shot_line else { return Ok(None) };
+        let penetration = PenetrationRecord::of(line, &self.history, &self.cavities)?;
         if let Some(penetration) = &penetration {
             penetration.write(&mut self.folder)?;
         }

@@ -1,4 +1,4 @@
-//! How much of the gel lies over other gel at the end of a run.
+//! Volume of self-overlap of the gel at the end of a run.
 
 use crate::math::{Vector, restrict};
 use crate::mesh::{Mesh, NodeId};
@@ -6,20 +6,20 @@ use crate::remesh::{Moved, overlapped};
 use crate::scene::{Dimension, Scene};
 use crate::simulation::Frame;
 
-/// Its volume, m³.
+/// Returns the volume of gel that overlaps other gel, m³.
 pub(super) fn volume(scene: &Scene, frame: &Frame) -> f64 {
     let thickness = scene.thickness();
     match scene.scene.dimension {
-        Dimension::Planar => within::<2>(frame, |_| thickness),
-        Dimension::Axisymmetric => within::<2>(frame, |x| std::f64::consts::TAU * x[0].max(0.0)),
+        Dimension::Planar => overlap_volume::<2>(frame, |_| thickness),
+        Dimension::Axisymmetric => overlap_volume::<2>(frame, |x| std::f64::consts::TAU * x[0].max(0.0)),
         Dimension::Spatial => {
             let copies = scene.gel.symmetry.copies();
-            within::<3>(frame, |_| copies)
+            overlap_volume::<3>(frame, |_| copies)
         }
     }
 }
 
-fn within<const D: usize>(frame: &Frame, density: impl Fn(&Vector<D>) -> f64) -> f64 {
+fn overlap_volume<const D: usize>(frame: &Frame, density: impl Fn(&Vector<D>) -> f64) -> f64 {
     let position: Vec<Vector<D>> = frame.points.iter().map(restrict::<D>).collect();
     let elements = frame.cells.nodes.iter().map(|nodes| nodes.map(NodeId)).collect();
     let facets = frame.cells.facets.iter().map(|nodes| nodes.map(NodeId)).collect();

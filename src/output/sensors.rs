@@ -1,50 +1,50 @@
-//! What the sensors of a run have measured, from its history.
+//! Sensor figures of a run, evaluated from the history.
 
 use super::files::OutputError;
-use super::history::{History, Row};
+use super::history::{HistoryFile, HistoryRow};
 use crate::scene::Scene;
 use serde::Serialize;
 
-/// The figures of a sensor; all are those of the rows of the history, one per communication step.
+/// Figures of a sensor, evaluated from the rows of the history, one row per communication step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SensorFigures {
-    /// Where its gel is at rest, m.
+    /// Position of the sensor in the gel at rest, m.
     pub position: [f64; 3],
     /// Greatest pressure, Pa.
     pub peak_pressure: f64,
-    /// When, s.
+    /// Time of the greatest pressure, s.
     pub time_of_peak_pressure: f64,
-    /// Greatest rise of pressure from one row to the next, Pa/s.
+    /// Greatest rate of the pressure between consecutive rows, Pa/s.
     pub peak_pressure_rate: f64,
-    /// When, in the middle between the two, s.
+    /// Time of the greatest rate, s: the middle between the two rows.
     pub time_of_peak_pressure_rate: f64,
-    /// What has become of the entry surface; of a sensor on it.
-    pub dent: Option<Dent>,
+    /// Dent of the entry surface, for a sensor on the surface.
+    pub dent: Option<DentFigures>,
 }
 
-/// How far a point of the entry surface of a block or a cylinder was driven in.
+/// Dent of the entry surface of a block or a cylinder at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Dent {
+pub struct DentFigures {
     /// Greatest depth, m.
     pub depth: f64,
-    /// When, s.
+    /// Time of the greatest depth, s.
     pub time_of_depth: f64,
-    /// The viscous criterion VC_max = max V(t) C(t), m/s: V the speed of the dent, C its depth as a part of the height of the gel
-    /// (Lau & Viano 1986, where C is the deflection as a part of the depth of the chest).
+    /// Viscous criterion VC_max = max V(t) C(t), m/s (Lau & Viano 1986). V is the speed of the dent and C the ratio
+    /// of dent depth to gel height; the paper takes the deflection relative to the chest depth.
     pub viscous_criterion: f64,
-    /// When, s.
+    /// Time of the viscous criterion, s.
     pub time_of_viscous_criterion: f64,
 }
 
-/// A greatest value, and when it was.
+/// Greatest value and its time.
 #[derive(Clone, Copy, Default)]
-struct Greatest {
+struct PeakValue {
     value: f64,
     time: f64,
 }
 
-impl Greatest {
-    fn see(&mut self, value: f64, time: f64) {
+impl PeakValue {
+    fn update(&mut self, value: f64, time: f64) {
         if value > self.value {
             *self = Self { value, time };
         }
@@ -53,53 +53,53 @@ impl Greatest {
 
 /// Greatest values of a sensor so far.
 #[derive(Clone, Default)]
-struct Seen {
-    /// Time, s, and pressure, Pa, of the row before.
+struct SensorPeaks {
+    /// Time, s, and pressure, Pa, of the previous row.
     before: Option<(f64, f64)>,
-    pressure: Greatest,
-    rate: Greatest,
-    dent: Greatest,
-    criterion: Greatest,
+    pressure: PeakValue,
+    rate: PeakValue,
+    dent: PeakValue,
+    criterion: PeakValue,
 }
 
-impl Seen {
-    fn see(&mut self, time: f64, columns: &[f64]) {
+impl SensorPeaks {
+    fn update(&mut self, time: f64, columns: &[f64]) {
         let &[pressure, _, _, height, _, _, velocity] = columns else { unreachable!("a sensor has seven columns") };
-        self.pressure.see(pressure, time);
+        self.pressure.update(pressure, time);
         if let Some((then, was)) = self.before.filter(|(then, _)| *then < time) {
-            self.rate.see((pressure - was) / (time - then), 0.5 * (time + then));
+            self.rate.update((pressure - was) / (time - then), 0.5 * (time + then));
         }
         self.before = Some((time, pressure));
-        self.dent.see(-height, time);
-        self.criterion.see((-height).max(0.0) * (-velocity).max(0.0), time);
+        self.dent.update(-height, time);
+        self.criterion.update((-height).max(0.0) * (-velocity).max(0.0), time);
     }
 }
 
-/// Those of each sensor of a scene.
+/// Computes the figures of each sensor of a scene.
 ///
 /// # Errors
-/// [`OutputError`] when the history cannot be read back.
-pub(super) fn figures(scene: &Scene, history: &History) -> Result<Vec<SensorFigures>, OutputError> {
+/// [`OutputError`] if the history cannot be read back.
+pub(super) fn figures(scene: &Scene, history: &HistoryFile) -> Result<Vec<SensorFigures>, OutputError> {
     let n = scene.sensor.len();
     if n == 0 {
         return Ok(vec![]);
     }
-    let mut all = vec![Seen::default(); n];
-    history.each(|row: &Row| {
+    let mut all = vec![SensorPeaks::default(); n];
+    history.for_each_row(|row: &HistoryRow| {
         let time = row.get("time_s");
-        all.iter_mut().enumerate().for_each(|(i, seen)| seen.see(time, row.sensor(i, n)));
+        all.iter_mut().enumerate().for_each(|(i, peaks)| peaks.update(time, row.sensor(i, n)));
     })?;
-    let figures = |(sensor, seen): (&crate::scene::Sensor, Seen)| SensorFigures {
+    let figures = |(sensor, peaks): (&crate::scene::Sensor, SensorPeaks)| SensorFigures {
         position: sensor.position,
-        peak_pressure: seen.pressure.value,
-        time_of_peak_pressure: seen.pressure.time,
-        peak_pressure_rate: seen.rate.value,
-        time_of_peak_pressure_rate: seen.rate.time,
-        dent: scene.gel.shape.thickness().filter(|_| sensor.position[2] == 0.0).map(|thickness| Dent {
-            depth: seen.dent.value,
-            time_of_depth: seen.dent.time,
-            viscous_criterion: seen.criterion.value / thickness,
-            time_of_viscous_criterion: seen.criterion.time,
+        peak_pressure: peaks.pressure.value,
+        time_of_peak_pressure: peaks.pressure.time,
+        peak_pressure_rate: peaks.rate.value,
+        time_of_peak_pressure_rate: peaks.rate.time,
+        dent: scene.gel.shape.thickness().filter(|_| sensor.position[2] == 0.0).map(|thickness| DentFigures {
+            depth: peaks.dent.value,
+            time_of_depth: peaks.dent.time,
+            viscous_criterion: peaks.criterion.value / thickness,
+            time_of_viscous_criterion: peaks.criterion.time,
         }),
     };
     Ok(scene.sensor.iter().zip(all).map(figures).collect())
@@ -111,14 +111,14 @@ mod tests {
 
     #[test]
     fn greatest_values_and_rates_are_those_of_the_rows_and_only_what_goes_in_counts() {
-        let mut seen = Seen::default();
+        let mut peaks = SensorPeaks::default();
         for (time, pressure, height, velocity) in
             [(0.0, 0.0, 0.0, 0.0), (1.0, 3.0, -0.1, -2.0), (3.0, 5.0, -0.3, -1.0), (4.0, -9.0, -0.2, 8.0)]
         {
-            seen.see(time, &[pressure, 0.0, 0.0, height, 0.0, 0.0, velocity]);
+            peaks.update(time, &[pressure, 0.0, 0.0, height, 0.0, 0.0, velocity]);
         }
         let found =
-            [seen.pressure, seen.rate, seen.dent, seen.criterion].map(|greatest| (greatest.value, greatest.time));
+            [peaks.pressure, peaks.rate, peaks.dent, peaks.criterion].map(|greatest| (greatest.value, greatest.time));
         assert_eq!(found, [(5.0, 3.0), (3.0, 0.5), (0.3, 3.0), (0.3, 3.0)]);
     }
 }

@@ -1,8 +1,8 @@
-//! `summary.json`: the figures of a run under fixed names.
+//! `summary.json`: figures of a run under fixed keys.
 
 use super::Ending;
 use super::overlap;
-use super::penetration::Penetration;
+use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
 use crate::math::Vector3;
 use crate::scene::{self, Dimension, Fidelity, Scene};
@@ -10,13 +10,13 @@ use crate::simulation::{self, BodyReport, EnergyReport, Observation};
 use serde::Serialize;
 use std::time::Instant;
 
-/// How the simulation was driven.
+/// Interface that drove the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interface {
-    /// Through the FMI 2.0 C interface.
+    /// FMI 2.0 C interface.
     Fmi2,
-    /// By the library.
+    /// Direct library calls.
     Direct,
 }
 
@@ -24,13 +24,13 @@ pub enum Interface {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndCause {
-    /// It reached `scene.end_time`.
+    /// The run reached `scene.end_time`.
     EndTime,
-    /// The projectile left the gel, `scene.stop_after_exit` before.
+    /// The projectile left the gel, `scene.stop_after_exit` before the end.
     Exit,
-    /// It could not go on.
+    /// The simulation failed.
     Failure,
-    /// The user or the importer ended it.
+    /// The user or the importer ended the run.
     Interrupt,
 }
 
@@ -38,134 +38,137 @@ impl EndCause {
     fn of(ending: &Ending, end_time: f64) -> Self {
         match ending.observation {
             _ if ending.failure.is_some() => Self::Failure,
-            seen if seen.time >= end_time * (1.0 - 1e-9) => Self::EndTime,
-            seen if seen.is_over => Self::Exit,
+            observation if observation.time >= end_time * (1.0 - 1e-9) => Self::EndTime,
+            observation if observation.is_over => Self::Exit,
             _ => Self::Interrupt,
         }
     }
 }
 
-/// The figures of a run, SI; `None` (null in JSON) where a figure does not exist.
+/// Figures of a run in SI units; `None` (null in JSON) for a figure without a value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub struct RunSummary {
     /// Name of the scene.
     pub scene: String,
     /// Version of this crate.
     pub version: &'static str,
-    /// How the simulation was driven.
+    /// Interface that drove the simulation.
     pub interface: Interface,
-    /// How accurate it was to be.
+    /// Requested fidelity.
     pub fidelity: Fidelity,
-    /// Greatest relative error of the motion of the projectile that was measured at this level, if the scene is as it was then.
+    /// Greatest relative error of the projectile motion measured at this fidelity, for an unmodified scene.
     pub expected_error: Option<f64>,
-    /// Whether it reached its end: the end time of the scene, or `scene.stop_after_exit` after the exit of the projectile.
+    /// True if the run reached the end time of the scene, or `scene.stop_after_exit` after the exit of the
+    /// projectile.
     pub completed: bool,
-    /// Cause of its end.
+    /// Cause of the end.
     pub ended_by: EndCause,
-    /// Time that it reached, s.
+    /// Time at the end, s.
     pub end_time: f64,
     /// Wall time between the first and the last record, s.
     pub wall_seconds: f64,
-    /// Threads of the element phase.
+    /// Threads of the element loop.
     pub threads: usize,
-    /// The space the gel lives in.
+    /// Dimension of the scene.
     pub dimension: Dimension,
-    /// Elements.
+    /// Number of elements.
     pub elements: usize,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Element updates.
+    /// Number of element updates.
     pub element_updates: f64,
     /// Element updates per second of wall time.
     pub updates_per_second: f64,
-    /// Updates that one global stable step of the assembled system would have cost.
+    /// Element updates of a synchronous integrator with the stable step of the assembled system.
     pub synchronous_updates: f64,
     /// Smallest element step at the end, s.
     pub smallest_step: f64,
     /// Largest element step at the end, s.
     pub largest_step: f64,
-    /// Exchanges of the mesh.
+    /// Number of remeshings.
     pub remeshes: u64,
-    /// Part of the elements that are at rest not what their nodes say, at the end.
+    /// Fraction of incompatible elements at the end: their reference shape is not that of their nodes' rest
+    /// positions.
     pub remesh_fallback: f64,
-    /// Volume of the gel that lies over other gel at the end, because its surfaces do not see each other, m³.
+    /// Volume of self-overlap of the gel at the end, m³: gel surfaces have no mutual contact.
     pub overlapped_volume: f64,
     /// Smallest J = det F of the run.
     pub min_jacobian: f64,
-    /// Greatest depth, m; it ends at the back face of a block or cylinder.
+    /// Greatest depth, m, limited by the back face of a block or cylinder.
     pub peak_depth: f64,
-    /// When it was reached, s.
+    /// Time of the greatest depth, s.
     pub time_of_peak_depth: f64,
-    /// Depth at the end, m; it ends at the back face, too.
+    /// Depth at the end, m, limited by the back face.
     pub final_depth: f64,
-    /// Whether and how it left the gel at the back.
+    /// Figures of the exit at the back face.
     #[serde(flatten)]
     pub exit: ExitFigures,
-    /// Speed against the velocity at the start, m/s; absent while in contact (numerics A14) and of a projectile that has perforated the gel.
+    /// Rebound speed against the initial velocity, m/s (numerics A14); absent during contact and after a perforation.
     pub rebound_velocity: Option<f64>,
     /// Velocity at the end, m/s.
     pub final_velocity: [f64; 3],
-    /// From the first to the last impulse, s.
+    /// Time from the first to the last contact impulse, s.
     pub contact_duration: Option<f64>,
     /// Greatest mean force over a window of `force_window`, N.
     pub peak_force: f64,
-    /// Width of that window, s.
+    /// Width of the window of the peak force, s.
     pub force_window: f64,
-    /// Impulse on the projectile, N·s.
+    /// Contact impulse on the projectile, N·s.
     pub total_impulse: [f64; 3],
-    /// Greatest diameter of the cavity deeper than the projectile is long, m; this and the next three only of a projectile that has
-    /// gone deeper than it is long along −z.
+    /// Greatest diameter of the cavity below one projectile length, m. This figure and the next three need a
+    /// penetration along −z beyond the length of the projectile.
     pub greatest_cavity_diameter: Option<f64>,
-    /// When it was that wide, s.
+    /// Time of the greatest diameter, s.
     pub time_of_greatest_cavity: Option<f64>,
     /// Greatest diameter of the cavity at the end, m.
     pub final_cavity_diameter: Option<f64>,
-    /// Energy given to the gel in each centimetre of depth, J; the last one ends at the greatest depth.
+    /// Energy given to the gel in each centimetre of depth, J; the last centimetre ends at the greatest depth.
     pub energy_per_centimetre: Option<Vec<f64>>,
-    /// What became of each fragment.
+    /// Figures of each fragment.
     pub fragments: Vec<FragmentFigures>,
-    /// What each sensor has measured.
+    /// Figures of each sensor.
     pub sensors: Vec<SensorFigures>,
-    /// Energy by account, J.
+    /// Energy accounts, J.
     #[serde(rename = "energy", serialize_with = "as_object")]
-    pub accounts: Vec<Account>,
-    /// Energy that no account explains, relative to its throughput (numerics A6).
+    pub accounts: Vec<SummaryAccount>,
+    /// Residual of the energy balance relative to its throughput (numerics A6).
     pub energy_error: f64,
-    /// The method's own error, relative to the energy at the start and what came in from outside (numerics A6).
+    /// Error of the method relative to the initial energy and the energy from outside (numerics A6).
     pub energy_defect: f64,
-    /// Momentum that no account explains, relative to its throughput.
+    /// Residual of the momentum balance relative to its throughput.
     pub momentum_error: f64,
-    /// Angular momentum that no account explains, relative to its throughput, or to 2.2e-4 μ V t (shear modulus, volume of the gel, time),
-    /// if that is more: the round-off of stresses is relative to the modulus, however little a light body brings.
+    /// Residual of the angular momentum balance relative to its throughput, or to 2.2e-4 μ V t if greater (shear
+    /// modulus, volume of the gel, time). The second scale covers light bodies: the round-off of stresses is relative
+    /// to the modulus.
     pub angular_momentum_error: f64,
-    /// Change of the mass of the mesh at rest, relative.
+    /// Relative change of the mass of the mesh at rest.
     pub mass_error: Option<f64>,
-    /// Mean penetration of touching nodes, in element sizes.
+    /// Mean penetration of the nodes in contact, in element sizes.
     pub mean_standing_penetration: f64,
     /// Hash of the stored state, 32 hexadecimal digits.
     pub digest: String,
-    /// What the scene does not model.
+    /// Effects switched off in the scene.
     pub switched_off: Vec<String>,
-    /// The diagnosis of a run that stopped early.
+    /// Diagnosis of a run that stopped early.
     pub failure: Option<String>,
-    /// Reasons to doubt the figures of the run: what could be told of its scene, then what was seen of it.
+    /// Reasons to doubt the figures, from the scene first and from the run second.
     pub doubts: Vec<String>,
-    /// All of them in one text, if there are any.
+    /// All doubts in one text, if any.
     pub doubt: Option<String>,
 }
 
 /// Exit of the projectile at the back face of the gel, SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExitFigures {
-    /// Whether the rear end of the projectile has passed the undisturbed back face of the gel.
+    /// True if the rear end of the projectile has passed the undisturbed back face of the gel.
     pub perforated: bool,
-    /// Velocity at the exit, m/s; this and the next two only of a projectile that has perforated the gel.
+    /// Velocity at the exit, m/s; this figure and the next two need a perforation.
     pub exit_velocity: Option<[f64; 3]>,
     /// Time of the exit, s.
     pub exit_time: Option<f64>,
     /// Kinetic energy at the exit, J.
     pub residual_energy: Option<f64>,
-    /// Energy given to the gel, J, up to the exit if there is one.
+    /// Energy given to the gel, J, up to the exit if any.
     pub energy_deposited: f64,
 }
 
@@ -182,12 +185,12 @@ impl ExitFigures {
     }
 }
 
-/// What became of a fragment.
+/// Figures of a fragment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FragmentFigures {
-    /// Whether it took part at the end.
+    /// True if the fragment was active at the end.
     pub active: bool,
-    /// Greatest depth of its foremost point below z = 0, m, as far as it was seen in contact.
+    /// Greatest depth of the foremost point below z = 0, m, over the contact.
     pub peak_depth: f64,
     /// Depth at the end, m.
     pub final_depth: f64,
@@ -195,7 +198,7 @@ pub struct FragmentFigures {
     pub final_velocity: [f64; 3],
     /// Greatest mean force over a window of `force_window`, N.
     pub peak_force: f64,
-    /// Impulse on it, N·s.
+    /// Contact impulse on the fragment, N·s.
     pub total_impulse: [f64; 3],
 }
 
@@ -212,9 +215,9 @@ impl FragmentFigures {
     }
 }
 
-/// What a summary needs from the start of a run.
+/// Data of a summary known at the start of a run.
 #[derive(Debug)]
-pub(super) struct Run {
+pub(super) struct RunInfo {
     pub(super) scene: Scene,
     pub(super) initial_mass: Option<f64>,
     interface: Interface,
@@ -222,7 +225,7 @@ pub(super) struct Run {
     started: Instant,
 }
 
-impl Run {
+impl RunInfo {
     pub(super) fn start(scene: &Scene, interface: Interface, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let threads = if threads == 0 { all() } else { threads };
@@ -230,25 +233,25 @@ impl Run {
     }
 }
 
-impl Run {
-    /// Change of a mass from that at the start, relative.
+impl RunInfo {
+    /// Returns the change of a mass relative to the initial mass.
     fn mass_error(&self, mass: f64) -> Option<f64> {
         self.initial_mass.map(|initial| (mass / initial - 1.0).abs())
     }
 
-    /// What makes figures doubtful, of the scene and of what was seen.
-    fn doubts(&self, seen: &Observation) -> Vec<String> {
-        [scene::doubts(&self.scene), simulation::doubts(&self.scene, seen)].concat()
+    /// Returns the reasons to doubt the figures, from the scene and from the observation.
+    fn doubts(&self, observation: &Observation) -> Vec<String> {
+        [scene::doubts(&self.scene), simulation::doubts(&self.scene, observation)].concat()
     }
 
-    /// Error that was measured at the level of the run, if there is one.
+    /// Returns the error measured at the fidelity of the run, if any.
     fn expected_error(&self) -> Option<f64> {
         self.scene.fidelity.get(self.scene.scene.fidelity).and_then(|level| level.error)
     }
 }
 
-impl Summary {
-    pub(super) fn of(run: &Run, ending: &Ending, penetration: Option<&Penetration>) -> Self {
+impl RunSummary {
+    pub(super) fn of(run: &RunInfo, ending: &Ending, penetration: Option<&PenetrationRecord>) -> Self {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
@@ -286,13 +289,13 @@ impl Summary {
             peak_force: contact.peak_force,
             force_window: run.scene.force_window(),
             total_impulse: contact.total_impulse.into(),
-            greatest_cavity_diameter: penetration.map(|shot| shot.cavity.greatest.0),
-            time_of_greatest_cavity: penetration.map(|shot| shot.cavity.greatest.1),
+            greatest_cavity_diameter: penetration.map(|shot| shot.cavity.greatest_diameter),
+            time_of_greatest_cavity: penetration.map(|shot| shot.cavity.time_of_greatest),
             final_cavity_diameter: penetration.map(|shot| shot.cavity.last_diameter),
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
             sensors: vec![],
-            accounts: accounts(energy).into(),
+            accounts: energy_accounts(energy).into(),
             energy_error: energy.energy_error,
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
@@ -307,7 +310,7 @@ impl Summary {
         }
     }
 
-    /// Energy at the start, J.
+    /// Returns the initial energy, J.
     pub(super) fn initial_energy(&self) -> f64 {
         self.accounts.iter().find(|account| account.name == "initial").map_or(0.0, |account| account.value)
     }
@@ -317,24 +320,24 @@ impl Summary {
     }
 }
 
-/// A named account of the energy ledger.
+/// Named account of the energy balance.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Account {
-    /// Its name in `summary.json`.
+pub struct SummaryAccount {
+    /// Name in `summary.json`.
     pub name: &'static str,
-    /// Its value, J.
+    /// Value, J.
     pub value: f64,
-    /// What it holds, in words.
+    /// Meaning in words.
     pub meaning: &'static str,
 }
 
-fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Result<S::Ok, S::Error> {
+fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(accounts.iter().map(|account| (account.name, account.value)))
 }
 
-/// Every energy account, in the order of the report.
-fn accounts(energy: &EnergyReport) -> [Account; 18] {
-    let account = |name, value, meaning| Account { name, value, meaning };
+/// Returns every energy account in the order of the report.
+fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
+    let account = |name, value, meaning| SummaryAccount { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
         account("kinetic", energy.kinetic, "motion of gel and bodies"),
@@ -357,8 +360,8 @@ fn accounts(energy: &EnergyReport) -> [Account; 18] {
     ]
 }
 
-/// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14); none of a body that has left
-/// the gel at its back.
+/// Returns the rebound speed against the initial velocity, m/s (numerics A14). The last impulse must be older than 10
+/// % of the contact time; a perforating body has no rebound.
 #[must_use]
 pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;

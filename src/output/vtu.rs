@@ -1,67 +1,68 @@
-//! Unstructured grids of VTK: an XML head and the arrays as raw little-endian bytes behind it.
+//! VTK unstructured grids (`.vtu`): an XML header, then the arrays as raw little-endian bytes.
 
-use super::body::Solid;
+use super::body::BodySurface;
 use crate::math::Vector3;
 use crate::simulation::Frame;
 use std::fmt::Write;
 
-/// Cell types of VTK.
+/// VTK cell types.
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
-/// A file of the gel: velocity and displacement of the nodes; step, level, J and energy density of the elements.
-pub(super) fn gel(frame: &Frame) -> Vec<u8> {
+/// Returns a file of the gel: velocity and displacement of the nodes; step, level, J and energy density of the
+/// elements.
+pub(super) fn gel_file(frame: &Frame) -> Vec<u8> {
     let corners = frame.dimension + 1;
     let cells = frame.cells.nodes.iter().map(|nodes| &nodes[..corners]);
     let kind = if corners == 4 { TETRAHEDRON } else { TRIANGLE };
-    let mut file = Grid::new(frame.points.len(), frame.cells.nodes.len());
-    file.section("FieldData", &[Array::time(frame.time)]);
+    let mut file = VtuBuilder::new(frame.points.len(), frame.cells.nodes.len());
+    file.section("FieldData", &[DataArray::time(frame.time)]);
     file.geometry(&frame.points, cells, kind);
     file.section(
         "PointData",
-        &[Array::vectors("velocity", &frame.velocities), Array::vectors("displacement", &frame.displacements)],
+        &[DataArray::vectors("velocity", &frame.velocities), DataArray::vectors("displacement", &frame.displacements)],
     );
     file.section(
         "CellData",
         &[
-            Array::scalars("step", &frame.cells.step),
-            Array::bytes("step_level", step_levels(&frame.cells.step)),
-            Array::scalars("jacobian", &frame.cells.jacobian),
-            Array::scalars("energy_density", &frame.cells.energy_density),
+            DataArray::scalars("step", &frame.cells.step),
+            DataArray::bytes("step_level", step_levels(&frame.cells.step)),
+            DataArray::scalars("jacobian", &frame.cells.jacobian),
+            DataArray::scalars("energy_density", &frame.cells.energy_density),
         ],
     );
     file.finish()
 }
 
-/// A file of the surfaces of the bodies.
-pub(super) fn bodies(solids: &[Solid], time: f64) -> Vec<u8> {
+/// Returns a file of the body surfaces.
+pub(super) fn bodies_file(surfaces: &[BodySurface], time: f64) -> Vec<u8> {
     let (mut points, mut triangles, mut velocities) = (vec![], vec![], vec![]);
-    for solid in solids {
+    for surface in surfaces {
         let first = points.len() as u32;
-        triangles.extend(solid.triangles.iter().map(|corners| corners.map(|i| first + i)));
-        points.extend_from_slice(&solid.points);
-        velocities.resize(points.len(), solid.velocity);
+        triangles.extend(surface.triangles.iter().map(|corners| corners.map(|i| first + i)));
+        points.extend_from_slice(&surface.points);
+        velocities.resize(points.len(), surface.velocity);
     }
-    let mut file = Grid::new(points.len(), triangles.len());
-    file.section("FieldData", &[Array::time(time)]);
+    let mut file = VtuBuilder::new(points.len(), triangles.len());
+    file.section("FieldData", &[DataArray::time(time)]);
     file.geometry(&points, triangles.iter().map(<[u32; 3]>::as_slice), TRIANGLE);
-    file.section("PointData", &[Array::vectors("velocity", &velocities)]);
+    file.section("PointData", &[DataArray::vectors("velocity", &velocities)]);
     file.finish()
 }
 
-/// How many halvings each step is below the largest one.
+/// Returns the number of halvings from the largest step to each step.
 fn step_levels(steps: &[f64]) -> Vec<u8> {
     let largest = steps.iter().copied().fold(0.0, f64::max);
     steps.iter().map(|step| (largest / step).log2().round().clamp(0.0, 255.0) as u8).collect()
 }
 
-/// An array of a file: its attributes and bytes.
-struct Array {
+/// Data array of a file: attributes and bytes.
+struct DataArray {
     attributes: String,
     bytes: Vec<u8>,
 }
 
-impl Array {
+impl DataArray {
     fn time(time: f64) -> Self {
         let attributes = "type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\"".to_string();
         Self { attributes, bytes: time.to_le_bytes().to_vec() }
@@ -95,15 +96,15 @@ impl Array {
     }
 }
 
-/// A file in the making.
-struct Grid {
+/// Builder of a `.vtu` file.
+struct VtuBuilder {
     sizes: String,
     field: String,
     piece: String,
     appended: Vec<u8>,
 }
 
-impl Grid {
+impl VtuBuilder {
     fn new(points: usize, cells: usize) -> Self {
         let sizes = format!("NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\"");
         Self { sizes, field: String::new(), piece: String::new(), appended: Vec::new() }
@@ -115,21 +116,22 @@ impl Grid {
             Some(*end)
         });
         let kinds = vec![kind; cells.clone().count()];
-        self.section("Points", &[Array::points(points)]);
+        self.section("Points", &[DataArray::points(points)]);
         self.section(
             "Cells",
             &[
-                Array::integers("connectivity", cells.flatten().copied()),
-                Array::integers("offsets", ends),
-                Array::bytes("types", kinds),
+                DataArray::integers("connectivity", cells.flatten().copied()),
+                DataArray::integers("offsets", ends),
+                DataArray::bytes("types", kinds),
             ],
         );
     }
 
-    /// Appends arrays, each behind its length in bytes; an array is found by its offset from the first of them.
-    fn section(&mut self, name: &str, arrays: &[Array]) {
+    /// Appends a section of arrays, each array preceded by its length in bytes. An array is addressed by its offset
+    /// from the first array.
+    fn section(&mut self, name: &str, arrays: &[DataArray]) {
         let mut text = format!("<{name}>\n");
-        for Array { attributes, bytes } in arrays {
+        for DataArray { attributes, bytes } in arrays {
             let offset = self.appended.len();
             writeln!(text, "<DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>")
                 .expect("a string grows");

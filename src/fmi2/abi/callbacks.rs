@@ -1,36 +1,36 @@
-//! What the importer offers: a logger, and what is not used.
+//! Callback functions of the importer: a logger, and unused functions.
 
-use crate::fmi2::component::Logger;
-use crate::fmi2::logger::{Line, as_format};
+use crate::fmi2::component::ImporterLogger;
+use crate::fmi2::logger::{LogLine, escape_format};
 use crate::fmi2::status::Status;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
-/// Writes one line of log: environment, instance, status, category, format and its arguments.
+/// Function that writes a log line: environment, instance, status, category, format and arguments.
 pub type LoggerCallback = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
-/// The functions that the importer offers.
+/// Callback functions of the importer (`fmi2CallbackFunctions`).
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Callbacks {
-    /// Writes one line of log; may be absent.
+    /// Logger; may be absent.
     pub logger: Option<LoggerCallback>,
-    /// Not used.
+    /// Unused.
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>,
-    /// Not used.
+    /// Unused.
     pub free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
-    /// Not used: no step is asynchronous.
+    /// Unused: no step is asynchronous.
     pub step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
-    /// Handed back to the logger as it is.
+    /// Component environment, handed back to the logger unchanged.
     pub environment: *mut c_void,
 }
 
-/// A shortage in which not even a line of log can be made.
+/// Message of a shortage too severe for an allocated log line.
 const SHORTAGE: &CStr =
     c"memory: less than 1 MB is left to this process: nothing was done. Free memory and repeat the call";
 
 impl Callbacks {
-    /// Tells the importer of a shortage, without an allocation.
-    pub(super) fn complain(&self, name: *const c_char) {
+    /// Reports a shortage to the importer without an allocation.
+    pub(super) fn report_shortage(&self, name: *const c_char) {
         let Some(callback) = self.logger else { return };
         let name = if name.is_null() { c"".as_ptr() } else { name };
         // SAFETY: the importer's function with its own environment; the format consumes no argument.
@@ -40,20 +40,20 @@ impl Callbacks {
     }
 }
 
-impl Logger {
-    /// Tells the importer of a shortage, without an allocation.
-    pub(super) fn complain(&self) {
+impl ImporterLogger {
+    /// Reports a shortage to the importer without an allocation.
+    pub(super) fn report_shortage(&self) {
         let Self { callback: logger, environment, ref name } = *self;
         let none = Callbacks { logger, environment, allocate_memory: None, free_memory: None, step_finished: None };
-        none.complain(name.as_ptr());
+        none.report_shortage(name.as_ptr());
     }
 
     /// Hands the lines to the importer.
-    pub(super) fn write(&self, lines: &[Line]) {
+    pub(super) fn write(&self, lines: &[LogLine]) {
         let Some(callback) = self.callback else { return };
         for line in lines {
             let category = CString::new(line.category).unwrap_or_default();
-            let message = CString::new(as_format(&line.message)).unwrap_or_default();
+            let message = CString::new(escape_format(&line.message)).unwrap_or_default();
             let status = line.status as c_int;
             // SAFETY: the importer's function with its own environment; the format consumes no argument.
             unsafe {

@@ -1,9 +1,9 @@
-//! The importer of the command: loads the library of an unpacked FMU and calls it through C, as every importer does.
+//! Importer of the command: loads the library of an unpacked FMU and calls it through C, as every importer does.
 //!
-//! The crates that import FMUs bring several archive formats, an XML schema and a second standard along; the command needs
-//! these calls.
+//! Existing FMU import crates bring several archive formats, an XML schema and a second standard; the command needs
+//! these calls alone.
 
-use super::{Callbacks, Handle, LoggerCallback, Text};
+use super::{Callbacks, LoggerCallback, OpaquePointer, TextPointer};
 use crate::fmi2::status::Status;
 use crate::fmi2::uri;
 use libloading::Library;
@@ -12,17 +12,17 @@ use std::path::Path;
 use std::ptr;
 use std::sync::{Mutex, PoisonError};
 
-/// An FMU that cannot be loaded or instantiated.
+/// Error of loading or instantiating an FMU.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
-    /// The library, or a function in it, is not there.
+    /// Missing library, or missing function of the library.
     #[error("the library of the FMU: {0}")]
     Library(#[from] libloading::Error),
-    /// An argument that C cannot have.
+    /// Null byte in an argument.
     #[error("{0}: a null byte in a text")]
     Text(#[from] std::ffi::NulError),
-    /// `fmi2Instantiate` returned nothing.
+    /// `fmi2Instantiate` returned a null pointer.
     #[error("fmi2Instantiate: {messages}")]
     Refused {
         /// Messages of the FMU.
@@ -30,37 +30,38 @@ pub enum ImportError {
     },
 }
 
-type Plain = unsafe extern "C" fn(Handle) -> c_int;
-type SetUp = unsafe extern "C" fn(Handle, c_int, f64, f64, c_int, f64) -> c_int;
-type Step = unsafe extern "C" fn(Handle, f64, f64, c_int) -> c_int;
-type Make = unsafe extern "C" fn(Text, c_int, Text, Text, *const Callbacks, c_int, c_int) -> Handle;
-type OfState = unsafe extern "C" fn(Handle, *mut Handle) -> c_int;
+type ComponentFunction = unsafe extern "C" fn(OpaquePointer) -> c_int;
+type SetUpFunction = unsafe extern "C" fn(OpaquePointer, c_int, f64, f64, c_int, f64) -> c_int;
+type DoStepFunction = unsafe extern "C" fn(OpaquePointer, f64, f64, c_int) -> c_int;
+type InstantiateFunction =
+    unsafe extern "C" fn(TextPointer, c_int, TextPointer, TextPointer, *const Callbacks, c_int, c_int) -> OpaquePointer;
+type StateFunction = unsafe extern "C" fn(OpaquePointer, *mut OpaquePointer) -> c_int;
 
-/// The functions of a library that are called here.
+/// Imported functions of a library.
 #[derive(Debug)]
 struct ImportedFunctions {
-    instantiate: Make,
-    free_instance: unsafe extern "C" fn(Handle),
-    set_up_experiment: SetUp,
-    enter_initialization: Plain,
-    exit_initialization: Plain,
-    terminate: Plain,
-    do_step: Step,
-    get_real: unsafe extern "C" fn(Handle, *const u32, usize, *mut f64) -> c_int,
-    get_boolean: unsafe extern "C" fn(Handle, *const u32, usize, *mut c_int) -> c_int,
-    set_integer: unsafe extern "C" fn(Handle, *const u32, usize, *const c_int) -> c_int,
-    set_string: unsafe extern "C" fn(Handle, *const u32, usize, *const Text) -> c_int,
-    get_state: OfState,
-    set_state: unsafe extern "C" fn(Handle, Handle) -> c_int,
-    free_state: OfState,
-    state_size: unsafe extern "C" fn(Handle, Handle, *mut usize) -> c_int,
-    write_state: unsafe extern "C" fn(Handle, Handle, *mut u8, usize) -> c_int,
-    read_state: unsafe extern "C" fn(Handle, *const u8, usize, *mut Handle) -> c_int,
+    instantiate: InstantiateFunction,
+    free_instance: unsafe extern "C" fn(OpaquePointer),
+    set_up_experiment: SetUpFunction,
+    enter_initialization: ComponentFunction,
+    exit_initialization: ComponentFunction,
+    terminate: ComponentFunction,
+    do_step: DoStepFunction,
+    get_real: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *mut f64) -> c_int,
+    get_boolean: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *mut c_int) -> c_int,
+    set_integer: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *const c_int) -> c_int,
+    set_string: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *const TextPointer) -> c_int,
+    get_state: StateFunction,
+    set_state: unsafe extern "C" fn(OpaquePointer, OpaquePointer) -> c_int,
+    free_state: StateFunction,
+    state_size: unsafe extern "C" fn(OpaquePointer, OpaquePointer, *mut usize) -> c_int,
+    write_state: unsafe extern "C" fn(OpaquePointer, OpaquePointer, *mut u8, usize) -> c_int,
+    read_state: unsafe extern "C" fn(OpaquePointer, *const u8, usize, *mut OpaquePointer) -> c_int,
 }
 
 impl ImportedFunctions {
     fn of(library: &Library) -> Result<Self, libloading::Error> {
-        // SAFETY: the standard gives these names these types.
+        // SAFETY: the standard fixes the type of each function.
         unsafe {
             Ok(Self {
                 instantiate: *library.get(b"fmi2Instantiate")?,
@@ -85,27 +86,27 @@ impl ImportedFunctions {
     }
 }
 
-/// The messages that an FMU logged, in order.
+/// Log messages of an FMU, in order.
 #[derive(Debug, Default)]
 struct MessageLog(Mutex<Vec<String>>);
 
-/// An instance of an FMU in a library of its own. It is freed, and the library unloaded, when it is dropped.
+/// Instance of an FMU with its loaded library. A drop frees the instance and unloads the library.
 #[derive(Debug)]
 pub struct LoadedFmu {
-    component: Handle,
+    component: OpaquePointer,
     functions: ImportedFunctions,
     log: Box<MessageLog>,
-    /// The FMU keeps a pointer to them.
+    /// Callbacks kept alive for the FMU, which stores a pointer to them.
     _callbacks: Box<Callbacks>,
     _library: Library,
 }
 
-/// A state of a loaded FMU. Whoever got it frees it, by [`LoadedFmu::free_state`].
+/// State of a loaded FMU. The caller frees the state by [`LoadedFmu::free_state`].
 #[derive(Debug)]
-pub struct LoadedState(Handle);
+pub struct LoadedState(OpaquePointer);
 
 impl Default for LoadedState {
-    /// No state, to be filled.
+    /// Returns an empty state.
     fn default() -> Self {
         Self(ptr::null_mut())
     }
@@ -117,14 +118,14 @@ impl LoadedFmu {
     /// # Errors
     /// [`ImportError`] with the messages of the FMU.
     pub fn new(library: &Path, name: &str, guid: &str, resources: &Path) -> Result<Self, ImportError> {
-        // SAFETY: the library is an FMU: what runs when it is loaded is its own affair.
+        // SAFETY: the library is an FMU and responsible for its own initialisers.
         let library = unsafe { Library::new(library) }?;
         let functions = ImportedFunctions::of(&library)?;
         let log = Box::new(MessageLog::default());
-        let keep = keep as *const ();
+        let store_message = store_message as *const ();
         let callbacks = Box::new(Callbacks {
             // SAFETY: fixed arguments are passed alike with and without an ellipsis, and no others are read.
-            logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(keep) }),
+            logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(store_message) }),
             allocate_memory: None,
             free_memory: None,
             step_finished: None,
@@ -142,7 +143,7 @@ impl LoadedFmu {
         Ok(Self { component, functions, log, _callbacks: callbacks, _library: library })
     }
 
-    /// The messages since the last call of this, in one line.
+    /// Takes the messages since the last call, in one line.
     #[must_use]
     pub fn take_messages(&self) -> String {
         self.log.take()
@@ -151,40 +152,41 @@ impl LoadedFmu {
     /// Calls `fmi2SetupExperiment` for the time from 0 to an end, s.
     #[must_use]
     pub fn set_up_experiment(&self, end: f64) -> Status {
-        // SAFETY: a live component; so it is below.
-        status(unsafe { (self.functions.set_up_experiment)(self.component, 0, 0.0, 0.0, 1, end) })
+        // SAFETY: a live component, here and below.
+        to_status(unsafe { (self.functions.set_up_experiment)(self.component, 0, 0.0, 0.0, 1, end) })
     }
 
     /// Calls `fmi2EnterInitializationMode`.
     #[must_use]
     pub fn enter_initialization(&self) -> Status {
-        status(unsafe { (self.functions.enter_initialization)(self.component) })
+        to_status(unsafe { (self.functions.enter_initialization)(self.component) })
     }
 
     /// Calls `fmi2ExitInitializationMode`.
     #[must_use]
     pub fn exit_initialization(&self) -> Status {
-        status(unsafe { (self.functions.exit_initialization)(self.component) })
+        to_status(unsafe { (self.functions.exit_initialization)(self.component) })
     }
 
     /// Calls `fmi2Terminate`.
     #[must_use]
     pub fn terminate(&self) -> Status {
-        status(unsafe { (self.functions.terminate)(self.component) })
+        to_status(unsafe { (self.functions.terminate)(self.component) })
     }
 
-    /// Calls `fmi2DoStep` from a time over a length, s. The importer does not go back before it, unless it `may_return`.
+    /// Calls `fmi2DoStep` from a time over a length, s. The importer never returns to an earlier time, unless
+    /// `may_return`.
     #[must_use]
     pub fn do_step(&self, from: f64, length: f64, may_return: bool) -> Status {
-        status(unsafe { (self.functions.do_step)(self.component, from, length, c_int::from(!may_return)) })
+        to_status(unsafe { (self.functions.do_step)(self.component, from, length, c_int::from(!may_return)) })
     }
 
-    /// Calls `fmi2GetReal` for as many references as there is room for values.
+    /// Calls `fmi2GetReal` for as many references as `values` has elements.
     #[must_use]
     pub fn get_reals(&self, references: &[u32], values: &mut [f64]) -> Status {
         let n = references.len().min(values.len());
         // SAFETY: both have n items.
-        status(unsafe { (self.functions.get_real)(self.component, references.as_ptr(), n, values.as_mut_ptr()) })
+        to_status(unsafe { (self.functions.get_real)(self.component, references.as_ptr(), n, values.as_mut_ptr()) })
     }
 
     /// Calls `fmi2GetBoolean` for one variable.
@@ -193,7 +195,7 @@ impl LoadedFmu {
         let mut found = 0;
         // SAFETY: one reference and room for one value.
         let status =
-            status(unsafe { (self.functions.get_boolean)(self.component, &raw const reference, 1, &raw mut found) });
+            to_status(unsafe { (self.functions.get_boolean)(self.component, &raw const reference, 1, &raw mut found) });
         *value = found != 0;
         status
     }
@@ -202,7 +204,7 @@ impl LoadedFmu {
     #[must_use]
     pub fn set_integer(&self, reference: u32, value: i32) -> Status {
         // SAFETY: one reference and one value.
-        status(unsafe { (self.functions.set_integer)(self.component, &raw const reference, 1, &raw const value) })
+        to_status(unsafe { (self.functions.set_integer)(self.component, &raw const reference, 1, &raw const value) })
     }
 
     /// Calls `fmi2SetString` for one variable; a null byte ends the text.
@@ -210,46 +212,46 @@ impl LoadedFmu {
     pub fn set_string(&self, reference: u32, value: &str) -> Status {
         let text = CString::new(value.split('\0').next().unwrap_or_default()).unwrap_or_default();
         // SAFETY: one reference and one text.
-        status(unsafe { (self.functions.set_string)(self.component, &raw const reference, 1, &text.as_ptr()) })
+        to_status(unsafe { (self.functions.set_string)(self.component, &raw const reference, 1, &text.as_ptr()) })
     }
 
-    /// Calls `fmi2GetFMUstate`, into the state that is there or a new one.
+    /// Calls `fmi2GetFMUstate` into an existing or a new state.
     #[must_use]
     pub fn get_state(&self, state: &mut LoadedState) -> Status {
-        // SAFETY: null, or a state of this FMU; so it is below.
-        status(unsafe { (self.functions.get_state)(self.component, &raw mut state.0) })
+        // SAFETY: null, or a state of this FMU, here and below.
+        to_status(unsafe { (self.functions.get_state)(self.component, &raw mut state.0) })
     }
 
     /// Calls `fmi2SetFMUstate`.
     #[must_use]
     pub fn set_state(&self, state: &LoadedState) -> Status {
-        status(unsafe { (self.functions.set_state)(self.component, state.0) })
+        to_status(unsafe { (self.functions.set_state)(self.component, state.0) })
     }
 
     /// Calls `fmi2FreeFMUstate`.
     #[must_use]
     pub fn free_state(&self, state: &mut LoadedState) -> Status {
-        status(unsafe { (self.functions.free_state)(self.component, &raw mut state.0) })
+        to_status(unsafe { (self.functions.free_state)(self.component, &raw mut state.0) })
     }
 
     /// Calls `fmi2SerializedFMUstateSize`.
     #[must_use]
     pub fn state_size(&self, state: &LoadedState, size: &mut usize) -> Status {
-        status(unsafe { (self.functions.state_size)(self.component, state.0, size) })
+        to_status(unsafe { (self.functions.state_size)(self.component, state.0, size) })
     }
 
     /// Calls `fmi2SerializeFMUstate` over all of the bytes.
     #[must_use]
     pub fn write_state(&self, state: &LoadedState, bytes: &mut [u8]) -> Status {
-        // SAFETY: as many bytes as are said to be there.
-        status(unsafe { (self.functions.write_state)(self.component, state.0, bytes.as_mut_ptr(), bytes.len()) })
+        // SAFETY: pointer and length of the same slice.
+        to_status(unsafe { (self.functions.write_state)(self.component, state.0, bytes.as_mut_ptr(), bytes.len()) })
     }
 
-    /// Calls `fmi2DeSerializeFMUstate`, into the state that is there or a new one.
+    /// Calls `fmi2DeSerializeFMUstate` into an existing or a new state.
     #[must_use]
     pub fn read_state(&self, bytes: &[u8], state: &mut LoadedState) -> Status {
-        // SAFETY: as many bytes as are said to be there.
-        status(unsafe { (self.functions.read_state)(self.component, bytes.as_ptr(), bytes.len(), &raw mut state.0) })
+        // SAFETY: pointer and length of the same slice.
+        to_status(unsafe { (self.functions.read_state)(self.component, bytes.as_ptr(), bytes.len(), &raw mut state.0) })
     }
 }
 
@@ -266,8 +268,14 @@ impl MessageLog {
     }
 }
 
-/// The logger: keeps a message, which is a format without arguments.
-unsafe extern "C" fn keep(environment: Handle, _name: Text, _status: c_int, _category: Text, message: Text) {
+/// Logger callback: stores a message, a format without arguments.
+unsafe extern "C" fn store_message(
+    environment: OpaquePointer,
+    _name: TextPointer,
+    _status: c_int,
+    _category: TextPointer,
+    message: TextPointer,
+) {
     if environment.is_null() || message.is_null() {
         return;
     }
@@ -277,7 +285,7 @@ unsafe extern "C" fn keep(environment: Handle, _name: Text, _status: c_int, _cat
     log.0.lock().unwrap_or_else(PoisonError::into_inner).push(text);
 }
 
-fn status(returned: c_int) -> Status {
+fn to_status(returned: c_int) -> Status {
     match returned {
         0 => Status::Ok,
         1 => Status::Warning,

@@ -1,72 +1,79 @@
-//! Inquiry, log, creation and destruction, and the way through the life cycle.
+//! C functions of inquiry, log, creation, destruction and life cycle.
 
 use super::environment::HostEnvironment;
 use super::pointers::{slice, text};
-use super::{Callbacks, Handle, Text, done, guard, reserve};
+use super::{Callbacks, OpaquePointer, TextPointer, guard, reserve};
 use crate::fmi2::call::CallError;
-use crate::fmi2::component::{Component, Logger};
-use crate::fmi2::instance::Instance;
-use crate::fmi2::lifecycle::Call;
-use crate::fmi2::logger::Log;
-use crate::fmi2::parameters::Packed;
+use crate::fmi2::component::{Component, ImporterLogger};
+use crate::fmi2::instance::FmuInstance;
+use crate::fmi2::lifecycle::CallGroup;
+use crate::fmi2::logger::CallLog;
+use crate::fmi2::parameters::PackedScene;
 use crate::fmi2::status::Status;
 use std::ffi::{CStr, CString, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
 
-/// The types of `fmi2TypesPlatform.h`.
+/// Returns the platform types of `fmi2TypesPlatform.h`.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetTypesPlatform() -> Text {
+pub extern "C" fn fmi2GetTypesPlatform() -> TextPointer {
     c"default".as_ptr()
 }
 
-/// The version of the standard.
+/// Returns the version of the standard.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetVersion() -> Text {
+pub extern "C" fn fmi2GetVersion() -> TextPointer {
     c"2.0".as_ptr()
 }
 
 /// Switches debug logging.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, n: usize, categories: *const Text) -> c_int {
-    let what = ("fmi2SetDebugLogging", "categories");
-    guard(c, what.0, Call::SetDebugLogging, |it| {
+pub unsafe extern "C" fn fmi2SetDebugLogging(
+    c: OpaquePointer,
+    on: c_int,
+    n: usize,
+    categories: *const TextPointer,
+) -> c_int {
+    let name = "fmi2SetDebugLogging";
+    guard(c, name, CallGroup::SetDebugLogging, |it| {
         // SAFETY: n pointers to text.
-        let texts = unsafe { slice(categories, n, what) }?.iter().map(|&at| unsafe { text(at, what) });
+        let texts = unsafe { slice(categories, n, name, "categories") }?
+            .iter()
+            .map(|&at| unsafe { text(at, name, "categories") });
         let names = texts.map(|t| t.map(str::to_string)).collect::<Result<Vec<String>, CallError>>()?;
-        it.instance.log.select(on != 0, &names).map(done)
+        it.instance.log.select(on != 0, &names).map(|()| Status::Ok)
     })
 }
 
-/// Makes an instance; null if it was refused.
+/// Creates an instance; a refused call returns null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
-    name: Text,
+    name: TextPointer,
     fmu_type: c_int,
-    guid: Text,
-    resources: Text,
+    guid: TextPointer,
+    resources: TextPointer,
     functions: *const Callbacks,
     _visible: c_int,
     debug: c_int,
-) -> Handle {
+) -> OpaquePointer {
     if functions.is_null() {
         return ptr::null_mut();
     }
     // SAFETY: not null; the importer's structure of callbacks.
     let callbacks = unsafe { *functions };
-    if !reserve::begins() {
-        callbacks.complain(name);
+    if !reserve::register_instance() {
+        callbacks.report_shortage(name);
         return ptr::null_mut();
     }
     let (component, lines, logger) = {
         let _environment = HostEnvironment::replace();
         let label = if name.is_null() { CString::default() } else { unsafe { CStr::from_ptr(name) }.to_owned() };
-        let logger = Logger { callback: callbacks.logger, environment: callbacks.environment, name: label };
-        let mut log = Log::new(debug != 0);
+        let logger = ImporterLogger { callback: callbacks.logger, environment: callbacks.environment, name: label };
+        let mut log = CallLog::new(debug != 0);
         // SAFETY: text or null each.
         let made = catch_unwind(|| unsafe { instantiate(name, fmu_type, guid, resources) });
         let made = match made {
-            Ok(Ok((name, packed))) => Some(Instance::new(name, packed, Log::new(debug != 0))),
+            Ok(Ok((name, packed))) => Some(FmuInstance::new(name, packed, CallLog::new(debug != 0))),
             Ok(Err(error)) => {
                 log.refusal(&error);
                 None
@@ -77,7 +84,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
             }
         };
         if made.is_none() {
-            reserve::ends();
+            reserve::unregister_instance();
         }
         let own = logger.clone();
         let component = made.map(|instance| Box::new(Component { instance, logger: own, strings: Vec::new() }));
@@ -88,23 +95,28 @@ pub unsafe extern "C" fn fmi2Instantiate(
 }
 
 #[inline(never)] // what it computes stays within the environment that is set around it
-unsafe fn instantiate(name: Text, fmu_type: c_int, guid: Text, resources: Text) -> Result<(String, Packed), CallError> {
+unsafe fn instantiate(
+    name: TextPointer,
+    fmu_type: c_int,
+    guid: TextPointer,
+    resources: TextPointer,
+) -> Result<(String, PackedScene), CallError> {
     const FUNCTION: &str = "fmi2Instantiate";
     // SAFETY: null-terminated text or null each.
-    let name = unsafe { text(name, (FUNCTION, "instanceName")) }?;
-    let guid = unsafe { text(guid, (FUNCTION, "fmuGUID")) }?;
+    let name = unsafe { text(name, FUNCTION, "instanceName") }?;
+    let guid = unsafe { text(guid, FUNCTION, "fmuGUID") }?;
     let resources = if resources.is_null() {
         None
     } else {
         // SAFETY: not null.
-        Some(unsafe { text(resources, (FUNCTION, "fmuResourceLocation")) }?)
+        Some(unsafe { text(resources, FUNCTION, "fmuResourceLocation") }?)
     };
-    Packed::found(name, fmu_type, guid, resources)
+    PackedScene::from_arguments(name, fmu_type, guid, resources)
 }
 
 /// Completes the files, joins the threads and frees the instance.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
+pub unsafe extern "C" fn fmi2FreeInstance(c: OpaquePointer) {
     if c.is_null() {
         return;
     }
@@ -112,14 +124,14 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
         let _environment = HostEnvironment::replace();
         // SAFETY: from `fmi2Instantiate`, and not used again.
         let mut it = unsafe { Box::from_raw(c.cast::<Component>()) };
-        // A panic here has nobody left to tell, but for the lines that were logged before it. Without memory files stay as they are.
-        if reserve::stands() {
+        // A panic here can only be reported by the lines logged before it. Without memory the files stay unchanged.
+        if reserve::ensure_standing_reserve() {
             drop(catch_unwind(AssertUnwindSafe(|| it.instance.finish_recording())));
         }
         let lines = it.instance.log.take();
         let logger = (!lines.is_empty()).then(|| it.logger.clone());
         drop(catch_unwind(AssertUnwindSafe(|| drop(it))));
-        reserve::ends();
+        reserve::unregister_instance();
         (lines, logger)
     };
     if let Some(logger) = logger {
@@ -127,25 +139,25 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
     }
 }
 
-/// Takes start and stop time.
+/// Sets start and stop time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
-    c: Handle,
+    c: OpaquePointer,
     _tolerance_defined: c_int,
     _tolerance: f64,
     start: f64,
     stop_defined: c_int,
     stop: f64,
 ) -> c_int {
-    guard(c, "fmi2SetupExperiment", Call::SetupExperiment, |it| {
-        it.instance.set_up(start, (stop_defined != 0).then_some(stop)).map(done)
+    guard(c, "fmi2SetupExperiment", CallGroup::SetupExperiment, |it| {
+        it.instance.set_up_experiment(start, (stop_defined != 0).then_some(stop)).map(|()| Status::Ok)
     })
 }
 
 /// Enters initialization mode.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: Handle) -> c_int {
-    guard(c, "fmi2EnterInitializationMode", Call::EnterInitializationMode, |it| {
+pub unsafe extern "C" fn fmi2EnterInitializationMode(c: OpaquePointer) -> c_int {
+    guard(c, "fmi2EnterInitializationMode", CallGroup::EnterInitializationMode, |it| {
         it.instance.enter_initialization();
         Ok(Status::Ok)
     })
@@ -153,20 +165,20 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(c: Handle) -> c_int {
 
 /// Leaves initialization mode.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: Handle) -> c_int {
-    guard(c, "fmi2ExitInitializationMode", Call::ExitInitializationMode, |it| {
-        it.instance.exit_initialization().map(done)
+pub unsafe extern "C" fn fmi2ExitInitializationMode(c: OpaquePointer) -> c_int {
+    guard(c, "fmi2ExitInitializationMode", CallGroup::ExitInitializationMode, |it| {
+        it.instance.exit_initialization().map(|()| Status::Ok)
     })
 }
 
 /// Ends the run.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: Handle) -> c_int {
-    guard(c, "fmi2Terminate", Call::Terminate, |it| Ok(it.instance.terminate()))
+pub unsafe extern "C" fn fmi2Terminate(c: OpaquePointer) -> c_int {
+    guard(c, "fmi2Terminate", CallGroup::Terminate, |it| Ok(it.instance.terminate()))
 }
 
-/// Back to a fresh instance.
+/// Resets the instance.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: Handle) -> c_int {
-    guard(c, "fmi2Reset", Call::Reset, |it| Ok(it.instance.reset()))
+pub unsafe extern "C" fn fmi2Reset(c: OpaquePointer) -> c_int {
+    guard(c, "fmi2Reset", CallGroup::Reset, |it| Ok(it.instance.reset()))
 }

@@ -1,38 +1,38 @@
-//! The allocator: that of the system, backed by memory that was reserved before it was needed.
+//! Global allocator: the system allocator, backed by memory reserved in advance.
 //!
-//! Rust ends the process when memory cannot be had in the middle of a computation, and an allocator may not panic instead. So a
-//! phase that needs much (building, remeshing, restoring, a state) first reserves as much as it needs, which can be
-//! refused in words. An allocation that fails later is tried again each time a reserve was given back to the system. Reserves
-//! are fungible: as long as together they are what all phases need, it does not matter whose is given back first.
+//! Rust aborts the process if an allocation fails within a computation, and an allocator may not panic. Therefore a
+//! phase with a large need (building, remeshing, restoring, a state) first reserves its memory, and a refusal is an
+//! ordinary error. A later failed allocation is retried after each release of a reserve to the system. Reserves are
+//! fungible: as long as their sum covers the needs of all phases, the order of release does not matter.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicIsize, AtomicPtr, Ordering};
 
-/// Most reserves at a time, beside the standing one: later ones back nothing.
-const MOST_RESERVES: usize = 128;
+/// Limit of simultaneous reserves beside the standing reserve; further reserves hold no block.
+const MAX_RESERVES: usize = 128;
 
-/// Bytes of the standing reserve: what a call needs that builds, saves and writes nothing.
-const STANDING: usize = 1 << 20;
+/// Size of the standing reserve, bytes, for calls that neither build, save nor write.
+const STANDING_BYTES: usize = 1 << 20;
 
-/// Blocks of at least this size glibc maps and unmaps, whatever it has learnt (DEFAULT_MMAP_THRESHOLD_MAX): they leave its heap as it is,
-/// and every thread has what one of them gives back.
-const LEAST: usize = (32 << 20) + 4096;
+/// Least size of a block, bytes. Blocks of this size are always mapped and unmapped by glibc
+/// (DEFAULT_MMAP_THRESHOLD_MAX): they leave its heap unchanged, and every thread can use the released memory.
+const MIN_BLOCK: usize = (32 << 20) + 4096;
 
-/// Bytes in front of a reserve, where its size stands.
+/// Header of a reserve, bytes, with the size of the reserve.
 const HEADER: usize = 16;
 
-static SLOTS: [ReserveSlot; MOST_RESERVES] = [const { ReserveSlot::new() }; MOST_RESERVES];
+static SLOTS: [ReserveSlot; MAX_RESERVES] = [const { ReserveSlot::new() }; MAX_RESERVES];
 static STANDING_SLOT: ReserveSlot = ReserveSlot::new();
-/// Instances that there are.
+/// Number of live instances.
 static N_INSTANCES: AtomicIsize = AtomicIsize::new(0);
-/// Held by the thread that gives reserves back: another one waits until they can be had.
-static IS_GIVING_BACK: AtomicBool = AtomicBool::new(false);
+/// Spin lock of the thread that releases reserves; other threads wait for the release.
+static IS_RELEASING: AtomicBool = AtomicBool::new(false);
 
 #[global_allocator]
 static ALLOCATOR: BackedAllocator = BackedAllocator;
 
-/// Memory held for a phase; given back when this is dropped, or when an allocation fails.
+/// Memory reserve of a phase, released on drop or after a failed allocation.
 #[derive(Debug)]
 pub struct MemoryReserve {
     slot: Option<&'static ReserveSlot>,
@@ -42,11 +42,11 @@ impl MemoryReserve {
     /// Reserves memory without touching it; `None` if the system refuses.
     #[must_use]
     pub fn hold(bytes: usize) -> Option<Self> {
-        let block = reserved_block(bytes.max(LEAST))?;
+        let block = allocate_block(bytes.max(MIN_BLOCK))?;
         let slot = SLOTS.iter().find(|slot| !slot.is_claimed.swap(true, Ordering::Acquire));
         match slot {
             Some(slot) => slot.block.store(block, Ordering::Release),
-            None => give_back(block),
+            None => release(block),
         }
         Some(Self { slot })
     }
@@ -55,43 +55,43 @@ impl MemoryReserve {
 impl Drop for MemoryReserve {
     fn drop(&mut self) {
         if let Some(slot) = self.slot {
-            slot.give_back();
+            slot.release();
             slot.is_claimed.store(false, Ordering::Release);
         }
     }
 }
 
-/// Returns true if the standing reserve is there, or could be made again.
-pub(super) fn stands() -> bool {
+/// Makes the standing reserve if missing; returns true if the reserve exists afterwards.
+pub(super) fn ensure_standing_reserve() -> bool {
     if !STANDING_SLOT.block.load(Ordering::Relaxed).is_null() {
         return true;
     }
-    let Some(block) = reserved_block(STANDING) else { return false };
+    let Some(block) = allocate_block(STANDING_BYTES) else { return false };
     let made = STANDING_SLOT.block.compare_exchange(ptr::null_mut(), block, Ordering::AcqRel, Ordering::Relaxed);
     if made.is_err() {
-        give_back(block);
+        release(block);
     }
     true
 }
 
-/// Counts an instance that is to be made; returns false, and counts none, without a standing reserve for it.
-pub(super) fn begins() -> bool {
+/// Counts a new instance; returns false, and counts no instance, without a standing reserve.
+pub(super) fn register_instance() -> bool {
     N_INSTANCES.fetch_add(1, Ordering::AcqRel);
-    let is_there = stands();
+    let is_there = ensure_standing_reserve();
     if !is_there {
-        ends();
+        unregister_instance();
     }
     is_there
 }
 
-/// Counts an instance less; with the last one goes the standing reserve.
-pub(super) fn ends() {
+/// Uncounts an instance; the last instance releases the standing reserve.
+pub(super) fn unregister_instance() {
     if N_INSTANCES.fetch_sub(1, Ordering::AcqRel) <= 1 {
-        STANDING_SLOT.give_back();
+        STANDING_SLOT.release();
     }
 }
 
-/// The place of a reserve. Only its owner claims and frees it; anyone may give its block back.
+/// Slot of a reserve. Only the owner claims and frees the slot; any thread may release its block.
 #[derive(Debug)]
 struct ReserveSlot {
     is_claimed: AtomicBool,
@@ -103,11 +103,11 @@ impl ReserveSlot {
         Self { is_claimed: AtomicBool::new(false), block: AtomicPtr::new(ptr::null_mut()) }
     }
 
-    /// Gives the block back; returns true if there was one.
-    fn give_back(&self) -> bool {
+    /// Releases the block; returns true if the slot had a block.
+    fn release(&self) -> bool {
         let block = self.block.swap(ptr::null_mut(), Ordering::AcqRel);
         if !block.is_null() {
-            give_back(block);
+            release(block);
         }
         !block.is_null()
     }
@@ -117,9 +117,9 @@ fn block_layout(bytes: usize) -> Option<Layout> {
     Layout::from_size_align(bytes.checked_add(HEADER)?, HEADER).ok()
 }
 
-/// A block of the system with its size in front.
+/// Returns a block of the system with its size in front.
 #[allow(clippy::cast_ptr_alignment, reason = "the layout aligns the header")]
-fn reserved_block(bytes: usize) -> Option<*mut u8> {
+fn allocate_block(bytes: usize) -> Option<*mut u8> {
     let layout = block_layout(bytes)?;
     // SAFETY: the layout has a size; the header is aligned and within the block.
     unsafe {
@@ -133,8 +133,8 @@ fn reserved_block(bytes: usize) -> Option<*mut u8> {
 }
 
 #[allow(clippy::cast_ptr_alignment, reason = "the layout aligns the header")]
-fn give_back(block: *mut u8) {
-    // SAFETY: from `reserved_block`, and taken out of its slot by this thread alone.
+fn release(block: *mut u8) {
+    // SAFETY: from `allocate_block`, and taken out of its slot by this thread alone.
     unsafe {
         if let Some(layout) = block_layout(block.cast::<usize>().read()) {
             System.dealloc(block, layout);
@@ -142,11 +142,11 @@ fn give_back(block: *mut u8) {
     }
 }
 
-/// Tries an allocation again after each reserve that was given back; null if none is left.
+/// Retries an allocation after each release of a reserve; null without further reserves.
 #[cold]
 #[inline(never)]
-fn retried(allocate: impl Fn() -> *mut u8) -> *mut u8 {
-    while IS_GIVING_BACK.swap(true, Ordering::Acquire) {
+fn retry_allocation(allocate: impl Fn() -> *mut u8) -> *mut u8 {
+    while IS_RELEASING.swap(true, Ordering::Acquire) {
         std::thread::yield_now();
     }
     let mut found = allocate();
@@ -154,15 +154,15 @@ fn retried(allocate: impl Fn() -> *mut u8) -> *mut u8 {
         if !found.is_null() {
             break;
         }
-        if slot.give_back() {
+        if slot.release() {
             found = allocate();
         }
     }
-    IS_GIVING_BACK.store(false, Ordering::Release);
+    IS_RELEASING.store(false, Ordering::Release);
     found
 }
 
-/// The allocator of the system, tried again while there are reserves.
+/// System allocator with retries while reserves exist.
 struct BackedAllocator;
 
 // SAFETY: every block is of `System` with the layout that was asked for, and nothing here allocates or unwinds.
@@ -172,7 +172,7 @@ unsafe impl GlobalAlloc for BackedAllocator {
         // SAFETY: the contract of the caller.
         let allocate = || unsafe { System.alloc(layout) };
         let found = allocate();
-        if found.is_null() { retried(allocate) } else { found }
+        if found.is_null() { retry_allocation(allocate) } else { found }
     }
 
     #[inline]
@@ -180,15 +180,15 @@ unsafe impl GlobalAlloc for BackedAllocator {
         // SAFETY: the contract of the caller.
         let allocate = || unsafe { System.alloc_zeroed(layout) };
         let found = allocate();
-        if found.is_null() { retried(allocate) } else { found }
+        if found.is_null() { retry_allocation(allocate) } else { found }
     }
 
     #[inline]
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the contract of the caller; a block that could not be moved is still there.
+        // SAFETY: the contract of the caller; a block that could not be moved stays valid.
         let allocate = || unsafe { System.realloc(block, layout, size) };
         let found = allocate();
-        if found.is_null() { retried(allocate) } else { found }
+        if found.is_null() { retry_allocation(allocate) } else { found }
     }
 
     #[inline]
@@ -204,14 +204,14 @@ mod tests {
 
     #[test]
     fn an_allocation_that_fails_is_tried_again_after_each_reserve() {
-        // One test: another one in this process would give back what this one looks at.
-        assert!(stands());
+        // A single test: a second test in this process could release the reserves under test.
+        assert!(ensure_standing_reserve());
         let reserves = [0, 1].map(|_| MemoryReserve::hold(1 << 26).expect("64 MiB"));
         let slots = [&reserves[0], &reserves[1]].map(|reserve| reserve.slot.expect("a slot"));
         assert!(slots.iter().all(|slot| !slot.block.load(Ordering::Relaxed).is_null()));
         let n_tries = std::cell::Cell::new(0);
         let byte = std::cell::Cell::new(0_u8);
-        let found = retried(|| {
+        let found = retry_allocation(|| {
             n_tries.set(n_tries.get() + 1);
             if n_tries.get() < 3 { ptr::null_mut() } else { byte.as_ptr() }
         });

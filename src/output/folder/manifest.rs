@@ -1,4 +1,4 @@
-//! `gelfmu.jsonl`: the manifest of a folder of results, a journal of one JSON object per line, with the lock of the folder.
+//! `gelfmu.jsonl`: manifest and lock of a result folder. The manifest is a journal with one JSON object per line.
 
 use super::STAGING;
 use same_file::Handle;
@@ -10,49 +10,49 @@ use std::path::{Component, Path};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// Name of the manifest in its folder.
+/// File name of the manifest.
 pub(super) const MANIFEST: &str = "gelfmu.jsonl";
-/// Longest manifest that is read: a run of 10 000 frames writes 1 MB, each run that replaces it some lines.
-const MOST_BYTES: u64 = 1 << 26;
-/// Another process holds the lock for a moment when it looks whether it may write: that is no run.
-const ATTEMPTS: usize = 25;
-const PAUSE: Duration = Duration::from_millis(10);
+/// Limit of the length of a manifest, bytes: a run of 10 000 frames writes 1 MB, each replacing run a few lines.
+const MAX_MANIFEST_BYTES: u64 = 1 << 26;
+/// Number of attempts at the lock: another process holds it for a moment while checking the folder.
+const LOCK_ATTEMPTS: usize = 25;
+const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
-/// State of a folder of results.
+/// State of a result folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FolderState {
-    /// Claimed by a process that has no results yet.
+    /// Claimed by a process without results.
     Claimed,
     /// Files are being written, or the process was killed.
     Running,
-    /// The run has reached its end.
+    /// The run reached its end.
     Complete,
-    /// The run was ended before its end, and has kept its results so far.
+    /// The run was ended early and kept its results.
     Interrupted,
-    /// The run could not go on, or its files could not be written any more.
+    /// The run failed, or its files could not be written any more.
     Failed,
 }
 
-/// One line of the journal.
+/// Line of the journal.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct JournalLine {
-    /// The first line alone: the command that made the folder.
+    /// Command that made the folder; in the first line alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     results_of: Option<String>,
-    /// Release that wrote the line above.
+    /// Release that wrote the first line.
     #[serde(skip_serializing_if = "Option::is_none")]
     version: Option<String>,
     /// New state of the folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     state: Option<FolderState>,
-    /// Process whose FMU may take the claim over.
+    /// Process whose FMU may adopt the claim.
     #[serde(skip_serializing_if = "Option::is_none")]
     process: Option<u32>,
-    /// File of ours from now on; its path from the folder, with `/`.
+    /// File listed from now on; path relative to the folder, with `/`.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
-    /// File that is no longer ours.
+    /// File no longer listed.
     #[serde(skip_serializing_if = "Option::is_none")]
     removed: Option<String>,
 }
@@ -60,29 +60,29 @@ struct JournalLine {
 /// Contents of a manifest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FolderContents {
-    /// Command that made the folder; none in a manifest whose first line is still to come.
+    /// Command that made the folder; `None` before the first line.
     pub(super) command: Option<String>,
     /// Last state.
     pub(super) state: Option<FolderState>,
-    /// Process that has handed the claim over to its FMU.
+    /// Process that handed the claim over to its FMU.
     pub(super) process: Option<u32>,
-    /// Files of ours.
+    /// Listed files.
     pub(super) files: BTreeSet<String>,
 }
 
-/// An open manifest. Its lock, if it could be had, is held as long as it lives.
+/// Open manifest; holds the lock, if acquired, until it is dropped.
 #[derive(Debug)]
 pub(super) struct FolderManifest {
     file: File,
     pub(super) contents: FolderContents,
 }
 
-/// Why a manifest is not ours to use.
+/// Error of opening or reading a manifest.
 #[derive(Debug)]
 pub(super) enum JournalError {
-    /// It cannot be read or written.
+    /// The manifest cannot be read or written.
     Io(io::Error),
-    /// This line of it is none of a manifest.
+    /// Number of the line that is invalid in a manifest.
     Line(usize),
 }
 
@@ -92,71 +92,71 @@ impl From<io::Error> for JournalError {
     }
 }
 
-/// Whether the lock of a manifest could be had.
+/// Outcome of an attempt at the lock of a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LockOutcome {
-    /// It is ours, or the system has no locks here.
+    /// The lock is acquired, or the system has no locks here.
     Held,
-    /// Another run has it.
+    /// Another run holds the lock.
     Busy,
 }
 
 impl FolderManifest {
-    /// Makes the manifest of a folder that has none, exclusively, and claims the folder for this process.
+    /// Creates the manifest of a folder without one, exclusively, and claims the folder for this process.
     ///
     /// # Errors
     /// `AlreadyExists` if another process was faster.
     pub(super) fn create(folder: &Path, command: &str) -> io::Result<Self> {
         let file = OpenOptions::new().read(true).write(true).create_new(true).open(folder.join(MANIFEST))?;
-        if lock(&file) == LockOutcome::Busy {
+        if lock_new(&file) == LockOutcome::Busy {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         let mut manifest = Self { file, contents: FolderContents::default() };
-        manifest.head(command).inspect_err(|_| {
-            // The first error says why; a manifest without a line is taken over by the next run.
+        manifest.write_head(command).inspect_err(|_| {
+            // Only the first error is reported; the next run takes a manifest without a line over.
             drop(fs::remove_file(folder.join(MANIFEST)));
         })?;
         Ok(manifest)
     }
 
     /// Writes the first lines.
-    pub(super) fn head(&mut self, command: &str) -> io::Result<()> {
+    pub(super) fn write_head(&mut self, command: &str) -> io::Result<()> {
         let (results_of, version) = (Some(command.to_owned()), Some(env!("CARGO_PKG_VERSION").to_owned()));
         self.append(&JournalLine { results_of, version, ..JournalLine::default() })?;
         self.contents.command = Some(command.to_owned());
         self.mark(FolderState::Claimed)
     }
 
-    /// Opens the manifest of a folder that has one, and locks it if no other run has it.
+    /// Opens the manifest of a folder, and locks it if free.
     ///
-    /// A manifest without a first line belongs to a process that is just writing it, or was killed before: it is waited for
-    /// a moment.
+    /// A manifest without a first line belongs to a process about to write it, or killed before; the call waits a
+    /// moment for the line.
     pub(super) fn open(folder: &Path) -> Result<(Self, LockOutcome), JournalError> {
         let file = OpenOptions::new().read(true).write(true).open(folder.join(MANIFEST))?;
         let mut manifest = Self { file, contents: FolderContents::default() };
         let mut outcome = try_lock(&manifest.file);
-        for attempt in 1..=ATTEMPTS {
+        for attempt in 1..=LOCK_ATTEMPTS {
             match manifest.read() {
                 Ok(()) if manifest.contents.is_handed_over() || is_staging_handed_over(folder) => break,
                 Ok(()) if manifest.contents.command.is_some() && outcome == LockOutcome::Held => break,
                 Err(JournalError::Line(line)) => return Err(JournalError::Line(line)),
                 Err(JournalError::Io(error)) if outcome == LockOutcome::Held => return Err(error.into()),
-                // Some systems let no one read a locked file.
-                Ok(()) | Err(JournalError::Io(_)) if attempt == ATTEMPTS => break,
+                // Some systems deny reading a locked file.
+                Ok(()) | Err(JournalError::Io(_)) if attempt == LOCK_ATTEMPTS => break,
                 Ok(()) | Err(JournalError::Io(_)) => drop(manifest.file.unlock()),
             }
-            sleep(PAUSE);
+            sleep(LOCK_PAUSE);
             outcome = try_lock(&manifest.file);
         }
-        manifest.refuse_other_names(folder)?;
+        manifest.refuse_shared_manifest(folder)?;
         if outcome == LockOutcome::Held {
-            manifest.cut_broken_line()?;
+            manifest.drop_incomplete_line()?;
         }
         Ok((manifest, outcome))
     }
 
-    /// Refuses a manifest that is also a file of another folder, or is no longer that of this one.
-    fn refuse_other_names(&self, folder: &Path) -> io::Result<()> {
+    /// Refuses a manifest shared with another folder by a link, or replaced since it was opened.
+    fn refuse_shared_manifest(&self, folder: &Path) -> io::Result<()> {
         let place = folder.join(MANIFEST);
         let refuse = |found: &str| Err(io::Error::other(format!("found {found}: copy the folder, or choose another")));
         if fs::symlink_metadata(&place)?.is_symlink() {
@@ -173,29 +173,29 @@ impl FolderManifest {
         }
     }
 
-    /// Reads the journal again: another handle of this process may have written.
+    /// Reads the journal again, because another handle of this process may have written.
     pub(super) fn read(&mut self) -> Result<(), JournalError> {
-        let text = self.text()?;
+        let text = self.read_text()?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let mut contents = FolderContents::default();
         for (number, line) in (1..).zip(whole.lines()) {
             let line = serde_json::from_str(line).map_err(|_| JournalError::Line(number))?;
-            contents.take(line).ok_or(JournalError::Line(number))?;
+            contents.apply(line).ok_or(JournalError::Line(number))?;
         }
         self.contents = contents;
         Ok(())
     }
 
-    fn text(&mut self) -> Result<String, JournalError> {
+    fn read_text(&mut self) -> Result<String, JournalError> {
         let mut bytes = vec![];
         self.file.seek(SeekFrom::Start(0))?;
-        (&self.file).take(MOST_BYTES).read_to_end(&mut bytes)?;
+        (&self.file).take(MAX_MANIFEST_BYTES).read_to_end(&mut bytes)?;
         String::from_utf8(bytes).map_err(|_| JournalError::Line(1))
     }
 
-    /// Removes a last line that a killed process has left half-written.
-    fn cut_broken_line(&mut self) -> Result<(), JournalError> {
-        let text = self.text()?;
+    /// Removes an incomplete last line left by a killed process.
+    fn drop_incomplete_line(&mut self) -> Result<(), JournalError> {
+        let text = self.read_text()?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         if whole < text.len() {
             self.file.set_len(whole as u64)?;
@@ -203,15 +203,15 @@ impl FolderManifest {
         Ok(())
     }
 
-    /// Notes the state of the folder.
+    /// Records the state of the folder.
     pub(super) fn mark(&mut self, state: FolderState) -> io::Result<()> {
         self.append(&JournalLine { state: Some(state), ..JournalLine::default() })?;
         (self.contents.state, self.contents.process) = (Some(state), None);
         Ok(())
     }
 
-    /// Notes that a file is ours, before it is there.
-    pub(super) fn enlist(&mut self, name: &str) -> io::Result<()> {
+    /// Lists a file, before the file exists.
+    pub(super) fn list_file(&mut self, name: &str) -> io::Result<()> {
         if self.contents.files.contains(name) {
             return Ok(());
         }
@@ -220,8 +220,8 @@ impl FolderManifest {
         Ok(())
     }
 
-    /// Notes that a file is no longer ours, after it was removed.
-    pub(super) fn strike_out(&mut self, name: &str) -> io::Result<()> {
+    /// Strikes a file from the list, after its removal.
+    pub(super) fn unlist_file(&mut self, name: &str) -> io::Result<()> {
         self.append(&JournalLine { removed: Some(name.to_owned()), ..JournalLine::default() })?;
         self.contents.files.remove(name);
         Ok(())
@@ -232,17 +232,17 @@ impl FolderManifest {
         let text = serde_json::to_string(line)? + "\n";
         let before = self.file.seek(SeekFrom::End(0))?;
         self.file.write_all(text.as_bytes()).inspect_err(|_| {
-            // The first error says why; a broken last line is passed over by who reads it.
+            // Only the first error is reported; readers skip an incomplete last line.
             drop(self.file.set_len(before));
         })
     }
 
-    /// Notes that the FMU that this process runs may take the claim over.
+    /// Allows the FMU in this process to adopt the claim.
     pub(super) fn hand_over(&mut self) -> io::Result<()> {
         let (state, process) = (Some(FolderState::Claimed), Some(std::process::id()));
         self.append(&JournalLine { state, process, ..JournalLine::default() })?;
         (self.contents.state, self.contents.process) = (state, process);
-        // Some systems let no one else read a locked file.
+        // Some systems deny other handles the reading of a locked file.
         if cfg!(windows) {
             self.file.unlock()?;
         }
@@ -251,8 +251,8 @@ impl FolderManifest {
 }
 
 impl FolderContents {
-    /// Takes a line of the journal; nothing of one that no manifest has.
-    fn take(&mut self, line: JournalLine) -> Option<()> {
+    /// Applies a line of the journal; `None` for a line that is invalid in a manifest.
+    fn apply(&mut self, line: JournalLine) -> Option<()> {
         if self.command.is_none() {
             self.command = Some(line.results_of?);
         }
@@ -260,7 +260,7 @@ impl FolderContents {
             (self.state, self.process) = (Some(state), line.process);
         }
         if let Some(file) = line.file {
-            leads_down(&file).then(|| self.files.insert(file))?;
+            is_inside_folder(&file).then(|| self.files.insert(file))?;
         }
         if let Some(removed) = line.removed {
             self.files.remove(&removed);
@@ -268,34 +268,34 @@ impl FolderContents {
         Some(())
     }
 
-    /// Returns true if this process has claimed the folder for the FMU that it runs.
+    /// Returns true if this process has claimed the folder for its FMU.
     pub(super) fn is_handed_over(&self) -> bool {
         self.state == Some(FolderState::Claimed) && self.process == Some(std::process::id())
     }
 }
 
-/// Returns true if this process has claimed the folder for the FMU that it runs, to replace an earlier run.
+/// Returns true if this process has claimed the folder for its FMU, to replace an earlier run.
 pub(super) fn is_staging_handed_over(folder: &Path) -> bool {
     let Ok(file) = File::open(folder.join(STAGING).join(MANIFEST)) else { return false };
     let mut manifest = FolderManifest { file, contents: FolderContents::default() };
     manifest.read().is_ok() && manifest.contents.is_handed_over()
 }
 
-/// Returns true if a name leads to a file inside its folder.
-fn leads_down(name: &str) -> bool {
+/// Returns true if a name stays inside the folder.
+fn is_inside_folder(name: &str) -> bool {
     !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// Tries to lock a file that was just made, for a moment.
-fn lock(file: &File) -> LockOutcome {
-    let mut outcomes = (0..ATTEMPTS).map(|attempt| {
-        sleep(if attempt == 0 { Duration::ZERO } else { PAUSE });
+/// Tries to lock a new file for a moment.
+fn lock_new(file: &File) -> LockOutcome {
+    let mut outcomes = (0..LOCK_ATTEMPTS).map(|attempt| {
+        sleep(if attempt == 0 { Duration::ZERO } else { LOCK_PAUSE });
         try_lock(file)
     });
     outcomes.find(|outcome| *outcome == LockOutcome::Held).unwrap_or(LockOutcome::Busy)
 }
 
-/// Where the system has no locks, a run goes on without this protection.
+/// Tries to lock a file once; on a system without locks a run continues unprotected.
 fn try_lock(file: &File) -> LockOutcome {
     match file.try_lock() {
         Ok(()) | Err(TryLockError::Error(_)) => LockOutcome::Held,
@@ -341,7 +341,7 @@ mod tests {
     fn a_manifest_is_held_by_one_handle() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = FolderManifest::create(folder.path(), "run").unwrap();
-        first.enlist("a").unwrap();
+        first.list_file("a").unwrap();
         let error = FolderManifest::create(folder.path(), "run").unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
         let (second, outcome) = FolderManifest::open(folder.path()).unwrap();

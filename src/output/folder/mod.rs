@@ -1,9 +1,9 @@
-//! A folder of results: whose it is, which of its files are ours, and how a new run replaces an old one.
+//! Result folder: ownership, listed files, and the replacement of an old run by a new run.
 //!
-//! A folder is ours if it has our manifest. A new or empty folder is claimed by making the manifest exclusively; its files
-//! are written in place and listed before they are there. In a folder that is ours a new run makes its files in a hidden
-//! folder inside, and moves them over the old ones, file by file, once it has results. Only listed files are ever removed or
-//! replaced.
+//! A folder belongs to gelfmu if it has a manifest. A new or empty folder is claimed by creating the manifest
+//! exclusively; every file is listed before it is written in place. A new run in an existing result folder writes
+//! into a hidden staging folder inside, and moves its files over the old files with the first results. Only listed
+//! files are ever removed or replaced.
 
 mod manifest;
 mod refusal;
@@ -12,224 +12,225 @@ mod takeover;
 pub use manifest::FolderState;
 pub use refusal::FolderRefusal;
 
-use super::files::{self, OutputError, naming};
+use super::files::{self, OutputError, with_path};
 use manifest::{FolderManifest, JournalError, MANIFEST};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Folder inside a folder of ours, in which a run that is to replace an earlier one begins.
+/// Name of the hidden staging folder for a run that replaces an earlier run.
 const STAGING: &str = ".gelfmu-new";
-/// Files that a release without manifests left in a folder.
-const UNLISTED: [&str; 6] = ["summary.json", "history.csv", "series.pvd", "report.html", "trade.csv", "options.md"];
+/// Files left by a release without manifests.
+const LEGACY_FILES: [&str; 6] = ["summary.json", "history.csv", "series.pvd", "report.html", "trade.csv", "options.md"];
 
-/// What a command wants a folder for.
+/// Claim of a command on a folder.
 #[derive(Debug, Clone, Copy)]
 pub struct FolderClaim<'a> {
-    /// The command, such as `run`: it writes only over its own results.
+    /// Name of the command, such as `run`; a command writes only over its own results.
     pub command: &'a str,
-    /// What happens to results that are there.
+    /// Policy for existing results.
     pub policy: TakeoverPolicy,
-    /// Names of files that it will write, as far as they are known, with `/` between folders.
+    /// Names of the files to write, as far as known, with `/` between folders.
     pub needs: &'a [String],
-    /// Files that it reads, which it must not write over.
+    /// Input files, which must not be overwritten.
     pub inputs: &'a [PathBuf],
-    /// An FMU claims it, to which the command that runs in the same process may have handed its own claim.
+    /// True for a claim of an FMU, which may adopt the claim of a command in the same process.
     pub is_of_fmu: bool,
 }
 
-/// What happens to results of the same command that are there already.
+/// Policy for existing results of the same command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TakeoverPolicy {
-    /// They stay, and the folder is refused.
+    /// Keep the results and refuse the folder.
     Refuse,
-    /// They are replaced once there are new ones.
+    /// Replace the results with the first new results.
     Replace,
-    /// They are gone on with.
+    /// Continue the results.
     Continue,
 }
 
-/// A folder that is claimed for one run as long as this value lives.
+/// Folder claimed for one run until the value is dropped.
 ///
-/// Dropped before [`ResultFolder::begin`], it leaves everything as it was before.
+/// A drop before [`ResultFolder::begin`] restores the previous contents.
 #[derive(Debug)]
 pub struct ResultFolder {
     path: PathBuf,
     manifest: FolderManifest,
-    /// Where files are made until they replace those of an earlier run.
+    /// Staging folder of the files until they replace those of an earlier run.
     staging: Option<PathBuf>,
-    /// Folders that were made for this one, the innermost first.
-    made: Vec<PathBuf>,
-    /// How the claim ends when it is dropped.
+    /// Parent folders created for this folder, the innermost first.
+    created_parents: Vec<PathBuf>,
+    /// Stage of the claim, which decides the action on drop.
     stage: ClaimStage,
 }
 
-/// How far a claim is.
+/// Stage of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ClaimStage {
-    /// There are no results yet.
+    /// No results yet.
     Fresh,
-    /// As `Fresh`, but another claim of this process takes care of the folder.
+    /// No results yet, and another claim of this process cleans the folder up.
     Adopted,
     /// Results are in the folder.
     Begun,
 }
 
 impl ResultFolder {
-    /// Claims a folder, which is made if it does not exist.
+    /// Claims a folder; a missing folder is created.
     ///
     /// # Errors
-    /// [`OutputError`] when the folder is not ours to write into, or cannot be written; nothing has changed then.
-    pub fn claim(path: &Path, wanted: &FolderClaim) -> Result<Self, OutputError> {
+    /// [`OutputError`] if the folder belongs to another owner or cannot be written; the disk is unchanged then.
+    pub fn claim(path: &Path, claim: &FolderClaim) -> Result<Self, OutputError> {
         let missing = path.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists());
-        let made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
-        let claimed = fs::create_dir_all(path).map_err(naming(path)).and_then(|()| Self::claim_there(path, wanted));
+        let created_parents: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        let claimed =
+            fs::create_dir_all(path).map_err(with_path(path)).and_then(|()| Self::claim_existing(path, claim));
         match claimed {
             Ok(mut folder) => {
-                folder.made = made;
+                folder.created_parents = created_parents;
                 Ok(folder)
             }
             Err(error) => {
-                remove_empty(&made);
+                remove_empty(&created_parents);
                 Err(error)
             }
         }
     }
 
-    fn claim_there(path: &Path, wanted: &FolderClaim) -> Result<Self, OutputError> {
+    fn claim_existing(path: &Path, claim: &FolderClaim) -> Result<Self, OutputError> {
         let refuse = |refusal| OutputError::refused(path, refusal);
-        if !is_there(&path.join(MANIFEST)) {
-            let strange = strange_entry(path).map_err(naming(path))?;
-            // Another run may have claimed it meanwhile.
-            if let Some(file) = strange.filter(|_| !is_there(&path.join(MANIFEST))) {
-                let unlisted = UNLISTED.contains(&file.as_str());
+        if !exists(&path.join(MANIFEST)) {
+            let strange = foreign_entry(path).map_err(with_path(path))?;
+            // Another run may have claimed the folder meanwhile.
+            if let Some(file) = strange.filter(|_| !exists(&path.join(MANIFEST))) {
+                let unlisted = LEGACY_FILES.contains(&file.as_str());
                 return Err(refuse(if unlisted {
                     FolderRefusal::Unlisted { file }
                 } else {
                     FolderRefusal::Foreign { file }
                 }));
             }
-            match FolderManifest::create(path, wanted.command) {
-                Ok(manifest) => return Ok(Self::with(path, manifest)),
+            match FolderManifest::create(path, claim.command) {
+                Ok(manifest) => return Ok(Self::from_manifest(path, manifest)),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(naming(&path.join(MANIFEST))(error)),
+                Err(error) => return Err(with_path(&path.join(MANIFEST))(error)),
             }
         }
         match FolderManifest::open(path) {
-            Ok((manifest, outcome)) => Self::take_over(Self::with(path, manifest), outcome, wanted),
+            Ok((manifest, outcome)) => Self::take_over(Self::from_manifest(path, manifest), outcome, claim),
             Err(JournalError::Line(line)) => Err(refuse(FolderRefusal::Damaged { line })),
-            Err(JournalError::Io(error)) => Err(naming(&path.join(MANIFEST))(error)),
+            Err(JournalError::Io(error)) => Err(with_path(&path.join(MANIFEST))(error)),
         }
     }
 
-    fn with(path: &Path, manifest: FolderManifest) -> Self {
-        Self { path: path.to_path_buf(), manifest, staging: None, made: vec![], stage: ClaimStage::Fresh }
+    fn from_manifest(path: &Path, manifest: FolderManifest) -> Self {
+        Self { path: path.to_path_buf(), manifest, staging: None, created_parents: vec![], stage: ClaimStage::Fresh }
     }
 
-    /// The folder.
+    /// Returns the path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Place of a file now: in the hidden folder until the run has begun, if it replaces an earlier one.
+    /// Returns the current path of a file: in the staging folder before the run has begun to replace an earlier run.
     #[must_use]
     pub fn place(&self, name: &str) -> PathBuf {
         self.staging.as_ref().unwrap_or(&self.path).join(name)
     }
 
-    /// Returns true if a file is listed as ours.
+    /// Returns true if a file is listed in the manifest.
     #[must_use]
     pub fn owns(&self, name: &str) -> bool {
         self.manifest.contents.files.contains(name)
     }
 
-    /// Makes a place for a file of ours: it is listed, and its folder is there.
+    /// Prepares the path of a file: lists the file and creates its folder.
     ///
     /// # Errors
-    /// [`OutputError`] when there is a file of the name that is not ours, or the folder cannot be written.
+    /// [`OutputError`] if an unlisted file has the name, or the folder cannot be written.
     pub fn prepare(&mut self, name: &str) -> Result<PathBuf, OutputError> {
         let place = self.place(name);
         if self.staging.is_none() && !self.owns(name) {
-            if is_there(&place) {
+            if exists(&place) {
                 return Err(OutputError::refused(&self.path, FolderRefusal::InTheWay { file: place }));
             }
-            self.manifest.enlist(name).map_err(naming(&self.path.join(MANIFEST)))?;
+            self.manifest.list_file(name).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
         if let Some(folder) = place.parent() {
-            fs::create_dir_all(folder).map_err(naming(folder))?;
+            fs::create_dir_all(folder).map_err(with_path(folder))?;
         }
         Ok(place)
     }
 
-    /// Writes a whole file: an old one is there until the new one is whole.
+    /// Writes a whole file; an old file stays until the new file is complete.
     ///
     /// # Errors
-    /// As [`ResultFolder::prepare`].
+    /// See [`ResultFolder::prepare`].
     pub fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
         let place = self.prepare(name)?;
         files::write(&place, bytes)
     }
 
-    /// Removes a file of ours; it stays listed, as the run may write it again.
+    /// Removes a listed file; the file stays listed, because the run may write it again.
     ///
     /// # Errors
-    /// [`OutputError`] when it cannot be removed.
+    /// [`OutputError`] if the file cannot be removed.
     pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
         if self.staging.is_some() || self.owns(name) { files::remove(&self.place(name)) } else { Ok(()) }
     }
 
-    /// Removes all files of ours in a folder inside.
+    /// Removes all listed files in a subfolder.
     ///
     /// # Errors
-    /// [`OutputError`] when one cannot be removed.
+    /// [`OutputError`] if a file cannot be removed.
     pub fn remove_all(&mut self, folder: &str) -> Result<(), OutputError> {
         let inside = format!("{folder}/");
         let names: Vec<String> =
             self.manifest.contents.files.iter().filter(|name| name.starts_with(&inside)).cloned().collect();
         for name in &names {
             files::remove(&self.path.join(name))?;
-            self.manifest.strike_out(name).map_err(naming(&self.path.join(MANIFEST)))?;
+            self.manifest.unlist_file(name).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
         Ok(())
     }
 
-    /// Notes that the run has results: those of an earlier run are replaced by them, and the folder stays.
+    /// Begins the results of the run: the results of an earlier run are replaced, and the folder stays.
     ///
     /// # Errors
-    /// [`OutputError`] when a file cannot be moved, or one that is not ours is in its way.
+    /// [`OutputError`] if a file cannot be moved, or an unlisted file is in the way.
     pub fn begin(&mut self) -> Result<(), OutputError> {
         if self.staging.is_some() {
-            self.settle()?;
+            self.replace_old_files()?;
         }
         self.stage = ClaimStage::Begun;
         self.mark(FolderState::Running)
     }
 
-    /// Notes how the run stands.
+    /// Records the state of the run.
     ///
     /// # Errors
-    /// [`OutputError`] when the manifest cannot be written.
+    /// [`OutputError`] if the manifest cannot be written.
     pub fn mark(&mut self, state: FolderState) -> Result<(), OutputError> {
         if self.manifest.contents.state == Some(state) {
             return Ok(());
         }
-        self.manifest.mark(state).map_err(naming(&self.path.join(MANIFEST)))
+        self.manifest.mark(state).map_err(with_path(&self.path.join(MANIFEST)))
     }
 
-    /// Lets an FMU that runs in this process take the claim over. Until the FMU has results, this claim takes care of the
-    /// folder: when it is dropped, everything is as it was before.
+    /// Lets the FMU in this process adopt the claim. Before the first results of the FMU, dropping this claim
+    /// restores the previous contents.
     ///
     /// # Errors
-    /// [`OutputError`] when the manifest cannot be written.
+    /// [`OutputError`] if the manifest cannot be written.
     pub fn hand_over(&mut self) -> Result<(), OutputError> {
         match &self.staging {
-            None => self.manifest.hand_over().map_err(naming(&self.path.join(MANIFEST))),
-            Some(staging) => self.staged_manifest(FolderManifest::hand_over).map_err(naming(staging)),
+            None => self.manifest.hand_over().map_err(with_path(&self.path.join(MANIFEST))),
+            Some(staging) => self.staged_manifest(FolderManifest::hand_over).map_err(with_path(staging)),
         }
     }
 
-    /// Writes into the manifest of the hidden folder.
+    /// Applies `write` to the manifest of the staging folder.
     fn staged_manifest(&self, write: impl FnOnce(&mut FolderManifest) -> io::Result<()>) -> io::Result<()> {
         match self.staging.as_ref().map(|staging| FolderManifest::open(staging)) {
             Some(Ok((mut manifest, _))) => write(&mut manifest),
@@ -242,33 +243,33 @@ impl ResultFolder {
 impl Drop for ResultFolder {
     fn drop(&mut self) {
         match self.stage {
-            // There is nobody left to tell what cannot be written.
+            // A drop cannot report a failed write.
             ClaimStage::Begun if self.manifest.contents.state == Some(FolderState::Running) => {
                 drop(self.mark(FolderState::Failed));
             }
             ClaimStage::Begun | ClaimStage::Adopted => {}
-            ClaimStage::Fresh => self.abandon(),
+            ClaimStage::Fresh => self.withdraw(),
         }
     }
 }
 
-/// The first entry of a folder that is not ours by its name.
-fn strange_entry(folder: &Path) -> io::Result<Option<String>> {
+/// Returns an entry of a folder without manifest: a file of an earlier release first, else the first by name.
+fn foreign_entry(folder: &Path) -> io::Result<Option<String>> {
     let mut names: Vec<String> = vec![];
     for entry in fs::read_dir(folder)? {
         names.push(entry?.file_name().to_string_lossy().into_owned());
     }
     names.sort();
-    let known = names.iter().find(|name| UNLISTED.contains(&name.as_str())).cloned();
+    let known = names.iter().find(|name| LEGACY_FILES.contains(&name.as_str())).cloned();
     Ok(known.or_else(|| names.into_iter().next()))
 }
 
-/// Returns true if there is a file, a folder or a link of this path.
-fn is_there(path: &Path) -> bool {
+/// Returns true if a file, a folder or a link has this path.
+fn exists(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// Removes folders that were made and are empty again; others stay.
+/// Removes empty folders; other folders stay.
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders {
         drop(fs::remove_dir(folder));

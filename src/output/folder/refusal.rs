@@ -1,45 +1,45 @@
-//! Why a folder is not for a run, and what helps.
+//! Reasons to refuse a folder, with remedies.
 
 use super::MANIFEST;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why a folder cannot be written into. Shows as `found …, expected …`.
+/// Reason to refuse a folder. Displays as `found …, expected …`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FolderRefusal {
-    /// Another run writes there.
+    /// Another run writes into the folder.
     Busy,
-    /// The folder has files, and no manifest: it is somebody's own.
+    /// The folder has files and no manifest, therefore an unknown owner.
     Foreign {
-        /// One of the files.
+        /// Name of a file.
         file: String,
     },
-    /// The folder has results of a release that wrote no manifest.
+    /// The folder has results of a release without manifests.
     Unlisted {
-        /// One of them.
+        /// Name of a file.
         file: String,
     },
-    /// The folder has results of ours, and nobody has said that they may go.
+    /// The folder has results of gelfmu without permission to replace them.
     Occupied,
     /// The folder has results of another command.
     OtherCommand {
-        /// That command.
+        /// Name of the other command.
         command: String,
     },
-    /// A file or folder that is not ours has the name of a result.
+    /// An unlisted file or folder has the name of a result.
     InTheWay {
-        /// Its path.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// A file that the run reads is among those that it would write.
+    /// An input file of the run is among its output files.
     Input {
-        /// Its path.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// The manifest is none of ours, or was changed.
+    /// The manifest is foreign or was changed.
     Damaged {
-        /// The first line that is none of a manifest.
+        /// Number of the first invalid line.
         line: usize,
     },
 }

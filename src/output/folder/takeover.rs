@@ -1,9 +1,9 @@
-//! How a run takes over a folder that has results: what it checks before, and how files are moved.
+//! Takeover of a folder with results: checks, and moving of files.
 
 use super::manifest::{FolderContents, LockOutcome, is_staging_handed_over};
 use super::{
     ClaimStage, FolderClaim, FolderManifest, FolderRefusal, FolderState, MANIFEST, OutputError, ResultFolder, STAGING,
-    TakeoverPolicy, files, is_there, naming, remove_empty,
+    TakeoverPolicy, exists, files, remove_empty, with_path,
 };
 use same_file::Handle;
 use std::collections::BTreeSet;
@@ -11,44 +11,42 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 impl ResultFolder {
-    /// Takes a folder that is ours, if the claim allows it.
-    pub(super) fn take_over(mut self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<Self, OutputError> {
-        // Until it is known that the folder is for this run, nothing of it is given up.
+    /// Takes a result folder over, if the claim allows it.
+    pub(super) fn take_over(mut self, outcome: LockOutcome, claim: &FolderClaim) -> Result<Self, OutputError> {
+        // Nothing of the folder may be given up before the checks have passed.
         self.stage = ClaimStage::Adopted;
-        if wanted.is_of_fmu
-            && self.is_for_this_fmu(outcome)
-            && self.contents().command.as_deref() == Some(wanted.command)
+        if claim.is_of_fmu && self.is_for_this_fmu(outcome) && self.contents().command.as_deref() == Some(claim.command)
         {
             self.adopt()?;
             return Ok(self);
         }
-        self.refuse_unfit(outcome, wanted)?;
-        self.refuse_foreign(wanted.needs)?;
-        self.refuse_inputs(wanted)?;
+        self.refuse_unfit(outcome, claim)?;
+        self.refuse_foreign(claim.needs)?;
+        self.refuse_inputs(claim)?;
         if self.contents().command.is_none() {
-            self.manifest.head(wanted.command).map_err(naming(&self.path.join(MANIFEST)))?;
+            self.manifest.write_head(claim.command).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
-        match wanted.policy {
+        match claim.policy {
             TakeoverPolicy::Continue => {
                 self.begin()?;
                 Ok(self)
             }
-            TakeoverPolicy::Refuse | TakeoverPolicy::Replace => self.stage_anew(wanted.command),
+            TakeoverPolicy::Refuse | TakeoverPolicy::Replace => self.create_staging(claim.command),
         }
     }
 
-    /// Takes a claim over that was handed to the FMU of this process; no other instance can take it then.
+    /// Adopts the claim handed to the FMU of this process; afterwards no other instance can adopt it.
     fn adopt(&mut self) -> Result<(), OutputError> {
-        self.staging = Some(self.path.join(STAGING)).filter(|staging| is_there(staging));
+        self.staging = Some(self.path.join(STAGING)).filter(|staging| exists(staging));
         match &self.staging {
-            None => self.manifest.mark(FolderState::Claimed).map_err(naming(&self.path.join(MANIFEST))),
+            None => self.manifest.mark(FolderState::Claimed).map_err(with_path(&self.path.join(MANIFEST))),
             Some(staging) => {
-                self.staged_manifest(|manifest| manifest.mark(FolderState::Claimed)).map_err(naming(staging))
+                self.staged_manifest(|manifest| manifest.mark(FolderState::Claimed)).map_err(with_path(staging))
             }
         }
     }
 
-    /// Returns true if the command that runs in this process holds the folder for its FMU.
+    /// Returns true if the command in this process holds the folder for its FMU.
     fn is_for_this_fmu(&self, outcome: LockOutcome) -> bool {
         let held = outcome == LockOutcome::Busy || cfg!(windows);
         held && (self.contents().is_handed_over() || is_staging_handed_over(&self.path))
@@ -62,23 +60,23 @@ impl ResultFolder {
         OutputError::refused(&self.path, refusal)
     }
 
-    fn refuse_unfit(&self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<(), OutputError> {
+    fn refuse_unfit(&self, outcome: LockOutcome, claim: &FolderClaim) -> Result<(), OutputError> {
         if outcome == LockOutcome::Busy {
             return Err(self.refused(FolderRefusal::Busy));
         }
-        let others = self.contents().command.clone().filter(|command| command != wanted.command);
+        let others = self.contents().command.clone().filter(|command| command != claim.command);
         if let Some(command) = others {
             return Err(self.refused(FolderRefusal::OtherCommand { command }));
         }
-        // A start that was killed has left nothing that anybody misses.
+        // A start that was killed has left no results.
         let is_empty_claim = matches!(self.contents().state, None | Some(FolderState::Claimed)) && !cfg!(windows);
-        if wanted.policy == TakeoverPolicy::Refuse && !is_empty_claim {
+        if claim.policy == TakeoverPolicy::Refuse && !is_empty_claim {
             return Err(self.refused(FolderRefusal::Occupied));
         }
         Ok(())
     }
 
-    /// Refuses files that are not ours where files are to be written or removed, and links that lead elsewhere.
+    /// Refuses unlisted files in the place of results, and links out of the folder.
     fn refuse_foreign(&self, needs: &[String]) -> Result<(), OutputError> {
         let all = || needs.iter().chain(&self.contents().files);
         let folders: BTreeSet<&Path> = all().flat_map(|name| Path::new(name).ancestors().skip(1)).collect();
@@ -98,40 +96,40 @@ impl ResultFolder {
         }
     }
 
-    /// Refuses to write over files that the run reads, by whatever name they are there.
-    fn refuse_inputs(&self, wanted: &FolderClaim) -> Result<(), OutputError> {
-        let inputs: Vec<Handle> = wanted.inputs.iter().filter_map(|input| handle(input)).collect();
+    /// Refuses to overwrite input files, under any of their names.
+    fn refuse_inputs(&self, claim: &FolderClaim) -> Result<(), OutputError> {
+        let inputs: Vec<Handle> = claim.inputs.iter().filter_map(|input| file_identity(input)).collect();
         if inputs.is_empty() {
             return Ok(());
         }
         let staging = self.path.join(STAGING);
-        let staged = names_in(&staging, "").unwrap_or_default();
-        let own = self.contents().files.iter().chain(wanted.needs).map(|name| self.path.join(name));
+        let staged = file_names_in(&staging, "").unwrap_or_default();
+        let own = self.contents().files.iter().chain(claim.needs).map(|name| self.path.join(name));
         let targets = own.chain(staged.iter().map(|name| staging.join(name)));
-        let hit = |target: &PathBuf| handle(target).is_some_and(|target| inputs.contains(&target));
+        let hit = |target: &PathBuf| file_identity(target).is_some_and(|target| inputs.contains(&target));
         match targets.into_iter().find(hit) {
             Some(file) => Err(self.refused(FolderRefusal::Input { file })),
             None => Ok(()),
         }
     }
 
-    /// Makes the hidden folder for the files of a new run, afresh if a killed run has left it.
-    fn stage_anew(mut self, command: &str) -> Result<Self, OutputError> {
+    /// Creates the staging folder of a new run, afresh after a killed run.
+    fn create_staging(mut self, command: &str) -> Result<Self, OutputError> {
         let staging = self.path.join(STAGING);
-        if is_there(&staging) {
-            fs::remove_dir_all(&staging).map_err(naming(&staging))?;
+        if exists(&staging) {
+            fs::remove_dir_all(&staging).map_err(with_path(&staging))?;
         }
-        fs::create_dir(&staging).map_err(naming(&staging))?;
+        fs::create_dir(&staging).map_err(with_path(&staging))?;
         self.staging = Some(staging.clone());
         self.stage = ClaimStage::Fresh;
-        FolderManifest::create(&staging, command).map_err(naming(&staging))?;
+        FolderManifest::create(&staging, command).map_err(with_path(&staging))?;
         Ok(self)
     }
 
-    /// Moves the files of the hidden folder over those of the earlier run, and removes what is left of that one.
-    pub(super) fn settle(&mut self) -> Result<(), OutputError> {
+    /// Moves the staged files over the files of the earlier run, and removes its remaining files.
+    pub(super) fn replace_old_files(&mut self) -> Result<(), OutputError> {
         let Some(staging) = self.staging.clone() else { return Ok(()) };
-        let mut names = names_in(&staging, "").map_err(naming(&staging))?;
+        let mut names = file_names_in(&staging, "").map_err(with_path(&staging))?;
         names.remove(MANIFEST);
         let needs: Vec<String> = names.iter().cloned().collect();
         self.refuse_foreign(&needs)?;
@@ -140,28 +138,28 @@ impl ResultFolder {
         self.staging = None;
         for name in &names {
             let place = self.prepare(name)?;
-            fs::rename(staging.join(name), &place).map_err(naming(&place))?;
+            fs::rename(staging.join(name), &place).map_err(with_path(&place))?;
         }
         let stale: Vec<String> = self.contents().files.difference(&names).cloned().collect();
         for name in &stale {
             files::remove(&self.path.join(name))?;
-            self.manifest.strike_out(name).map_err(naming(&self.path.join(MANIFEST)))?;
+            self.manifest.unlist_file(name).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
         self.remove_empty_folders(&stale);
-        fs::remove_dir_all(&staging).map_err(naming(&staging))
+        fs::remove_dir_all(&staging).map_err(with_path(&staging))
     }
 
-    /// Removes folders inside that are empty since these files are gone.
+    /// Removes the subfolders that are empty without these files.
     fn remove_empty_folders(&self, names: &[String]) {
         let folders: BTreeSet<&Path> = names.iter().flat_map(|name| Path::new(name).ancestors().skip(1)).collect();
         let inside = folders.into_iter().rev().filter(|folder| !folder.as_os_str().is_empty());
         remove_empty(&inside.map(|folder| self.path.join(folder)).collect::<Vec<_>>());
     }
 
-    /// Takes back a claim that has come to nothing. What cannot be removed is left: there is nobody to tell.
-    pub(super) fn abandon(&mut self) {
+    /// Withdraws a claim without results. A file that cannot be removed stays, because nobody can be told.
+    pub(super) fn withdraw(&mut self) {
         if let Some(staging) = &self.staging {
-            // It is gone if the FMU of this process has begun with the claim.
+            // The staging folder is gone if the FMU of this process has begun with the claim.
             drop(fs::remove_dir_all(staging));
             return;
         }
@@ -174,23 +172,23 @@ impl ResultFolder {
         }
         self.remove_empty_folders(&names);
         drop(fs::remove_file(self.path.join(MANIFEST)));
-        remove_empty(&self.made);
+        remove_empty(&self.created_parents);
     }
 }
 
-/// A file as the system knows it, by whatever name.
-fn handle(path: &Path) -> Option<Handle> {
+/// Returns the identity of a file, independent of its name.
+fn file_identity(path: &Path) -> Option<Handle> {
     path.is_file().then(|| Handle::from_path(path).ok()).flatten()
 }
 
-/// Names of all files in a folder, with `/` between folders.
-fn names_in(folder: &Path, prefix: &str) -> std::io::Result<BTreeSet<String>> {
+/// Returns the names of all files in a folder, with `/` between folders.
+fn file_names_in(folder: &Path, prefix: &str) -> std::io::Result<BTreeSet<String>> {
     let mut names = BTreeSet::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
         if entry.file_type()?.is_dir() {
-            names.append(&mut names_in(&entry.path(), &format!("{name}/"))?);
+            names.append(&mut file_names_in(&entry.path(), &format!("{name}/"))?);
         } else {
             names.insert(name);
         }

@@ -1,65 +1,67 @@
-//! The cavity behind a projectile: how wide the gel is open, by time and depth.
+//! Cavity behind a projectile: radius against time and depth.
 
-use super::opening::{Depths, GelSection, openings};
-use super::{Line, PER_METRE, per_metre};
-use crate::output::files::cell;
+use super::opening::{DepthGrid, GelSection, void_radii};
+use super::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
+use crate::output::files::format_cell;
 use crate::scene::Scene;
 use crate::simulation::Frame;
 use std::fmt::Write;
 
-/// Radius of the cavity against depth at one time.
+/// Cavity profile: radius against depth at one time.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::output) struct Profile {
-    /// When, s.
+pub(in crate::output) struct CavityProfile {
+    /// Time of the profile, s.
     pub(in crate::output) time: f64,
-    /// Depths in a metre: one in each millimetre, fewer in a very deep gel.
+    /// Number of depths per metre: 1000, fewer in a very deep gel.
     per_metre: f64,
-    /// Radius at each of these depths from the first one on, m: 0 where the line of the shot is in the gel, none where the void
-    /// around it is no cavity.
+    /// Radius at each depth, m, the first depth one interval below the entry. A radius of 0 means gel on the shot
+    /// line, `None` a void without gel all around.
     radii: Vec<Option<f64>>,
 }
 
-/// The cavities of a run.
+/// Cavity figures of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::output) struct Cavity {
-    /// Greatest diameter, m, and when, s.
-    pub(in crate::output) greatest: (f64, f64),
+pub(in crate::output) struct CavityFigures {
+    /// Greatest diameter, m.
+    pub(in crate::output) greatest_diameter: f64,
+    /// Time of the greatest diameter, s.
+    pub(in crate::output) time_of_greatest: f64,
     /// Greatest diameter at the end, m.
     pub(in crate::output) last_diameter: f64,
-    /// The temporary cavity: (depth, m, greatest radius of the run there, m).
+    /// Temporary cavity: depth, m, and greatest radius of the run at this depth, m.
     pub(in crate::output) temporary: Vec<(f64, f64)>,
-    /// The cavity when it was widest, as (depth, radius).
+    /// Cavity at the time of the greatest diameter: depth, m, and radius, m.
     pub(in crate::output) widest: Vec<(f64, f64)>,
-    /// The cavity at the end, as (depth, radius).
+    /// Cavity at the end: depth, m, and radius, m.
     pub(in crate::output) last: Vec<(f64, f64)>,
 }
 
-impl Profile {
-    /// That of a frame.
-    pub(in crate::output) fn of(line: &Line, scene: &Scene, frame: &Frame) -> Self {
-        let per_metre = per_metre(line.gel);
-        let depths = Depths { n: (line.gel * per_metre) as usize, per_metre };
+impl CavityProfile {
+    /// Computes the profile of a frame.
+    pub(in crate::output) fn of(line: &ShotLine, scene: &Scene, frame: &Frame) -> Self {
+        let per_metre = depths_per_metre(line.gel_depth);
+        let depths = DepthGrid { n: (line.gel_depth * per_metre) as usize, per_metre };
         let gel = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
-        Self { time: frame.time, per_metre, radii: openings(gel, frame, &line.at, depths) }
+        Self { time: frame.time, per_metre, radii: void_radii(gel, frame, &line.origin, depths) }
     }
 
-    /// The part of the void that lies behind the projectile: from the entry down to where gel closes it, and to the greatest depth, m,
-    /// that the foremost point of the projectile has reached. What is open deeper was not opened by its passage, and a void below a
-    /// closure is no longer connected with the entry.
-    pub(super) fn behind(&self, depth: f64) -> Self {
+    /// Returns the part of the void behind the projectile, from the entry to the first depth closed by gel. The part
+    /// ends at `depth`, m, the greatest depth reached by the foremost point. A deeper void was not opened by the
+    /// projectile, and a void below a closure is not connected with the entry.
+    pub(super) fn behind_projectile(&self, depth: f64) -> Self {
         let is_behind = |k: usize| (k + 1) as f64 <= depth * self.per_metre * (1.0 + f64::EPSILON);
         let closure = self.radii.iter().position(|radius| *radius == Some(0.0)).unwrap_or(self.radii.len());
         let radii = self.radii.iter().enumerate().map(|(k, radius)| radius.filter(|_| k <= closure && is_behind(k)));
         Self { radii: radii.collect(), ..*self }
     }
 
-    /// Greatest diameter, m, deeper than the projectile is long: nearer to the entry it is the crater's.
-    fn diameter(&self, line: &Line) -> f64 {
-        let deep = self.curve().into_iter().filter(|(depth, _)| *depth > line.size);
+    /// Returns the greatest diameter, m, below one projectile length; the diameter above belongs to the entry crater.
+    fn diameter(&self, line: &ShotLine) -> f64 {
+        let deep = self.curve().into_iter().filter(|(depth, _)| *depth > line.projectile_length);
         2.0 * deep.map(|(_, radius)| radius).fold(0.0, f64::max)
     }
 
-    /// (depth, m, radius, m) as far as the cavity reaches, where there is gel around it.
+    /// Returns depth, m, and radius, m, down to the end of the cavity, at the depths enclosed by gel.
     fn curve(&self) -> Vec<(f64, f64)> {
         let end = self.radii.iter().rposition(|radius| radius.is_some_and(|radius| radius > 0.0));
         let known = self.radii.iter().zip(1..).take(end.map_or(0, |end| end + 1));
@@ -67,13 +69,14 @@ impl Profile {
     }
 }
 
-impl Cavity {
-    pub(super) fn of(line: &Line, profiles: &[Profile]) -> Self {
+impl CavityFigures {
+    pub(super) fn of(line: &ShotLine, profiles: &[CavityProfile]) -> Self {
         let diameters: Vec<f64> = profiles.iter().map(|profile| profile.diameter(line)).collect();
         let widest = (0..profiles.len()).reduce(|a, b| if diameters[b] > diameters[a] { b } else { a });
         let curve = |i: Option<usize>| i.map_or(vec![], |i| profiles[i].curve());
         Self {
-            greatest: widest.map_or((0.0, 0.0), |i| (diameters[i], profiles[i].time)),
+            greatest_diameter: widest.map_or(0.0, |i| diameters[i]),
+            time_of_greatest: widest.map_or(0.0, |i| profiles[i].time),
             last_diameter: diameters.last().copied().unwrap_or(0.0),
             temporary: envelope(profiles).curve(),
             widest: curve(widest),
@@ -82,24 +85,25 @@ impl Cavity {
     }
 }
 
-/// The greatest radius at each depth.
-fn envelope(profiles: &[Profile]) -> Profile {
+/// Returns the greatest radius at each depth.
+fn envelope(profiles: &[CavityProfile]) -> CavityProfile {
     let wider = |a: Option<f64>, b: Option<f64>| match (a, b) {
         (Some(a), Some(b)) => Some(a.max(b)),
         (a, b) => a.or(b),
     };
     let n = profiles.iter().map(|profile| profile.radii.len()).max().unwrap_or(0);
     let radius = |i: usize| profiles.iter().map(|profile| profile.radii.get(i).copied().flatten()).fold(None, wider);
-    let per_metre = profiles.first().map_or(PER_METRE, |profile| profile.per_metre);
-    Profile { time: 0.0, per_metre, radii: (0..n).map(radius).collect() }
+    let per_metre = profiles.first().map_or(DEPTHS_PER_METRE, |profile| profile.per_metre);
+    CavityProfile { time: 0.0, per_metre, radii: (0..n).map(radius).collect() }
 }
 
-/// `cavity.csv`: each profile as far as the cavity reaches.
-pub(super) fn csv(profiles: &[Profile]) -> String {
+/// Returns the text of `cavity.csv`: each profile down to the end of the cavity.
+pub(super) fn csv(profiles: &[CavityProfile]) -> String {
     let mut text = String::from("time_s,depth_m,radius_m\n");
     for profile in profiles {
         for (depth, radius) in profile.curve() {
-            writeln!(text, "{},{},{}", cell(profile.time), cell(depth), cell(radius)).expect("a string grows");
+            writeln!(text, "{},{},{}", format_cell(profile.time), format_cell(depth), format_cell(radius))
+                .expect("a string grows");
         }
     }
     text
@@ -112,8 +116,8 @@ mod tests {
     #[test]
     fn a_void_below_a_closure_is_not_connected_with_the_entry() {
         let radii = [Some(0.004), Some(0.002), Some(0.0), Some(0.003), Some(0.003), None];
-        let profile = Profile { time: 0.0, per_metre: PER_METRE, radii: radii.to_vec() };
-        assert_eq!(profile.behind(0.01).radii, [Some(0.004), Some(0.002), Some(0.0), None, None, None]);
-        assert_eq!(profile.behind(0.001).radii, [Some(0.004), None, None, None, None, None]);
+        let profile = CavityProfile { time: 0.0, per_metre: DEPTHS_PER_METRE, radii: radii.to_vec() };
+        assert_eq!(profile.behind_projectile(0.01).radii, [Some(0.004), Some(0.002), Some(0.0), None, None, None]);
+        assert_eq!(profile.behind_projectile(0.001).radii, [Some(0.004), None, None, None, None, None]);
     }
 }

@@ -1,83 +1,88 @@
-//! What is to be seen of a shot: how the projectile slows down on its way through the gel, and the cavity that it leaves.
+//! Terminal ballistics of a shot: deceleration of the projectile along its path through the gel, and the cavity
+//! behind it.
 
 mod cavity;
 mod opening;
 mod track;
 
-pub(super) use cavity::{Cavity, Profile};
-pub(super) use track::{Along, Track};
+pub(super) use cavity::{CavityFigures, CavityProfile};
+pub(super) use track::{ProjectileTrack, TrackPoint};
 
 use super::body;
-use super::bounds::Bounds;
+use super::bounds::AxisAlignedBox;
 use super::files::OutputError;
 use super::folder::ResultFolder;
-use super::history::History;
+use super::history::HistoryFile;
 use crate::math::Vector3;
 use crate::scene::Scene;
 use crate::simulation::Frame;
 
-/// Depths of a table in a metre: their distance is that of a fine measurement.
-const PER_METRE: f64 = 1e3;
-/// Most depths of a table: those of two metres of gel. In a longer way they are further apart.
-const MOST_DEPTHS: usize = 2000;
-/// A projectile that drifts sideways by more than this part of its way does not run along −z.
-const STRAIGHT: f64 = 0.1;
+/// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
+const DEPTHS_PER_METRE: f64 = 1e3;
+/// Limit of the number of depths in a table, reached at two metres of gel; a longer path has a wider interval.
+const MAX_DEPTHS: usize = 2000;
+/// Greatest ratio of lateral to axial speed of a shot along −z.
+const MAX_DRIFT: f64 = 0.1;
 
-/// The line along which a projectile runs into the gel, downwards.
+/// Shot line: the vertical line of flight of a projectile into the gel, downwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Line {
-    /// A point of it.
-    at: Vector3,
-    /// How far the projectile reaches along it, m.
-    size: f64,
-    /// How deep the gel is at rest, m.
-    gel: f64,
+pub(super) struct ShotLine {
+    /// Point on the line.
+    origin: Vector3,
+    /// Length of the projectile along the line, m.
+    projectile_length: f64,
+    /// Depth of the gel at rest, m.
+    gel_depth: f64,
 }
 
-impl Line {
-    /// That of a bounded projectile that moves along −z at the start; of another there is none.
+impl ShotLine {
+    /// Returns the shot line of a bounded projectile with initial motion along −z, otherwise `None`.
     pub(super) fn of(scene: &Scene, start: &Frame) -> Option<Self> {
-        let scenery = Bounds::around(start.points.iter().copied());
+        let scenery = AxisAlignedBox::around(start.points.iter().copied());
         let projectile = start.bodies[0];
-        let solid = body::solid(&scene.shape(0), &projectile, &scenery);
+        let solid = body::body_surface(&scene.shape(0), &projectile, &scenery);
         let velocity = projectile.kinematics.velocity;
-        let runs = velocity.z < 0.0 && velocity.xy().norm() <= STRAIGHT * -velocity.z;
-        if !(runs && solid.bounded && projectile.active) {
+        let is_downwards = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
+        if !(is_downwards && solid.bounded && projectile.active) {
             return None;
         }
-        let extent = Bounds::around(solid.points);
-        let size = extent.upper.z - extent.lower.z;
-        Some(Self { at: projectile.kinematics.position, size, gel: -scenery.lower.z })
+        let extent = AxisAlignedBox::around(solid.points);
+        let projectile_length = extent.upper.z - extent.lower.z;
+        Some(Self { origin: projectile.kinematics.position, projectile_length, gel_depth: -scenery.lower.z })
     }
 }
 
-/// Depths in a metre of a table that goes so deep, m.
-fn per_metre(length: f64) -> f64 {
-    PER_METRE.min(MOST_DEPTHS as f64 / length.max(f64::MIN_POSITIVE))
+/// Returns the number of depths per metre of a table of this length, m.
+fn depths_per_metre(length: f64) -> f64 {
+    DEPTHS_PER_METRE.min(MAX_DEPTHS as f64 / length.max(f64::MIN_POSITIVE))
 }
 
-/// A shot: a projectile that has gone deeper than it is long.
+/// Penetration of a projectile to more than its own length.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Penetration {
-    /// The way of the projectile.
-    pub(super) track: Track,
-    /// The cavity.
-    pub(super) cavity: Cavity,
-    /// The cavity behind the projectile at each frame.
-    profiles: Vec<Profile>,
+pub(super) struct PenetrationRecord {
+    /// Track of the projectile.
+    pub(super) track: ProjectileTrack,
+    /// Cavity figures.
+    pub(super) cavity: CavityFigures,
+    /// Cavity profile behind the projectile at each frame.
+    profiles: Vec<CavityProfile>,
 }
 
-impl Penetration {
-    /// That of the run so far; none if the projectile has not gone deeper than it is long.
+impl PenetrationRecord {
+    /// Evaluates the run so far; `None` if the penetration is below one projectile length.
     ///
     /// # Errors
-    /// [`OutputError`] when the history cannot be read back.
-    pub(super) fn of(line: &Line, history: &History, profiles: &[Profile]) -> Result<Option<Self>, OutputError> {
-        let track = Track::of(line, history)?;
-        let deep = track.depth() > line.size;
-        let behind = |profile: &Profile| profile.behind(track.depth_until(profile.time));
-        let profiles: Vec<Profile> = profiles.iter().map(behind).collect();
-        Ok(deep.then(|| Self { cavity: Cavity::of(line, &profiles), track, profiles }))
+    /// [`OutputError`] if the history cannot be read back.
+    pub(super) fn of(
+        line: &ShotLine,
+        history: &HistoryFile,
+        profiles: &[CavityProfile],
+    ) -> Result<Option<Self>, OutputError> {
+        let track = ProjectileTrack::of(line, history)?;
+        let is_deep = track.greatest_depth() > line.projectile_length;
+        let behind = |profile: &CavityProfile| profile.behind_projectile(track.depth_until(profile.time));
+        let profiles: Vec<CavityProfile> = profiles.iter().map(behind).collect();
+        Ok(is_deep.then(|| Self { cavity: CavityFigures::of(line, &profiles), track, profiles }))
     }
 
     /// Writes `shot.csv` and `cavity.csv`.

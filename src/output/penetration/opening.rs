@@ -1,4 +1,4 @@
-//! How wide the gel is open around a vertical line, depth by depth.
+//! Radius of the void in the gel around a vertical line, depth by depth.
 
 use crate::math::Vector3;
 use crate::scene::{Dimension, Symmetry};
@@ -6,80 +6,83 @@ use crate::simulation::Frame;
 use nalgebra::Vector2;
 use std::f64::consts::TAU;
 
-/// A section of the surface of the gel at a depth, seen from the line.
+/// Intersection of a facet of the gel surface with a horizontal plane, relative to the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SurfacePiece {
     ends: [Vector2<f64>; 2],
-    /// Tells that the facet faces down: it is part of the back face, or of a column of gel that is driven out of it.
+    /// True for a facet with a downward normal: part of the back face, or of a column of gel driven out of the back
+    /// face.
     faces_down: bool,
 }
 
-/// What is computed of the gel whose openings are looked at.
+/// Dimension and symmetry of the computed gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GelSection {
-    /// Space that the gel lives in.
+    /// Dimension of the scene.
     pub(super) dimension: Dimension,
-    /// Part of it that is computed.
+    /// Symmetry that reduces the computed part of the gel.
     pub(super) symmetry: Symmetry,
 }
 
-/// Equally spaced depths, the first of them one distance below z = 0.
+/// Equally spaced depths below z = 0; the first depth is one interval.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Depths {
-    /// How many.
+pub(super) struct DepthGrid {
+    /// Number of depths.
     pub(super) n: usize,
-    /// How many there are in a metre.
+    /// Number of depths per metre.
     pub(super) per_metre: f64,
 }
 
-/// Steepest slope of a back face, as the vertical part of its normal: a wall of the cavity that faces down by less flares out
-/// towards an exit hole, one that faces down by more is what is left around the hole (45°).
+/// Vertical component of the unit normal that separates the back face from the cavity wall (45°). A wall with a
+/// flatter normal flares out towards an exit hole; a steeper normal belongs to the back face around the hole.
 const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
-/// Directions in which gel must lie around a line in space, in all of a circle.
+/// Number of directions over the full circle in the test for an enclosed void in three dimensions.
 const DIRECTIONS: u32 = 64;
 
-/// Radius of the opening at some depths, m: 0 where the line runs through gel, none where the void around the line is not enclosed
-/// by gel.
+/// Computes the radius of the void at each depth, m: 0 where the line runs through gel, `None` where gel does not
+/// enclose the void.
 ///
-/// Along the axis it is the least radius of the gel, in the plane half of the width, in space the distance of the surface. A void is
-/// enclosed if there is gel in every direction across the line. The outer side of the gel is no wall of a cavity: at the back, all depths
-/// up to the first are left out whose void ends at a surface that faces down.
-pub(super) fn openings(gel: GelSection, frame: &Frame, line: &Vector3, at: Depths) -> Vec<Option<f64>> {
+/// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene, and the
+/// distance of the surface in space. A void is enclosed if gel lies in every direction across the line. The outer
+/// surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
+/// left out, up to the first void that ends at a cavity wall.
+pub(super) fn void_radii(gel: GelSection, frame: &Frame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
     let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
     for nodes in &frame.cells.facets {
         let corners = nodes.map(|node| frame.points[node as usize] - line);
-        cut(&corners[..frame.dimension], line.z, at.per_metre, &mut depths);
+        add_intersections(&corners[..frame.dimension], line.z, at.per_metre, &mut depths);
     }
-    let mut openings: Vec<Option<Opening>> = depths.iter().map(|pieces| opening(gel, pieces)).collect();
-    let is_outside = |opening: &Option<Opening>| opening.is_none_or(|opening| opening.faces_down);
-    let inside = openings.iter().rposition(|opening| !is_outside(opening)).map_or(0, |last| last + 1);
-    openings[inside..].fill(None);
-    openings.iter().map(|opening| opening.map(|opening| opening.radius)).collect()
+    let mut voids: Vec<Option<VoidOpening>> = depths.iter().map(|pieces| void_at_depth(gel, pieces)).collect();
+    let is_open_outside = |opening: &Option<VoidOpening>| opening.is_none_or(|opening| opening.faces_down);
+    let inside = voids.iter().rposition(|opening| !is_open_outside(opening)).map_or(0, |last| last + 1);
+    voids[inside..].fill(None);
+    voids.iter().map(|opening| opening.map(|opening| opening.radius)).collect()
 }
 
-/// The void around the line at a depth.
+/// Void around the line at a depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Opening {
-    /// Its radius, m.
+struct VoidOpening {
+    /// Radius of the void, m.
     radius: f64,
-    /// Tells that it ends at a surface that faces down.
+    /// True if the nearest surface faces down.
     faces_down: bool,
 }
 
-/// The void at a depth; none if it is not enclosed by gel.
-fn opening(gel: GelSection, pieces: &[SurfacePiece]) -> Option<Opening> {
-    if is_inside(pieces) {
-        return Some(Opening { radius: 0.0, faces_down: false });
+/// Returns the void at a depth; `None` if gel does not enclose the void.
+fn void_at_depth(gel: GelSection, pieces: &[SurfacePiece]) -> Option<VoidOpening> {
+    if is_line_in_gel(pieces) {
+        return Some(VoidOpening { radius: 0.0, faces_down: false });
     }
     match gel.dimension {
-        Dimension::Planar => half_width(pieces),
-        Dimension::Axisymmetric => nearest(pieces),
-        Dimension::Spatial => nearest(pieces).filter(|_| is_enclosed(gel.symmetry, pieces)),
+        Dimension::Planar => half_gap(pieces),
+        Dimension::Axisymmetric => nearest_void(pieces),
+        Dimension::Spatial => nearest_void(pieces).filter(|_| is_enclosed(gel.symmetry, pieces)),
     }
 }
 
-/// Adds what a facet, given from a point at this height, is at each depth that it crosses.
-fn cut(corners: &[Vector3], height: f64, per_metre: f64, depths: &mut [Vec<SurfacePiece>]) {
+/// Adds the intersections of a facet with all depths between its corners. The corners are relative to a point at
+/// `height`, m.
+fn add_intersections(corners: &[Vector3], height: f64, per_metre: f64, depths: &mut [Vec<SurfacePiece>]) {
     let down = |corner: &Vector3| -(corner.z + height) * per_metre;
     let (least, most) =
         corners.iter().map(down).fold((f64::INFINITY, 0.0f64), |(least, most), k| (least.min(k), most.max(k)));
@@ -88,77 +91,77 @@ fn cut(corners: &[Vector3], height: f64, per_metre: f64, depths: &mut [Vec<Surfa
     for k in first..=(most as usize).min(depths.len()) {
         let z = -(k as f64 / per_metre) - height;
         let sides = corners.iter().zip(corners.iter().cycle().skip(1)).take(if corners.len() == 2 { 1 } else { 3 });
-        let mut ends = sides.filter_map(|(a, b)| crossing(a, b, z));
+        let mut ends = sides.filter_map(|(a, b)| intersect_edge(a, b, z));
         if let Some(a) = ends.next() {
             depths[k - 1].push(SurfacePiece { ends: [a, ends.next().unwrap_or(a)], faces_down });
         }
     }
 }
 
-/// Unit normal of a facet out of the gel; zero of one without extent.
+/// Returns the outward unit normal of a facet; zero for a degenerate facet.
 fn normal(corners: &[Vector3]) -> Vector3 {
     let along = corners[1] - corners[0];
     let across = if corners.len() == 2 { -Vector3::y() } else { corners[2] - corners[0] };
     along.cross(&across).try_normalize(0.0).unwrap_or_else(Vector3::zeros)
 }
 
-/// Where an edge crosses a height; of its two ends one counts as below.
-fn crossing(a: &Vector3, b: &Vector3, z: f64) -> Option<Vector2<f64>> {
+/// Returns the intersection of an edge with a height; an end on the height counts as below.
+fn intersect_edge(a: &Vector3, b: &Vector3, z: f64) -> Option<Vector2<f64>> {
     let crosses = (a.z > z) != (b.z > z);
     crosses.then(|| (a + (b - a) * ((z - a.z) / (b.z - a.z))).xy())
 }
 
-/// Whether the line is in the gel: what goes from it towards +x leaves the gel once more than it enters.
-fn is_inside(pieces: &[SurfacePiece]) -> bool {
-    let crossed = |SurfacePiece { ends: [a, b], .. }: &&SurfacePiece| {
+/// Returns true if the line is inside the gel: a ray towards +x then crosses the surface an odd number of times.
+fn is_line_in_gel(pieces: &[SurfacePiece]) -> bool {
+    let is_crossed = |SurfacePiece { ends: [a, b], .. }: &&SurfacePiece| {
         if a == b {
             return a.x > 0.0;
         }
         (a.y > 0.0) != (b.y > 0.0) && a.x - a.y * (b.x - a.x) / (b.y - a.y) > 0.0
     };
-    pieces.iter().filter(crossed).count() % 2 == 1
+    pieces.iter().filter(is_crossed).count() % 2 == 1
 }
 
-/// The void up to the nearest piece.
-fn nearest(pieces: &[SurfacePiece]) -> Option<Opening> {
+/// Returns the void up to the nearest piece of the surface.
+fn nearest_void(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
     let to = |piece: &SurfacePiece| {
         let [a, b] = piece.ends;
         let along = b - a;
         let share = if a == b { 0.0 } else { (-a.dot(&along) / along.norm_squared()).clamp(0.0, 1.0) };
-        Opening { radius: (a + share * along).norm(), faces_down: piece.faces_down }
+        VoidOpening { radius: (a + share * along).norm(), faces_down: piece.faces_down }
     };
     pieces.iter().map(to).reduce(|a, b| if b.radius < a.radius { b } else { a })
 }
 
-/// Returns true if there is gel in every direction from the line, as far as the gel is computed.
+/// Returns true if gel lies in every direction from the line within the computed part.
 fn is_enclosed(symmetry: Symmetry, pieces: &[SurfacePiece]) -> bool {
     let computed = DIRECTIONS / symmetry.copies() as u32;
     (0..computed).all(|i| {
-        // Between the planes of symmetry, in which a direction would run along facets.
+        // Half an interval off the symmetry planes: a ray in a symmetry plane would run along facets.
         let (sin, cos) = libm::sincos((f64::from(i) + 0.5) * TAU / f64::from(DIRECTIONS));
         let direction = Vector2::new(cos, sin);
-        pieces.iter().any(|piece| is_met(&direction, piece))
+        pieces.iter().any(|piece| is_hit_by_ray(&direction, piece))
     })
 }
 
-/// Returns true if a ray from the line meets a piece.
-fn is_met(direction: &Vector2<f64>, piece: &SurfacePiece) -> bool {
+/// Returns true if a ray from the line meets a piece of the surface.
+fn is_hit_by_ray(direction: &Vector2<f64>, piece: &SurfacePiece) -> bool {
     let [a, b] = piece.ends.map(|end| Vector2::new(direction.dot(&end), direction.perp(&end)));
     (a.y > 0.0) != (b.y > 0.0) && a.x - a.y * (b.x - a.x) / (b.y - a.y) > 0.0
 }
 
-/// Half of what is open between gel on the left and gel on the right.
-fn half_width(pieces: &[SurfacePiece]) -> Option<Opening> {
+/// Returns half of the gap between the gel on the left and the gel on the right.
+fn half_gap(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
     let x = |piece: &&SurfacePiece| piece.ends[0].x;
     let right = pieces.iter().filter(|piece| x(piece) >= 0.0).min_by(|a, b| x(a).total_cmp(&x(b)))?;
     let left = pieces.iter().filter(|piece| x(piece) < 0.0).max_by(|a, b| x(a).total_cmp(&x(b)))?;
     let radius = 0.5 * (right.ends[0].x - left.ends[0].x);
-    Some(Opening { radius, faces_down: right.faces_down || left.faces_down })
+    Some(VoidOpening { radius, faces_down: right.faces_down || left.faces_down })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Depths, GelSection, openings};
+    use super::{DepthGrid, GelSection, void_radii};
     use crate::math::Vector3;
     use crate::scene::{Dimension, Symmetry};
     use crate::simulation::{Frame, FrameCells};
@@ -167,12 +170,12 @@ mod tests {
         GelSection { dimension, symmetry: Symmetry::None }
     }
 
-    /// The first `n` millimetres.
-    fn millimetres(n: usize) -> Depths {
-        Depths { n, per_metre: 1e3 }
+    /// Returns the first `n` depths in millimetres.
+    fn millimetres(n: usize) -> DepthGrid {
+        DepthGrid { n, per_metre: 1e3 }
     }
 
-    /// A surface of these facets.
+    /// Returns a frame whose surface has these facets.
     fn frame(dimension: usize, facets: &[&[[f64; 3]]]) -> Frame {
         let corners = facets.iter().flat_map(|facet| facet.iter().map(|corner| Vector3::from(*corner)));
         let facet = |i: usize| [0, 1, 2 * (dimension - 2)].map(|k| (dimension * i + k) as u32);
@@ -194,7 +197,7 @@ mod tests {
         }
     }
 
-    /// A wall at x that goes down to a depth, m.
+    /// Returns a wall at x from above the entry down to a depth, m.
     fn wall(x: f64, depth: f64) -> [[f64; 3]; 2] {
         [[x, 0.0, 0.001], [x, 0.0, -depth]]
     }
@@ -202,7 +205,7 @@ mod tests {
     #[test]
     fn about_an_axis_it_is_the_least_radius_and_zero_where_there_is_gel_on_the_axis() {
         let cone = [[0.004, 0.0, 0.0], [0.0, 0.0, -0.004]];
-        let found = openings(
+        let found = void_radii(
             section(Dimension::Axisymmetric),
             &frame(2, &[&cone, &wall(0.01, 0.1)]),
             &Vector3::zeros(),
@@ -218,15 +221,15 @@ mod tests {
         let walls = [wall(-0.02, 0.1), wall(-0.001, 0.0025), wall(0.006, 0.0025), wall(0.02, 0.1)];
         let walls: Vec<&[[f64; 3]]> = walls.iter().map(|wall| &wall[..]).collect();
         let line = Vector3::new(0.002, 0.0, 0.01);
-        let found = openings(section(Dimension::Planar), &frame(2, &walls), &line, millimetres(4));
+        let found = void_radii(section(Dimension::Planar), &frame(2, &walls), &line, millimetres(4));
         assert!((found[0].unwrap() - 0.0035).abs() < 1e-15, "{found:?}");
         assert_eq!((found[2], found[3]), (Some(0.0), Some(0.0)));
         let sides = frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]);
-        let one_side = openings(section(Dimension::Planar), &sides, &line, millimetres(1));
+        let one_side = void_radii(section(Dimension::Planar), &sides, &line, millimetres(1));
         assert_eq!(one_side, [None]);
     }
 
-    /// The four sides of a shaft of this half width about the z axis, down to a depth, m.
+    /// Returns the four sides of a shaft of half width `a` about the z axis, down to a depth, m.
     fn shaft(a: f64, depth: f64) -> Vec<[[f64; 3]; 3]> {
         let corners = [[a, a], [-a, a], [-a, -a], [a, -a]];
         let sides = (0..4).map(|i| (corners[i], corners[(i + 1) % 4]));
@@ -241,15 +244,15 @@ mod tests {
         let surface: Vec<[[f64; 3]; 3]> = shaft(0.02, 0.1).into_iter().chain(shaft(0.005, 0.0035)).collect();
         let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
         let line = Vector3::new(0.001, 0.0005, 0.0);
-        let found = openings(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(4));
+        let found = void_radii(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(4));
         for opening in &found[..3] {
             assert!((opening.unwrap() - 0.004).abs() < 1e-15, "{found:?}");
         }
         assert_eq!(found[3], Some(0.0));
     }
 
-    /// The section of a gel of 50 mm radius and 12 mm depth about the axis, its surface run through with the gel on the left, from the
-    /// entry down a hole of 5 mm radius to the back face, which has sunk around the hole.
+    /// Returns the section of an axisymmetric gel of 50 mm radius and 12 mm depth with a hole of 5 mm radius. The
+    /// surface runs with the gel on the left, from the entry down the hole to the back face, sunk around the hole.
     fn dished(hole: &[[f64; 2]]) -> Vec<[[f64; 3]; 2]> {
         let rest = [[0.048, -0.011], [0.05, -0.012], [0.05, 0.0], [0.005, 0.0]];
         let points: Vec<[f64; 3]> =
@@ -262,13 +265,13 @@ mod tests {
         let open = |hole: &[[f64; 2]]| {
             let facets = dished(hole);
             let facets: Vec<&[[f64; 3]]> = facets.iter().map(|facet| &facet[..]).collect();
-            openings(section(Dimension::Axisymmetric), &frame(2, &facets), &Vector3::zeros(), millimetres(14))
+            void_radii(section(Dimension::Axisymmetric), &frame(2, &facets), &Vector3::zeros(), millimetres(14))
         };
-        // A hole straight through: the back face around it, up to 48 mm off the line, is none of its wall.
+        // A straight hole: the back face around the hole, up to 48 mm off the line, is no part of the cavity wall.
         let found = open(&[[0.005, -0.0095]]);
         assert_eq!(found[9..], [None; 5], "{found:?}");
         assert!(found[..9].iter().all(|radius| (radius.unwrap() - 0.005).abs() < 1e-15), "{found:?}");
-        // A hole that flares out by less than 45° is wall down to its edge.
+        // A hole with a flare below 45° is cavity wall down to its edge.
         let found = open(&[[0.005, -0.006], [0.008, -0.01]]);
         assert!((found[7].unwrap() - 0.0065).abs() < 1e-15 && found[9].is_some(), "{found:?}");
         assert_eq!(found[10..], [None; 4], "{found:?}");
@@ -287,7 +290,7 @@ mod tests {
             let walls = around(corners);
             let facets: Vec<&[[f64; 3]]> = walls.iter().map(|facet| &facet[..]).collect();
             let gel = GelSection { dimension: Dimension::Spatial, symmetry };
-            openings(gel, &frame(3, &facets), &Vector3::zeros(), millimetres(5))
+            void_radii(gel, &frame(3, &facets), &Vector3::zeros(), millimetres(5))
         };
         let half = [[0.004, 0.0], [0.004, 0.006], [-0.004, 0.006], [-0.004, 0.0]];
         let whole = [&half[..], &[[-0.004, -0.006], [0.004, -0.006], [0.004, 0.0]]].concat();
@@ -297,7 +300,7 @@ mod tests {
             let found = open(symmetry, corners);
             assert!(found.iter().all(|radius| (radius.unwrap() - 0.004).abs() < 1e-15), "{symmetry:?}: {found:?}");
         }
-        // Open towards −y, as beside four columns of which one is missing.
+        // Open towards −y, the case of one missing wall out of four.
         assert_eq!(open(Symmetry::None, &half), [None; 5]);
     }
 }

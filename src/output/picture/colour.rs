@@ -1,25 +1,26 @@
-//! Colours, and PNG files of them.
+//! Colour maps and PNG files.
 
-/// A colour map: red, green and blue at equal distances.
+/// Colour map: five equidistant colours, red, green and blue.
 #[derive(Debug)]
-pub(in crate::output) struct Map([[u8; 3]; 5]);
+pub(in crate::output) struct ColourMap([[u8; 3]; 5]);
 
-/// Speed: violet at rest, through rose, to yellow. Lightness grows along it, also for eyes that see no red or no green.
-pub(in crate::output) const SPEED: Map =
-    Map([[74, 60, 168], [146, 52, 172], [212, 78, 122], [246, 148, 66], [250, 240, 110]]);
-/// Step: dark blue is small (busy), through green, to pale yellow for large.
-pub(in crate::output) const STEP: Map =
-    Map([[28, 32, 92], [36, 92, 150], [40, 150, 140], [128, 200, 96], [244, 236, 150]]);
-/// Signed values: blue below zero, pale at zero, red above.
-pub(in crate::output) const SIGNED: Map =
-    Map([[36, 76, 164], [140, 178, 222], [246, 244, 238], [232, 160, 128], [172, 40, 44]]);
-/// Gel whose value is not known, such as the step of an element that has not made one.
+/// Colour map of speeds: violet at rest, through rose, to yellow. Lightness grows with speed, also for colour-blind
+/// eyes.
+pub(in crate::output) const SPEED: ColourMap =
+    ColourMap([[74, 60, 168], [146, 52, 172], [212, 78, 122], [246, 148, 66], [250, 240, 110]]);
+/// Colour map of time steps: dark blue for small steps, through green, to pale yellow for large steps.
+pub(in crate::output) const STEP: ColourMap =
+    ColourMap([[28, 32, 92], [36, 92, 150], [40, 150, 140], [128, 200, 96], [244, 236, 150]]);
+/// Colour map of signed values: blue below zero, pale at zero, red above.
+pub(in crate::output) const SIGNED: ColourMap =
+    ColourMap([[36, 76, 164], [140, 178, 222], [246, 244, 238], [232, 160, 128], [172, 40, 44]]);
+/// Colour of gel without a value, such as the time step of an element before its first update.
 const UNKNOWN: [u8; 3] = [190, 190, 190];
-/// Gelatin.
+/// Colour of gelatin.
 pub(in crate::output) const AMBER: [u8; 3] = [240, 178, 74];
 
-impl Map {
-    /// The colour at a place, 0 to 1; grey if there is no such place.
+impl ColourMap {
+    /// Returns the colour at a place, 0 to 1; grey for a place that is not finite.
     pub(in crate::output) fn at(&self, place: f64) -> [u8; 3] {
         if !place.is_finite() {
             return UNKNOWN;
@@ -30,13 +31,13 @@ impl Map {
         std::array::from_fn(|k| (f64::from(below[k]) * (1.0 - t) + f64::from(above[k]) * t).round() as u8)
     }
 
-    /// The map as a list of CSS colours.
+    /// Returns the map as a list of CSS colours.
     pub(in crate::output) fn css(&self) -> String {
         self.0.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}")).join(", ")
     }
 }
 
-/// A PNG file of pixels: red, green, blue, opacity.
+/// Returns a PNG file of pixels: red, green, blue, opacity.
 pub(in crate::output) fn png([width, height]: [usize; 2], pixels: impl Iterator<Item = [u8; 4]>) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);

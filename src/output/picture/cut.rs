@@ -1,36 +1,36 @@
-//! Cuts through the mesh, so that the inside is seen.
+//! Plane cuts through the mesh that open its inside to view.
 
 use crate::math::Vector3;
 
-/// A corner: place, m, and speed, m/s.
+/// Corner of a polygon: position, m, and speed, m/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Corner {
+pub(super) struct PolygonCorner {
     pub(super) at: Vector3,
     pub(super) speed: f64,
 }
 
-/// A plane y = const; what lies on it counts as behind it.
+/// Cut plane y = const; points on the plane count as behind it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Plane {
+pub(super) struct CutPlane {
     pub(super) y: f64,
-    /// Distance within which a point lies on the plane, m.
+    /// Tolerance of points on the plane, m.
     pub(super) tolerance: f64,
 }
 
-impl Plane {
-    fn is_behind(&self, corner: &Corner) -> bool {
+impl CutPlane {
+    fn is_behind(&self, corner: &PolygonCorner) -> bool {
         corner.at.y >= self.y - self.tolerance
     }
 
-    fn crossing(&self, a: &Corner, b: &Corner) -> Corner {
+    fn crossing(&self, a: &PolygonCorner, b: &PolygonCorner) -> PolygonCorner {
         let t = ((self.y - a.at.y) / (b.at.y - a.at.y)).clamp(0.0, 1.0);
         let mut at = a.at + t * (b.at - a.at);
         at.y = self.y;
-        Corner { at, speed: a.speed + t * (b.speed - a.speed) }
+        PolygonCorner { at, speed: a.speed + t * (b.speed - a.speed) }
     }
 
-    /// The part of a convex polygon behind the plane.
-    pub(super) fn clip(&self, polygon: &[Corner]) -> Vec<Corner> {
+    /// Returns the part of a convex polygon behind the plane (Sutherland–Hodgman clipping).
+    pub(super) fn clip(&self, polygon: &[PolygonCorner]) -> Vec<PolygonCorner> {
         let mut kept = Vec::with_capacity(polygon.len() + 1);
         for (i, b) in polygon.iter().enumerate() {
             let a = &polygon[(i + polygon.len() - 1) % polygon.len()];
@@ -44,10 +44,11 @@ impl Plane {
         kept
     }
 
-    /// The section of a tetrahedron: nothing, a triangle or a quadrilateral. A face that lies on the plane is the
-    /// section of the tetrahedron before it.
-    pub(super) fn section(&self, corners: &[Corner; 4]) -> Vec<Corner> {
-        let (behind, before): (Vec<&Corner>, Vec<&Corner>) = corners.iter().partition(|corner| self.is_behind(corner));
+    /// Returns the section of a tetrahedron: empty, a triangle or a quadrilateral. A face on the plane belongs to the
+    /// tetrahedron before it.
+    pub(super) fn section(&self, corners: &[PolygonCorner; 4]) -> Vec<PolygonCorner> {
+        let (behind, before): (Vec<&PolygonCorner>, Vec<&PolygonCorner>) =
+            corners.iter().partition(|corner| self.is_behind(corner));
         match (behind.as_slice(), before.as_slice()) {
             ([a], others) | (others, [a]) => others.iter().map(|b| self.crossing(a, b)).collect(),
             ([a, b], [c, d]) => [(a, c), (a, d), (b, d), (b, c)].map(|(p, q)| self.crossing(p, q)).to_vec(),
@@ -60,11 +61,11 @@ impl Plane {
 mod tests {
     use super::*;
 
-    fn corner(x: f64, y: f64, z: f64) -> Corner {
-        Corner { at: Vector3::new(x, y, z), speed: y }
+    fn corner(x: f64, y: f64, z: f64) -> PolygonCorner {
+        PolygonCorner { at: Vector3::new(x, y, z), speed: y }
     }
 
-    const PLANE: Plane = Plane { y: 0.0, tolerance: 1e-9 };
+    const PLANE: CutPlane = CutPlane { y: 0.0, tolerance: 1e-9 };
 
     #[test]
     fn sections_lie_on_the_plane_and_carry_the_speed_there() {

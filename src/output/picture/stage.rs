@@ -1,69 +1,70 @@
-//! Which polygons of a frame can be seen.
+//! Visible polygons of a frame.
 
-use super::cut::{Corner, Plane};
+use super::cut::{CutPlane, PolygonCorner};
 use crate::math::Vector3;
-use crate::output::body::{self, Solid};
-use crate::output::bounds::Bounds;
+use crate::output::body::{self, BodySurface};
+use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
 use crate::simulation::Frame;
 use std::collections::HashMap;
 
-/// What a polygon belongs to.
+/// Material of a polygon.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Substance {
-    /// Gel, in an element of this step, s.
+pub(super) enum PolygonMaterial {
+    /// Gel, in an element of this time step, s.
     Gel {
-        /// Step, s.
+        /// Time step, s.
         step: f64,
     },
-    /// The projectile or a fragment.
+    /// Projectile or fragment.
     Body,
 }
 
-/// A convex polygon in space.
+/// Convex polygon in space.
 #[derive(Debug, Clone)]
-pub(super) struct Polygon {
-    pub(super) corners: Vec<Corner>,
-    pub(super) substance: Substance,
+pub(super) struct VisiblePolygon {
+    pub(super) corners: Vec<PolygonCorner>,
+    pub(super) material: PolygonMaterial,
 }
 
-/// The polygons of a frame: in two dimensions the elements (mirrored about the axis), in three the surface behind a cut
-/// through the middle of the projectile and the section there. A bounded body in space is drawn whole.
-pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<Polygon> {
-    let scenery = Bounds::around(frame.points.iter().copied());
-    let plane = Plane { y: frame.bodies[0].kinematics.position.y, tolerance: 1e-9 * scenery.radius() };
-    // First the bodies: where they overlap gel in the plane of the picture, the first one drawn is seen.
+/// Returns the polygons of a frame. A plane scene shows its elements, an axisymmetric scene also their mirror images.
+/// A scene in space shows surface and section of the gel behind a cut through the middle of the projectile, and
+/// bounded bodies as a whole.
+pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<VisiblePolygon> {
+    let scenery = AxisAlignedBox::around(frame.points.iter().copied());
+    let plane = CutPlane { y: frame.bodies[0].kinematics.position.y, tolerance: 1e-9 * scenery.radius() };
+    // Bodies first: of overlapping polygons in the plane of the picture, the first drawn is seen.
     let mut polygons = vec![];
-    for solid in body::solids(scene, frame, &scenery) {
+    for solid in body::body_surfaces(scene, frame, &scenery) {
         match scene.scene.dimension {
-            Dimension::Spatial if solid.bounded => polygons.extend(whole(&solid)),
-            Dimension::Spatial => polygons.extend(section(&solid, plane).chain(surface(&solid, plane))),
-            Dimension::Planar | Dimension::Axisymmetric => polygons.extend(section(&solid, plane)),
+            Dimension::Spatial if solid.bounded => polygons.extend(body_triangles(&solid)),
+            Dimension::Spatial => polygons.extend(body_section(&solid, plane).chain(clipped_surface(&solid, plane))),
+            Dimension::Planar | Dimension::Axisymmetric => polygons.extend(body_section(&solid, plane)),
         }
     }
     match scene.scene.dimension {
-        Dimension::Planar => polygons.extend(elements(frame)),
-        Dimension::Axisymmetric => polygons.extend(mirrored(elements(frame))),
-        Dimension::Spatial => polygons.extend(halved(frame, plane)),
+        Dimension::Planar => polygons.extend(element_polygons(frame)),
+        Dimension::Axisymmetric => polygons.extend(mirrored(element_polygons(frame))),
+        Dimension::Spatial => polygons.extend(cut_gel(frame, plane)),
     }
     polygons.retain(|polygon| polygon.corners.len() > 2);
     polygons
 }
 
-fn gel(frame: &Frame, element: usize, corners: Vec<Corner>) -> Polygon {
-    Polygon { corners, substance: Substance::Gel { step: frame.cells.step[element] } }
+fn gel_polygon(frame: &Frame, element: usize, corners: Vec<PolygonCorner>) -> VisiblePolygon {
+    VisiblePolygon { corners, material: PolygonMaterial::Gel { step: frame.cells.step[element] } }
 }
 
-fn corner(frame: &Frame, node: u32) -> Corner {
-    Corner { at: frame.points[node as usize], speed: frame.velocities[node as usize].norm() }
+fn node_corner(frame: &Frame, node: u32) -> PolygonCorner {
+    PolygonCorner { at: frame.points[node as usize], speed: frame.velocities[node as usize].norm() }
 }
 
-fn elements(frame: &Frame) -> Vec<Polygon> {
-    let corners = |nodes: &[u32; 4]| nodes[..3].iter().map(|node| corner(frame, *node)).collect();
-    frame.cells.nodes.iter().enumerate().map(|(element, nodes)| gel(frame, element, corners(nodes))).collect()
+fn element_polygons(frame: &Frame) -> Vec<VisiblePolygon> {
+    let corners = |nodes: &[u32; 4]| nodes[..3].iter().map(|node| node_corner(frame, *node)).collect();
+    frame.cells.nodes.iter().enumerate().map(|(element, nodes)| gel_polygon(frame, element, corners(nodes))).collect()
 }
 
-fn mirrored(mut polygons: Vec<Polygon>) -> Vec<Polygon> {
+fn mirrored(mut polygons: Vec<VisiblePolygon>) -> Vec<VisiblePolygon> {
     let mut images = polygons.clone();
     for corner in images.iter_mut().flat_map(|image| &mut image.corners) {
         corner.at.x = -corner.at.x;
@@ -72,24 +73,20 @@ fn mirrored(mut polygons: Vec<Polygon>) -> Vec<Polygon> {
     polygons
 }
 
-/// The boundary of the gel behind the plane, and its section.
-fn halved(frame: &Frame, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
-    let owners = owners(frame);
-    let boundary =
-        frame.cells.facets.iter().zip(owners).filter_map(move |(facet, owner)| {
-            Some(gel(frame, owner?, plane.clip(&facet.map(|node| corner(frame, node)))))
-        });
-    let sections = frame
-        .cells
-        .nodes
-        .iter()
-        .enumerate()
-        .map(move |(element, nodes)| gel(frame, element, plane.section(&nodes.map(|node| corner(frame, node)))));
+/// Returns the boundary of the gel behind the plane, and its section.
+fn cut_gel(frame: &Frame, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
+    let facet_elements = facet_elements(frame);
+    let boundary = frame.cells.facets.iter().zip(facet_elements).filter_map(move |(facet, owner)| {
+        Some(gel_polygon(frame, owner?, plane.clip(&facet.map(|node| node_corner(frame, node)))))
+    });
+    let sections = frame.cells.nodes.iter().enumerate().map(move |(element, nodes)| {
+        gel_polygon(frame, element, plane.section(&nodes.map(|node| node_corner(frame, node))))
+    });
     boundary.chain(sections)
 }
 
-/// The element that each boundary facet belongs to.
-fn owners(frame: &Frame) -> Vec<Option<usize>> {
+/// Returns the element of each boundary facet.
+fn facet_elements(frame: &Frame) -> Vec<Option<usize>> {
     let sorted = |mut facet: [u32; 3]| {
         facet.sort_unstable();
         facet
@@ -104,26 +101,32 @@ fn owners(frame: &Frame) -> Vec<Option<usize>> {
     frame.cells.facets.iter().map(|facet| owner_of[&sorted(*facet)]).collect()
 }
 
-fn whole(solid: &Solid) -> impl Iterator<Item = Polygon> + '_ {
-    let corners = |triangle: &[u32; 3]| triangle.iter().map(|i| still(solid.points[*i as usize])).collect();
-    solid.triangles.iter().map(move |triangle| Polygon { corners: corners(triangle), substance: Substance::Body })
+fn body_triangles(solid: &BodySurface) -> impl Iterator<Item = VisiblePolygon> + '_ {
+    let corners = |triangle: &[u32; 3]| triangle.iter().map(|i| resting_corner(solid.points[*i as usize])).collect();
+    solid
+        .triangles
+        .iter()
+        .map(move |triangle| VisiblePolygon { corners: corners(triangle), material: PolygonMaterial::Body })
 }
 
-fn surface(solid: &Solid, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
+fn clipped_surface(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
     solid.triangles.iter().map(move |triangle| {
-        let corners = triangle.map(|i| still(solid.points[i as usize]));
-        Polygon { corners: plane.clip(&corners), substance: Substance::Body }
+        let corners = triangle.map(|i| resting_corner(solid.points[i as usize]));
+        VisiblePolygon { corners: plane.clip(&corners), material: PolygonMaterial::Body }
     })
 }
 
-/// The section of a solid: it is the union of the tetrahedra from its centre to its triangles.
-fn section(solid: &Solid, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
+/// Returns the section of a solid: the union of the tetrahedra from its centre to its triangles.
+fn body_section(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
     solid.triangles.iter().map(move |triangle| {
-        let [a, b, c] = triangle.map(|i| still(solid.points[i as usize]));
-        Polygon { corners: plane.section(&[still(solid.centre), a, b, c]), substance: Substance::Body }
+        let [a, b, c] = triangle.map(|i| resting_corner(solid.points[i as usize]));
+        VisiblePolygon {
+            corners: plane.section(&[resting_corner(solid.centre), a, b, c]),
+            material: PolygonMaterial::Body,
+        }
     })
 }
 
-fn still(at: Vector3) -> Corner {
-    Corner { at, speed: 0.0 }
+fn resting_corner(at: Vector3) -> PolygonCorner {
+    PolygonCorner { at, speed: 0.0 }
 }

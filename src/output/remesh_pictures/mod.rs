@@ -1,4 +1,4 @@
-//! An exchange of the mesh in pictures, step by step (figure 6 of the paper), and its figures.
+//! Remeshing in pictures, step by step (figure 6 of the paper), with figures.
 
 mod drawing;
 mod page;
@@ -12,74 +12,74 @@ use crate::scene::{RemeshMethod, Scene};
 use crate::simulation::{Rehearsal, Successor};
 use serde::Serialize;
 
-/// What an exchange changes, in numbers.
+/// Figures of one remeshing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
-    /// When, s.
+    /// Time of the remeshing, s.
     pub time: f64,
-    /// Elements of the mesh that ends.
+    /// Number of elements of the old mesh.
     pub elements: usize,
-    /// Their least quality, q = 4√3 A/Σl².
+    /// Least element quality of the old mesh, q = 4√3 A/Σl².
     pub least_quality: f64,
-    /// What each method makes of it.
-    pub methods: Vec<Outcome>,
+    /// Outcome of each method.
+    pub methods: Vec<MethodOutcome>,
 }
 
-/// What a method makes of a mesh.
+/// Outcome of a remeshing method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Outcome {
-    /// Which.
+pub struct MethodOutcome {
+    /// Remeshing method.
     pub method: RemeshMethod,
-    /// Why it makes none.
+    /// Reason for a refusal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
-    /// The numbers of the mesh that it makes.
+    /// Figures of the new mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<Change>,
+    pub mesh: Option<MeshChange>,
 }
 
-/// The numbers of a new mesh.
+/// Figures of a new mesh relative to the old mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Change {
-    /// Which attempt made it, from 1.
+pub struct MeshChange {
+    /// Number of the successful attempt, from 1.
     pub attempt: usize,
-    /// Elements.
+    /// Number of elements.
     pub elements: usize,
-    /// Their least quality.
+    /// Least element quality.
     pub least_quality: f64,
-    /// Their least angle, degrees.
+    /// Least angle of an element, degrees.
     pub least_angle: f64,
-    /// Change of area, as a share.
+    /// Relative change of area.
     pub area: f64,
-    /// Mass that no new element lay over, or two, as a share: it was laid down at the nearest place.
+    /// Relative mass covered by no new element, or by two; it was deposited at the nearest point.
     pub mass: f64,
-    /// Momentum that appeared before any correction, as a share of √(2 m E).
+    /// Momentum defect before any correction, relative to √(2 m E).
     pub momentum: f64,
-    /// Change of the kinetic energy, as a share of it.
+    /// Relative change of the kinetic energy.
     pub kinetic: f64,
-    /// Change of the stored energy, as a share of it.
+    /// Relative change of the stored energy.
     pub stored: f64,
-    /// Part of the elements that are old ones.
+    /// Fraction of unchanged elements.
     pub unchanged: f64,
 }
 
 impl Figures {
-    fn of(shown: &Rehearsal) -> Self {
-        let outcome = |(method, new): &(RemeshMethod, Result<Successor, _>)| Outcome {
+    fn of(preview: &Rehearsal) -> Self {
+        let outcome = |(method, new): &(RemeshMethod, Result<Successor, _>)| MethodOutcome {
             method: *method,
             refused: new.as_ref().err().map(ToString::to_string),
-            mesh: new.as_ref().ok().map(Change::of),
+            mesh: new.as_ref().ok().map(MeshChange::of),
         };
         Self {
-            time: shown.frame.time,
-            elements: shown.shapes.len(),
-            least_quality: shown.shapes.iter().copied().fold(f64::INFINITY, f64::min),
-            methods: shown.successors.iter().map(outcome).collect(),
+            time: preview.frame.time,
+            elements: preview.shapes.len(),
+            least_quality: preview.shapes.iter().copied().fold(f64::INFINITY, f64::min),
+            methods: preview.successors.iter().map(outcome).collect(),
         }
     }
 }
 
-impl Change {
+impl MeshChange {
     fn of(new: &Successor) -> Self {
         let Successor { attempt, quality: Quality { least, change, .. }, stored, ref defects, .. } = *new;
         let Defects { before, after, .. } = defects;
@@ -99,18 +99,18 @@ impl Change {
     }
 }
 
-/// Writes the pictures of an exchange, and `index.html` that shows them in order with their figures.
+/// Writes the pictures of a remeshing, and `index.html` with pictures and figures in order.
 ///
 /// # Errors
-/// [`OutputError`] when a file cannot be written.
-pub fn draw(folder: &mut ResultFolder, scene: &Scene, shown: &Rehearsal) -> Result<Figures, OutputError> {
-    let panels = panels::panels(shown, scene);
+/// [`OutputError`] if a file cannot be written.
+pub fn draw(folder: &mut ResultFolder, scene: &Scene, preview: &Rehearsal) -> Result<Figures, OutputError> {
+    let panels = panels::panels(preview, scene);
     for (panel, number) in panels.iter().zip(1..) {
         for (view, picture) in [("whole", &panel.whole), ("close", &panel.close)] {
-            folder.write(&page::file(number, panel.name, view), picture)?;
+            folder.write(&page::picture_file(number, panel.text.name, view), picture)?;
         }
     }
-    let figures = Figures::of(shown);
+    let figures = Figures::of(preview);
     folder.write("index.html", page::page(scene, &panels, &figures).as_bytes())?;
     Ok(figures)
 }

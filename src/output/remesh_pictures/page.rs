@@ -1,17 +1,17 @@
-//! `index.html`: the steps of an exchange in order.
+//! `index.html`: the steps of a remeshing in order.
 
-use super::panels::{Panel, Scale};
-use super::{Change, Figures};
-use crate::output::report::{STYLE, escape, mark, quantity, ratio};
+use super::panels::{PanelScale, PicturePanel};
+use super::{Figures, MeshChange};
+use crate::output::report::{STYLE, escape, format_tick, quantity, ratio};
 use crate::scene::{RemeshMethod, Scene};
 
-/// Name of the file of a picture.
-pub(super) fn file(number: usize, name: &str, view: &str) -> String {
+/// Returns the file name of a picture.
+pub(super) fn picture_file(number: usize, name: &str, view: &str) -> String {
     format!("{number:02}-{name}-{view}.png")
 }
 
-/// The page.
-pub(super) fn page(scene: &Scene, panels: &[Panel], figures: &Figures) -> String {
+/// Returns the page as HTML.
+pub(super) fn page(scene: &Scene, panels: &[PicturePanel], figures: &Figures) -> String {
     let (name, title) = (escape(&scene.scene.name), escape(&scene.scene.title));
     let sections: String = panels.iter().zip(1..).map(|(panel, number)| section(panel, number)).collect();
     format!(
@@ -28,28 +28,28 @@ pub(super) fn page(scene: &Scene, panels: &[Panel], figures: &Figures) -> String
     )
 }
 
-fn section(panel: &Panel, number: usize) -> String {
+fn section(panel: &PicturePanel, number: usize) -> String {
     let picture = |view: &str| {
         format!(
             "<img alt=\"{}, {view}\" src=\"{}\" width=\"720\" height=\"720\"/>",
-            panel.title,
-            file(number, panel.name, view)
+            panel.text.title,
+            picture_file(number, panel.text.name, view)
         )
     };
     format!(
         "<section><h2>{number}. {}</h2>\n<p>{}</p>\n{}<div class=\"pair\">{}{}</div></section>\n",
-        panel.title,
-        panel.about,
+        panel.text.title,
+        panel.text.about,
         panel.scale.as_ref().map(legend).unwrap_or_default(),
         picture("whole"),
         picture("close")
     )
 }
 
-fn legend(scale: &Scale) -> String {
-    let Scale { low, high, unit, map } = *scale;
+fn legend(scale: &PanelScale) -> String {
+    let PanelScale { low, high, unit, map } = *scale;
     let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .map(|place| format!("<span>{}</span>", mark(low + place * (high - low), high, unit)))
+        .map(|place| format!("<span>{}</span>", format_tick(low + place * (high - low), high, unit)))
         .concat();
     format!(
         "<div class=\"bar\" style=\"background: linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div>\n",
@@ -57,9 +57,9 @@ fn legend(scale: &Scale) -> String {
     )
 }
 
-/// A figure: what it is, and how it is written.
-type Row = (&'static str, fn(&Change) -> String);
-const ROWS: [Row; 10] = [
+/// Row of the table of figures: caption and formatter.
+type FigureRow = (&'static str, fn(&MeshChange) -> String);
+const ROWS: [FigureRow; 10] = [
     ("Elements", |c| c.elements.to_string()),
     ("Least quality", |c| ratio(c.least_quality)),
     ("Least angle", |c| format!("{:.1}°", c.least_angle)),
@@ -72,7 +72,7 @@ const ROWS: [Row; 10] = [
     ("Attempt", |c| c.attempt.to_string()),
 ];
 
-/// The figures of both methods beside each other.
+/// Returns the table with the figures of both methods side by side.
 fn table(figures: &Figures) -> String {
     let named = |method: RemeshMethod| match method {
         RemeshMethod::Retained => "retained",
@@ -83,8 +83,8 @@ fn table(figures: &Figures) -> String {
         figures.methods.iter().filter_map(|outcome| outcome.refused.as_ref().map(|why| (outcome.method, why)));
     let refused: Vec<String> =
         refused.map(|(method, why)| format!("<p>No {} mesh: {}.</p>\n", named(method), escape(why))).collect();
-    let cells = |value: fn(&Change) -> String| -> String {
-        let cell = |change: Option<&Change>| format!("<td>{}</td>", change.map_or_else(|| "–".to_owned(), value));
+    let cells = |value: fn(&MeshChange) -> String| -> String {
+        let cell = |change: Option<&MeshChange>| format!("<td>{}</td>", change.map_or_else(|| "–".to_owned(), value));
         figures.methods.iter().map(|outcome| cell(outcome.mesh.as_ref())).collect()
     };
     let rows: Vec<String> =

@@ -1,76 +1,87 @@
-//! What each picture of an exchange shows.
+//! Panels of the remeshing pictures, one per step of the method.
 
-use super::drawing::{Colour, Drawing, Pen, Point, Window};
+use super::drawing::{LinePen, PictureCanvas, PictureWindow, PlanePoint, RgbColour};
 use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex};
-use crate::output::picture::{AMBER, Map, SIGNED, SPEED, STEP, sections};
+use crate::output::picture::{AMBER, ColourMap, SIGNED, SPEED, STEP, sections};
 use crate::remesh::Steps;
 use crate::scene::{RemeshMethod, Scene};
 use crate::simulation::{Rehearsal, Successor};
 
-/// A picture of one step, the whole gel and a close-up.
-pub(super) struct Panel {
-    /// Beginning of the names of its files.
+/// Texts of a panel.
+pub(super) struct PanelText {
+    /// Prefix of the file names.
     pub name: &'static str,
+    /// Title.
     pub title: &'static str,
-    /// What is seen, in a sentence.
+    /// Description in a sentence.
     pub about: &'static str,
-    pub scale: Option<Scale>,
+}
+
+/// Panel of one step: a picture of the whole gel and a close-up.
+pub(super) struct PicturePanel {
+    pub text: PanelText,
+    pub scale: Option<PanelScale>,
     pub whole: Vec<u8>,
     pub close: Vec<u8>,
 }
 
-/// What the colours mean.
+/// Colour scale: values, unit and colour map.
 #[derive(Clone, Copy)]
-pub(super) struct Scale {
+pub(super) struct PanelScale {
     pub low: f64,
     pub high: f64,
     pub unit: &'static str,
-    pub map: &'static Map,
+    pub map: &'static ColourMap,
 }
 
-impl Scale {
-    fn colour(&self, value: f64) -> Colour {
+impl PanelScale {
+    fn colour(&self, value: f64) -> RgbColour {
         self.map.at((value - self.low) / (self.high - self.low).max(f64::MIN_POSITIVE))
     }
 }
 
-const INK: Colour = [24, 28, 36];
-const STEEL: Colour = [150, 156, 168];
-const ROSE: Colour = [224, 122, 118];
-const PAPER: Colour = [255; 3];
+const LINE_COLOUR: RgbColour = [24, 28, 36];
+const BODY_COLOUR: RgbColour = [150, 156, 168];
+const CUT_COLOUR: RgbColour = [224, 122, 118];
+const OUTSIDE_COLOUR: RgbColour = [255; 3];
 
-/// A triangulation to be drawn.
-struct Triangles {
-    points: Vec<Point>,
+/// Triangulation for drawing.
+struct DrawnTriangles {
+    points: Vec<PlanePoint>,
     corners: Vec<[usize; 3]>,
 }
 
-/// All of an exchange that its pictures share.
-struct Stage<'a> {
-    shown: &'a Rehearsal,
-    old: Triangles,
-    /// The boundary of the old mesh.
-    outline: Vec<[Point; 2]>,
-    bodies: Vec<Vec<Point>>,
-    windows: [Window; 2],
+/// Data common to all panels of a remeshing.
+struct PanelSource<'a> {
+    preview: &'a Rehearsal,
+    old: DrawnTriangles,
+    /// Boundary edges of the old mesh.
+    outline: Vec<[PlanePoint; 2]>,
+    bodies: Vec<Vec<PlanePoint>>,
+    windows: [PictureWindow; 2],
 }
 
-/// The pictures in order.
-pub(super) fn panels(shown: &Rehearsal, scene: &Scene) -> Vec<Panel> {
-    let stage = Stage::new(shown, scene);
-    let mut panels = vec![stage.worn(), stage.bends(), stage.sizes()];
-    if let Ok(steps) = &shown.steps {
-        panels.extend([stage.quadtree(steps), stage.background(steps), stage.distance(steps)]);
-        panels.extend([stage.immersed(steps), stage.trimmed(steps)]);
+/// Returns the panels in order.
+pub(super) fn panels(preview: &Rehearsal, scene: &Scene) -> Vec<PicturePanel> {
+    let source = PanelSource::new(preview, scene);
+    let mut panels = vec![source.distorted_mesh(), source.curvature_indicator(), source.target_sizes()];
+    if let Ok(steps) = &preview.steps {
+        panels.extend([
+            source.quadtree_cells(steps),
+            source.delaunay_triangulation(steps),
+            source.signed_distance(steps),
+        ]);
+        panels.extend([source.immersed_mesh(steps), source.carved_mesh(steps)]);
     }
-    panels.push(stage.velocity_before());
-    panels
-        .extend(shown.successors.iter().filter_map(|(method, new)| Some(stage.velocity(*method, new.as_ref().ok()?))));
+    panels.push(source.velocity_before());
+    panels.extend(
+        preview.successors.iter().filter_map(|(method, new)| Some(source.velocity(*method, new.as_ref().ok()?))),
+    );
     panels
 }
 
-impl Triangles {
+impl DrawnTriangles {
     fn of(points: &[Vector<2>], corners: Vec<[usize; 3]>) -> Self {
         Self { points: points.iter().map(|p| [p[0], p[1]]).collect(), corners }
     }
@@ -79,12 +90,12 @@ impl Triangles {
         Self::of(points, elements.iter().map(|e| [e[0], e[1], e[2]].map(NodeId::index)).collect())
     }
 
-    fn at(&self, triangle: usize) -> [Point; 3] {
+    fn at(&self, triangle: usize) -> [PlanePoint; 3] {
         self.corners[triangle].map(|p| self.points[p])
     }
 
-    /// Each edge once.
-    fn edges(&self) -> Vec<[Point; 2]> {
+    /// Returns every edge once.
+    fn edges(&self) -> Vec<[PlanePoint; 2]> {
         let sides = self.corners.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut pairs: Vec<[usize; 2]> = sides.map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
         pairs.sort_unstable();
@@ -93,87 +104,94 @@ impl Triangles {
     }
 }
 
-impl<'a> Stage<'a> {
-    fn new(shown: &'a Rehearsal, scene: &Scene) -> Self {
-        let frame = &shown.frame;
-        let points: Vec<Point> = frame.points.iter().map(|p| [p.x, p.z]).collect();
+impl<'a> PanelSource<'a> {
+    fn new(preview: &'a Rehearsal, scene: &Scene) -> Self {
+        let frame = &preview.frame;
+        let points: Vec<PlanePoint> = frame.points.iter().map(|p| [p.x, p.z]).collect();
         let corners = frame.cells.nodes.iter().map(|nodes| [0, 1, 2].map(|k| nodes[k] as usize)).collect();
         let outline = frame.cells.facets.iter().map(|f| [f[0], f[1]].map(|node| points[node as usize])).collect();
-        let old = Triangles { points, corners };
-        let worst = (0..shown.shapes.len()).min_by(|a, b| shown.shapes[*a].total_cmp(&shown.shapes[*b])).unwrap_or(0);
+        let old = DrawnTriangles { points, corners };
+        let worst =
+            (0..preview.shapes.len()).min_by(|a, b| preview.shapes[*a].total_cmp(&preview.shapes[*b])).unwrap_or(0);
         let windows = windows(&old, worst);
-        Self { shown, old, outline, bodies: sections(frame, scene), windows }
+        Self { preview, old, outline, bodies: sections(frame, scene), windows }
     }
 
-    /// A panel whose pictures are drawn by `draw`; bodies lie behind.
-    fn panel(
-        &self,
-        (name, title): (&'static str, &'static str),
-        scale: Option<Scale>,
-        about: &'static str,
-        draw: impl Fn(&mut Drawing),
-    ) -> Panel {
+    /// Returns a panel drawn by `draw`, with the bodies in the background.
+    fn panel(&self, text: PanelText, scale: Option<PanelScale>, draw: impl Fn(&mut PictureCanvas)) -> PicturePanel {
         let [whole, close] = self.windows.map(|window| {
-            let mut drawing = Drawing::new(window);
+            let mut drawing = PictureCanvas::new(window);
             for body in &self.bodies {
-                (2..body.len()).for_each(|i| drawing.fill([body[0], body[i - 1], body[i]], |_| STEEL));
+                (2..body.len()).for_each(|i| drawing.fill([body[0], body[i - 1], body[i]], |_| BODY_COLOUR));
             }
             draw(&mut drawing);
             drawing.png()
         });
-        Panel { name, title, about, scale, whole, close }
+        PicturePanel { text, scale, whole, close }
     }
 
-    fn worn(&self) -> Panel {
-        let scale = Scale { low: 0.0, high: 1.0, unit: "", map: &STEP };
+    fn distorted_mesh(&self) -> PicturePanel {
+        let scale = PanelScale { low: 0.0, high: 1.0, unit: "", map: &STEP };
         self.panel(
-            ("worn", "The worn mesh"),
+            PanelText {
+                name: "worn",
+                title: "The worn mesh",
+                about: "The mesh that ends, coloured by the quality of its elements: 1 is equilateral, 0 flat.",
+            },
             Some(scale),
-            "The mesh that ends, coloured by the quality of its elements: 1 is equilateral, 0 flat.",
             |drawing| {
-                flat(drawing, &self.old, |e| scale.colour(self.shown.shapes[e]));
-                edges(drawing, &self.old);
+                fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.shapes[e]));
+                draw_edges(drawing, &self.old);
             },
         )
     }
 
-    fn bends(&self) -> Panel {
-        let scale = Scale { low: 0.0, high: 90.0, unit: "°", map: &SPEED };
+    fn curvature_indicator(&self) -> PicturePanel {
+        let scale = PanelScale { low: 0.0, high: 90.0, unit: "°", map: &SPEED };
         self.panel(
-            ("indicator", "How far the fields bend"),
-            Some(scale),
-            "The indicator: the greatest angle between \
+            PanelText {
+                name: "indicator",
+                title: "How far the fields bend",
+                about: "The indicator: the greatest angle between \
             the graphs of displacement or velocity over an element and over its neighbours.",
+            },
+            Some(scale),
             |drawing| {
-                flat(drawing, &self.old, |e| scale.colour(self.shown.bend[e].to_degrees()));
+                fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.bend[e].to_degrees()));
             },
         )
     }
 
-    fn sizes(&self) -> Panel {
-        let size = &self.shown.size;
+    fn target_sizes(&self) -> PicturePanel {
+        let size = &self.preview.size;
         let low = size.iter().copied().fold(f64::MAX, f64::min);
         let high = size.iter().copied().fold(0.0, f64::max);
-        let scale = Scale { low, high, unit: "m", map: &STEP };
+        let scale = PanelScale { low, high, unit: "m", map: &STEP };
         self.panel(
-            ("sizes", "How fine the new mesh should be"),
+            PanelText {
+                name: "sizes",
+                title: "How fine the new mesh should be",
+                about: "Target sizes from the indicator, the distance from the body and the growth that is allowed.",
+            },
             Some(scale),
-            "Target sizes from the indicator, the distance from the body and the growth that is allowed.",
             |drawing| {
-                smooth(drawing, &self.old, size, &scale);
+                fill_interpolated(drawing, &self.old, size, &scale);
             },
         )
     }
 
-    fn quadtree(&self, steps: &Steps) -> Panel {
+    fn quadtree_cells(&self, steps: &Steps) -> PicturePanel {
         self.panel(
-            ("quadtree", "The quadtree"),
-            None,
-            "A balanced quadtree over the square around the gel: cells that \
+            PanelText {
+                name: "quadtree",
+                title: "The quadtree",
+                about: "A balanced quadtree over the square around the gel: cells that \
             meet the gel are no larger than the target sizes in them.",
+            },
+            None,
             |drawing| {
-                flat(drawing, &self.old, |_| AMBER);
-                let pen = thin(drawing, steps.cells.iter().map(|cell| cell.edge).fold(f64::MAX, f64::min));
+                fill_triangles(drawing, &self.old, |_| AMBER);
+                let pen = edge_pen(drawing, steps.cells.iter().map(|cell| cell.edge).fold(f64::MAX, f64::min));
                 for cell in &steps.cells {
                     let [x, z, half] = [cell.middle[0], cell.middle[1], 0.5 * cell.edge];
                     let corners = [[x - half, z - half], [x + half, z - half], [x + half, z + half]];
@@ -184,57 +202,66 @@ impl<'a> Stage<'a> {
         )
     }
 
-    fn background(&self, steps: &Steps) -> Panel {
-        let triangles = Triangles::of(&steps.background.points, steps.background.triangles.clone());
+    fn delaunay_triangulation(&self, steps: &Steps) -> PicturePanel {
+        let triangles = DrawnTriangles::of(&steps.background.points, steps.background.triangles.clone());
         self.panel(
-            ("delaunay", "The Delaunay triangulation of its points"),
+            PanelText {
+                name: "delaunay",
+                title: "The Delaunay triangulation of its points",
+                about: "The middles of the cells, triangulated: the gel plays no part in it.",
+            },
             None,
-            "The middles of the cells, triangulated: the gel plays no part in it.",
             |drawing| {
-                flat(drawing, &self.old, |_| AMBER);
-                edges(drawing, &triangles);
+                fill_triangles(drawing, &self.old, |_| AMBER);
+                draw_edges(drawing, &triangles);
             },
         )
     }
 
-    fn distance(&self, steps: &Steps) -> Panel {
-        let triangles = Triangles::of(&steps.background.points, steps.background.triangles.clone());
+    fn signed_distance(&self, steps: &Steps) -> PicturePanel {
+        let triangles = DrawnTriangles::of(&steps.background.points, steps.background.triangles.clone());
         let reach = 2.0 * self.windows[1].half;
-        let scale = Scale { low: -reach, high: reach, unit: "m", map: &SIGNED };
+        let scale = PanelScale { low: -reach, high: reach, unit: "m", map: &SIGNED };
         self.panel(
-            ("distance", "The signed distance"),
-            Some(scale),
-            "The distance of the points from the boundary of \
+            PanelText {
+                name: "distance",
+                title: "The signed distance",
+                about: "The distance of the points from the boundary of \
             the gel, negative inside, and its linear interpolant: the gel is where that is below zero.",
+            },
+            Some(scale),
             |drawing| {
-                smooth(drawing, &triangles, &steps.distance, &scale);
-                edges(drawing, &triangles);
+                fill_interpolated(drawing, &triangles, &steps.distance, &scale);
+                draw_edges(drawing, &triangles);
                 self.outline(drawing);
             },
         )
     }
 
-    fn immersed(&self, steps: &Steps) -> Panel {
+    fn immersed_mesh(&self, steps: &Steps) -> PicturePanel {
         let immersed = &steps.immersed;
-        let triangles = Triangles::of(&immersed.points, immersed.triangles.clone());
+        let triangles = DrawnTriangles::of(&immersed.points, immersed.triangles.clone());
         let has = |e: usize, is: &dyn Fn(f64) -> bool| triangles.corners[e].iter().any(|p| is(immersed.distance[*p]));
         self.panel(
-            ("immersed", "The gel immersed in the triangulation"),
-            None,
-            "Points nearer than 0.3 of a cell have \
+            PanelText {
+                name: "immersed",
+                title: "The gel immersed in the triangulation",
+                about: "Points nearer than 0.3 of a cell have \
             been moved onto the boundary (dots); amber triangles are inside, red ones are cut.",
+            },
+            None,
             |drawing| {
-                flat(drawing, &triangles, |e| match (has(e, &|d| d > 0.0), has(e, &|d| d < 0.0)) {
-                    (true, true) => ROSE,
-                    (true, false) => PAPER,
+                fill_triangles(drawing, &triangles, |e| match (has(e, &|d| d > 0.0), has(e, &|d| d < 0.0)) {
+                    (true, true) => CUT_COLOUR,
+                    (true, false) => OUTSIDE_COLOUR,
                     (false, _) => AMBER,
                 });
-                edges(drawing, &triangles);
+                draw_edges(drawing, &triangles);
                 self.outline(drawing);
-                let pen = Pen {
+                let pen = LinePen {
                     width: (0.0035 * drawing.pixels(2.0 * self.windows[0].half)).min(5.0),
                     strength: 1.0,
-                    colour: INK,
+                    colour: LINE_COLOUR,
                 };
                 let snapped = immersed.points.iter().zip(&immersed.distance).filter(|(_, distance)| **distance == 0.0);
                 snapped.for_each(|(p, _)| drawing.dot([p[0], p[1]], &pen));
@@ -242,69 +269,78 @@ impl<'a> Stage<'a> {
         )
     }
 
-    fn trimmed(&self, steps: &Steps) -> Panel {
-        let triangles = Triangles::of_mesh(&steps.proposal.position, &steps.proposal.elements);
+    fn carved_mesh(&self, steps: &Steps) -> PicturePanel {
+        let triangles = DrawnTriangles::of_mesh(&steps.proposal.position, &steps.proposal.elements);
         self.panel(
-            ("trimmed", "The mesh that is cut out"),
-            None,
-            "What is outside is gone, triangles that the \
+            PanelText {
+                name: "trimmed",
+                title: "The mesh that is cut out",
+                about: "What is outside is gone, triangles that the \
             boundary cuts are cut, and quadrilaterals are divided by their better diagonal.",
+            },
+            None,
             |drawing| {
-                flat(drawing, &triangles, |_| AMBER);
-                edges(drawing, &triangles);
+                fill_triangles(drawing, &triangles, |_| AMBER);
+                draw_edges(drawing, &triangles);
             },
         )
     }
 
-    fn velocity_before(&self) -> Panel {
-        let values: Vec<f64> = self.shown.frame.velocities.iter().map(|v| v.z).collect();
-        let scale = self.speeds();
+    fn velocity_before(&self) -> PicturePanel {
+        let values: Vec<f64> = self.preview.frame.velocities.iter().map(|v| v.z).collect();
+        let scale = self.velocity_scale();
         self.panel(
-            ("velocity-before", "The vertical velocity on the old mesh"),
+            PanelText {
+                name: "velocity-before",
+                title: "The vertical velocity on the old mesh",
+                about: "What is to be carried over.",
+            },
             Some(scale),
-            "What is to be carried over.",
             |drawing| {
-                smooth(drawing, &self.old, &values, &scale);
-                edges(drawing, &self.old);
+                fill_interpolated(drawing, &self.old, &values, &scale);
+                draw_edges(drawing, &self.old);
             },
         )
     }
 
-    fn velocity(&self, method: RemeshMethod, new: &Successor) -> Panel {
-        let triangles = Triangles::of_mesh(&new.points, &new.elements);
+    fn velocity(&self, method: RemeshMethod, new: &Successor) -> PicturePanel {
+        let triangles = DrawnTriangles::of_mesh(&new.points, &new.elements);
         let values: Vec<f64> = new.velocity.iter().map(|v| v[1]).collect();
-        let scale = self.speeds();
-        let (words, about) = match method {
-            RemeshMethod::Immersed => (
-                ("velocity-immersed", "The same on the immersed mesh"),
-                "The velocity transferred to the mesh that was cut out; masses, momentum and centre of mass are kept.",
-            ),
-            RemeshMethod::Retained => (
-                ("velocity-retained", "The same on a mesh that retains old nodes"),
-                "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \
+        let scale = self.velocity_scale();
+        let text = match method {
+            RemeshMethod::Immersed => PanelText {
+                name: "velocity-immersed",
+                title: "The same on the immersed mesh",
+                about: "The velocity transferred to the mesh that was cut out; masses, momentum and centre of mass are \
+                        kept.",
+            },
+            RemeshMethod::Retained => PanelText {
+                name: "velocity-retained",
+                title: "The same on a mesh that retains old nodes",
+                about: "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \
                     fill the rest.",
-            ),
+            },
         };
-        self.panel(words, Some(scale), about, |drawing| {
-            smooth(drawing, &triangles, &values, &scale);
-            edges(drawing, &triangles);
+        self.panel(text, Some(scale), |drawing| {
+            fill_interpolated(drawing, &triangles, &values, &scale);
+            draw_edges(drawing, &triangles);
         })
     }
 
-    /// The scale of vertical velocities: symmetric, for all meshes the same.
-    fn speeds(&self) -> Scale {
-        let most = self.shown.frame.velocities.iter().map(|v| v.z.abs()).fold(0.0, f64::max);
-        Scale { low: -most, high: most, unit: "m/s", map: &SIGNED }
+    /// Returns the scale of vertical velocities, symmetric and common to all meshes.
+    fn velocity_scale(&self) -> PanelScale {
+        let most = self.preview.frame.velocities.iter().map(|v| v.z.abs()).fold(0.0, f64::max);
+        PanelScale { low: -most, high: most, unit: "m/s", map: &SIGNED }
     }
 
-    fn outline(&self, drawing: &mut Drawing) {
-        let pen = Pen { width: 1.6, strength: 1.0, colour: INK };
+    fn outline(&self, drawing: &mut PictureCanvas) {
+        let pen = LinePen { width: 1.6, strength: 1.0, colour: LINE_COLOUR };
         self.outline.iter().for_each(|ends| drawing.line(*ends, &pen));
     }
 }
 
-/// The whole of a mesh, and an eighth of it about an element.
-fn windows(mesh: &Triangles, element: usize) -> [Window; 2] {
+/// Returns a window on the whole mesh, and a window of an eighth of its size about an element.
+fn windows(mesh: &DrawnTriangles, element: usize) -> [PictureWindow; 2] {
     let ends = |axis: usize| {
         let values = mesh.points.iter().map(|p| p[axis]);
         values.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)))
@@ -313,19 +349,22 @@ fn windows(mesh: &Triangles, element: usize) -> [Window; 2] {
     let half = 0.56 * (right - left).max(high - low);
     let [a, b, c] = mesh.at(element);
     let middle = [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0);
-    [Window { centre: [0.5 * (left + right), 0.5 * (low + high)], half }, Window { centre: middle, half: 0.125 * half }]
+    [
+        PictureWindow { centre: [0.5 * (left + right), 0.5 * (low + high)], half },
+        PictureWindow { centre: middle, half: 0.125 * half },
+    ]
 }
 
 /// Fills each triangle with a colour.
-fn flat(drawing: &mut Drawing, triangles: &Triangles, colour: impl Fn(usize) -> Colour) {
+fn fill_triangles(drawing: &mut PictureCanvas, triangles: &DrawnTriangles, colour: impl Fn(usize) -> RgbColour) {
     for triangle in 0..triangles.corners.len() {
         let colour = colour(triangle);
         drawing.fill(triangles.at(triangle), |_| colour);
     }
 }
 
-/// Fills triangles by values at their points, linear in between.
-fn smooth(drawing: &mut Drawing, triangles: &Triangles, values: &[f64], scale: &Scale) {
+/// Fills triangles with linearly interpolated nodal values.
+fn fill_interpolated(drawing: &mut PictureCanvas, triangles: &DrawnTriangles, values: &[f64], scale: &PanelScale) {
     for (triangle, corners) in triangles.corners.iter().enumerate() {
         let ends = corners.map(|p| values[p]);
         let value = |shares: [f64; 3]| shares.iter().zip(ends).map(|(share, value)| share * value).sum();
@@ -333,19 +372,23 @@ fn smooth(drawing: &mut Drawing, triangles: &Triangles, values: &[f64], scale: &
     }
 }
 
-/// Draws all edges once.
-fn edges(drawing: &mut Drawing, triangles: &Triangles) {
+/// Draws every edge once.
+fn draw_edges(drawing: &mut PictureCanvas, triangles: &DrawnTriangles) {
     let edges = triangles.edges();
     let mut lengths: Vec<f64> = edges.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).collect();
     lengths.sort_by(f64::total_cmp);
-    let pen = thin(drawing, lengths.get(lengths.len() / 2).copied().unwrap_or(0.0));
+    let pen = edge_pen(drawing, lengths.get(lengths.len() / 2).copied().unwrap_or(0.0));
     for ends in &edges {
         drawing.line(*ends, &pen);
     }
 }
 
-/// A pen for edges of this length: finer and paler where they are a few pixels long.
-fn thin(drawing: &Drawing, length: f64) -> Pen {
+/// Returns a pen for edges of this length; edges of a few pixels get a thin and pale pen.
+fn edge_pen(drawing: &PictureCanvas, length: f64) -> LinePen {
     let pixels = drawing.pixels(length);
-    Pen { width: (0.06 * pixels).clamp(0.67, 1.33), strength: (0.03 * pixels).clamp(0.2, 0.75), colour: INK }
+    LinePen {
+        width: (0.06 * pixels).clamp(0.67, 1.33),
+        strength: (0.03 * pixels).clamp(0.2, 0.75),
+        colour: LINE_COLOUR,
+    }
 }

@@ -1,85 +1,85 @@
-//! Axes of plots: every range of numbers becomes one that can be divided into ticks.
+//! Axes of plots: any range of numbers becomes a range with ticks.
 
-use super::number::scale;
+use super::number::si_scale;
 use std::ops::Range;
 
-/// Width of the narrowest axis, as a part of its largest value: round-off is not drawn as a curve.
-const NARROWEST: f64 = 1e-9;
-/// Part of its largest value by which an axis without a width reaches to both sides.
-const ROOM: f64 = 0.05;
-/// Largest decadic logarithm of a double, rounded up; the least is above its negative.
-const MOST_DECADES: f64 = 330.0;
+/// Least width of an axis relative to its largest value: round-off is not drawn as a curve.
+const MIN_RELATIVE_WIDTH: f64 = 1e-9;
+/// Margin of an axis: a fraction of its width, or of its largest value if the width is zero.
+const MARGIN: f64 = 0.05;
+/// Largest decadic logarithm of a double, rounded up; the least logarithm is above the negative.
+const MAX_LOGARITHM: f64 = 330.0;
 
-/// An axis of a plot: finite, ascending and of a width that differs from zero.
+/// Axis of a plot: finite, ascending and wider than zero.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axis {
-    /// What a value is multiplied by.
+pub(super) struct PlotAxis {
+    /// Factor from values to axis units.
     pub(super) factor: f64,
-    /// The unit of the multiplied values.
+    /// Unit of the scaled values.
     pub(super) unit: String,
-    /// First and last multiplied value.
+    /// First and last scaled value.
     pub(super) range: Range<f64>,
 }
 
-/// Where an axis starts and ends beside the values that it shows.
+/// Margin between the values and the ends of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Margin {
-    /// At the first and the last value.
+pub(super) enum AxisMargin {
+    /// No margin: the ends are the first and the last value.
     None,
-    /// A little beyond them.
+    /// Margin at both ends.
     Both,
-    /// At zero, and a little beyond the values.
+    /// Zero at one end, a margin beyond the values.
     FromZero,
 }
 
-impl Axis {
-    /// An axis of values in a unit; those that are not finite count for nothing, and without any it goes from 0 to 1.
-    pub(super) fn linear(values: impl Iterator<Item = f64>, unit: &str, margin: Margin) -> Self {
-        let Range { start, end } = span(values).unwrap_or(0.0..0.0);
-        let (factor, unit) = scale(start.abs().max(end.abs()), unit);
-        let scaled = widened(start * factor..end * factor);
-        let room = ROOM * (scaled.end - scaled.start);
+impl PlotAxis {
+    /// Returns a linear axis of the finite values in a unit; without finite values from 0 to 1.
+    pub(super) fn linear(values: impl Iterator<Item = f64>, unit: &str, margin: AxisMargin) -> Self {
+        let Range { start, end } = finite_range(values).unwrap_or(0.0..0.0);
+        let (factor, unit) = si_scale(start.abs().max(end.abs()), unit);
+        let scaled = widen(start * factor..end * factor);
+        let room = MARGIN * (scaled.end - scaled.start);
         let range = match margin {
-            Margin::None => scaled,
-            Margin::Both => scaled.start - room..scaled.end + room,
-            Margin::FromZero => (1.0 + ROOM) * scaled.start.min(0.0)..(1.0 + ROOM) * scaled.end.max(0.0),
+            AxisMargin::None => scaled,
+            AxisMargin::Both => scaled.start - room..scaled.end + room,
+            AxisMargin::FromZero => (1.0 + MARGIN) * scaled.start.min(0.0)..(1.0 + MARGIN) * scaled.end.max(0.0),
         };
         Self { factor, unit, range }
     }
 
-    /// An axis of decadic logarithms: whole decades, three at least.
+    /// Returns an axis of decadic logarithms over whole decades, at least three.
     pub(super) fn decades(values: impl Iterator<Item = f64>) -> Self {
-        let known = values.filter(|value| value.abs() <= MOST_DECADES);
-        let Range { start, end } = span(known).unwrap_or(0.0..0.0);
+        let known = values.filter(|value| value.abs() <= MAX_LOGARITHM);
+        let Range { start, end } = finite_range(known).unwrap_or(0.0..0.0);
         let range = start.floor().min(end.ceil() - 3.0)..end.ceil();
         Self { factor: 1.0, unit: String::new(), range }
     }
 
-    /// The multiplied value, if it is on the axis.
+    /// Returns the scaled value if the axis covers it.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let place = value * self.factor;
-        let slack = ROOM * (self.range.end - self.range.start);
+        let slack = MARGIN * (self.range.end - self.range.start);
         (self.range.start - slack..=self.range.end + slack).contains(&place).then_some(place)
     }
 }
 
-/// From the least to the greatest of the finite values, if there is one.
-pub(super) fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
+/// Returns the range of the finite values, if any.
+pub(super) fn finite_range(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     let finite = values.filter(|value| value.is_finite()).map(|value| value..value);
     finite.reduce(|range, value| range.start.min(value.start)..range.end.max(value.end))
 }
 
-/// A range that can be divided into ticks: one without a width is given room on both sides.
-fn widened(range: Range<f64>) -> Range<f64> {
+/// Returns a range of sufficient width for ticks; a range without width is widened on both sides.
+fn widen(range: Range<f64>) -> Range<f64> {
     let size = range.start.abs().max(range.end.abs());
-    if size < NARROWEST {
-        // Scaled values are between 1 and 1000, unless they are zero or next to the least number that there is.
+    if size < MIN_RELATIVE_WIDTH {
+        // Scaled values lie between 1 and 1000, except zero and values next to the least double.
         return 0.0..1.0;
     }
-    if range.end - range.start >= NARROWEST * size {
+    if range.end - range.start >= MIN_RELATIVE_WIDTH * size {
         return range;
     }
-    let (middle, half) = (0.5 * (range.start + range.end), ROOM * size);
+    let (middle, half) = (0.5 * (range.start + range.end), MARGIN * size);
     middle - half..middle + half
 }
 
@@ -101,13 +101,16 @@ mod tests {
             &[-1.0, f64::NEG_INFINITY, 2.0],
         ];
         for values in all {
-            for margin in [Margin::None, Margin::Both, Margin::FromZero] {
-                let Range { start, end } = Axis::linear(values.iter().copied(), "m", margin).range;
+            for margin in [AxisMargin::None, AxisMargin::Both, AxisMargin::FromZero] {
+                let Range { start, end } = PlotAxis::linear(values.iter().copied(), "m", margin).range;
                 let size = start.abs().max(end.abs());
-                assert!(size <= 1e4 && end - start >= NARROWEST * size && end > start, "{values:?}: {start} to {end}");
+                assert!(
+                    size <= 1e4 && end - start >= MIN_RELATIVE_WIDTH * size && end > start,
+                    "{values:?}: {start} to {end}"
+                );
             }
-            let Range { start, end } = Axis::decades(values.iter().copied()).range;
-            assert!(end - start >= 3.0 && end - start <= 2.0 * MOST_DECADES + 3.0, "{values:?}: {start} to {end}");
+            let Range { start, end } = PlotAxis::decades(values.iter().copied()).range;
+            assert!(end - start >= 3.0 && end - start <= 2.0 * MAX_LOGARITHM + 3.0, "{values:?}: {start} to {end}");
         }
     }
 }

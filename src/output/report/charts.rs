@@ -1,73 +1,85 @@
-//! Which curves the report shows.
+//! Plots of the report against time.
 
 use super::number::quantity;
-use super::plot::{Across, Curve, Height, Plot};
+use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use crate::math::Vector3;
-use crate::output::history::Row;
+use crate::output::history::HistoryRow;
 use crate::scene::{Scene, numbered};
 
-/// Curves that move less than this share of the liveliest one would lie on top of each other at zero.
-const VISIBLE: f64 = 1e-3;
-/// Errors below this are drawn on it: zero has no logarithm.
-const FLOOR: f64 = 1e-18;
+/// Least travel of a curve relative to the liveliest curve of its plot: flatter curves would overlap at zero.
+const MIN_RELATIVE_TRAVEL: f64 = 1e-3;
+/// Lower limit of plotted errors: zero has no logarithm.
+const MIN_ERROR: f64 = 1e-18;
 
-/// All plots; one whose curves stand still is left out.
-pub(super) fn charts(scene: &Scene, rows: &[Row]) -> String {
-    let plots = [motion(rows), speed(rows), force(rows, scene.force_window()), energy(rows), closure(rows)];
-    let sensed = [
-        sensed(scene, rows, ("Pressure at the sensors", "Pa", 0)),
-        sensed(scene, rows, ("Displacement along z at the sensors", "m", 3)),
+/// Returns all plots; a plot of constant curves is left out.
+pub(super) fn charts(scene: &Scene, rows: &[HistoryRow]) -> String {
+    let plots = [
+        position_plot(rows),
+        speed_plot(rows),
+        force_plot(rows, scene.force_window()),
+        energy_plot(rows),
+        balance_errors(rows),
     ];
-    let plots: Vec<Plot> = sensed.into_iter().chain(plots).collect();
-    let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(Plot::figure).collect();
+    let sensors = [
+        sensor_plot(scene, rows, "Pressure at the sensors", "Pa", 0),
+        sensor_plot(scene, rows, "Displacement along z at the sensors", "m", 3),
+    ];
+    let plots: Vec<CurvePlot> = sensors.into_iter().chain(plots).collect();
+    let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     if figures.is_empty() { figures } else { format!("<section><h2>In time</h2>\n{figures}</section>\n") }
 }
 
-/// Time at which the gel stores the most energy, s: the fullest picture.
-pub(super) fn fullest(rows: &[Row]) -> f64 {
-    let stored = |row: &&Row| row.get("energy_elastic_J");
+/// Returns the time of the greatest stored energy, s: the initial picture of the slider.
+pub(super) fn time_of_greatest_energy(rows: &[HistoryRow]) -> f64 {
+    let stored = |row: &&HistoryRow| row.get("energy_elastic_J");
     rows.iter()
         .filter(|row| stored(row).is_finite())
         .max_by(|a, b| stored(a).total_cmp(&stored(b)))
         .map_or(0.0, |row| row.get("time_s"))
 }
 
-fn motion(rows: &[Row]) -> Plot {
+fn position_plot(rows: &[HistoryRow]) -> CurvePlot {
     let curves = ["x", "y", "z"].map(|axis| (format!("position {axis}"), format!("position_{axis}_m")));
-    Plot {
+    CurvePlot {
         title: "Position of the projectile",
         unit: "m",
-        height: Height::Linear,
-        across: span(rows),
-        curves: visible(moving(rows, &curves)),
+        vertical: VerticalScale::Linear,
+        horizontal: time_axis(rows),
+        curves: select_visible(changing_curves(rows, &curves)),
     }
 }
 
-fn speed(rows: &[Row]) -> Plot {
+fn speed_plot(rows: &[HistoryRow]) -> CurvePlot {
     let curves = ["x", "y", "z"].map(|axis| (format!("velocity {axis}"), format!("velocity_{axis}_m_per_s")));
-    Plot {
+    CurvePlot {
         title: "Velocity of the projectile",
         unit: "m/s",
-        height: Height::Linear,
-        across: span(rows),
-        curves: visible(moving(rows, &curves)),
+        vertical: VerticalScale::Linear,
+        horizontal: time_axis(rows),
+        curves: select_visible(changing_curves(rows, &curves)),
     }
 }
 
-/// Mean force over the window of the peak force, and over windows of a 200th of the run.
-fn force(rows: &[Row], window: f64) -> Plot {
+/// Returns the plot of the mean force, over the window of the peak force and over a 200th of the run.
+fn force_plot(rows: &[HistoryRow], window: f64) -> CurvePlot {
     let history: Vec<(f64, Vector3)> =
-        rows.iter().map(|row| (row.get("time_s"), row.triple("total_impulse_", "_N_s"))).collect();
+        rows.iter().map(|row| (row.get("time_s"), row.vector("total_impulse_", "_N_s"))).collect();
     let fine = history.last().map_or(window, |last| last.0 / 200.0).min(window);
-    let curves = [(fine, "a short window"), (window, "the window of the peak force")].map(|(width, name)| Curve {
+    let curves = [(fine, "a short window"), (window, "the window of the peak force")].map(|(width, name)| PlotCurve {
         name: format!("mean over {name}, {}", quantity(width, "s")),
         points: moving_mean(&history, width),
     });
-    let curves = curves.into_iter().filter(Curve::varies).collect();
-    Plot { title: "Force on the projectile", unit: "N", height: Height::Linear, across: span(rows), curves }
+    let curves = curves.into_iter().filter(PlotCurve::varies).collect();
+    CurvePlot {
+        title: "Force on the projectile",
+        unit: "N",
+        vertical: VerticalScale::Linear,
+        horizontal: time_axis(rows),
+        curves,
+    }
 }
 
-/// Mean force over a window of at least this width, s, behind each row; drawn in the middle of the window.
+/// Returns the mean force over a window of at least this width, s, behind each row, at the middle of the window.
 fn moving_mean(history: &[(f64, Vector3)], width: f64) -> Vec<(f64, f64)> {
     let mut first = 0;
     let mut points = Vec::with_capacity(history.len());
@@ -83,7 +95,7 @@ fn moving_mean(history: &[(f64, Vector3)], width: f64) -> Vec<(f64, f64)> {
     points
 }
 
-fn energy(rows: &[Row]) -> Plot {
+fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
     let names = [
         "kinetic",
         "projectile",
@@ -104,59 +116,65 @@ fn energy(rows: &[Row]) -> Plot {
         "closure",
     ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));
-    Plot {
+    CurvePlot {
         title: "Energy accounts",
         unit: "J",
-        height: Height::Linear,
-        across: span(rows),
-        curves: visible(moving(rows, &curves)),
+        vertical: VerticalScale::Linear,
+        horizontal: time_axis(rows),
+        curves: select_visible(changing_curves(rows, &curves)),
     }
 }
 
-/// One of the columns of all sensors.
-fn sensed(scene: &Scene, rows: &[Row], (title, unit, column): (&'static str, &'static str, usize)) -> Plot {
+/// Returns the plot of a column over all sensors.
+fn sensor_plot(
+    scene: &Scene,
+    rows: &[HistoryRow],
+    title: &'static str,
+    unit: &'static str,
+    column: usize,
+) -> CurvePlot {
     let n = scene.sensor.len();
     let points = |i: usize| rows.iter().map(|row| (row.get("time_s"), row.sensor(i, n)[column])).collect();
-    let curves = (0..n).map(|i| Curve { name: numbered("sensor", i), points: points(i) });
-    let curves = curves.filter(Curve::varies).take(Plot::MOST_CURVES).collect();
-    Plot { title, unit, height: Height::Linear, across: span(rows), curves }
+    let curves = (0..n).map(|i| PlotCurve { name: numbered("sensor", i), points: points(i) });
+    let curves = curves.filter(PlotCurve::varies).take(CurvePlot::MAX_CURVES).collect();
+    CurvePlot { title, unit, vertical: VerticalScale::Linear, horizontal: time_axis(rows), curves }
 }
 
-fn closure(rows: &[Row]) -> Plot {
+fn balance_errors(rows: &[HistoryRow]) -> CurvePlot {
     let names = ["energy", "momentum", "angular_momentum"];
     let curves = names.map(|name| (name.replace('_', " "), format!("{name}_error")));
-    let mut curves = moving(rows, &curves);
+    let mut curves = changing_curves(rows, &curves);
     for point in curves.iter_mut().flat_map(|curve| &mut curve.points) {
-        point.1 = point.1.max(FLOOR).log10();
+        point.1 = point.1.max(MIN_ERROR).log10();
     }
-    Plot {
+    CurvePlot {
         title: "What no account explains, relative to what went through",
         unit: "",
-        height: Height::Decades,
-        across: span(rows),
+        vertical: VerticalScale::Decades,
+        horizontal: time_axis(rows),
         curves,
     }
 }
 
-/// From the first to the last row: all plots of a page have the same axis.
-fn span(rows: &[Row]) -> Across {
-    let at = |row: Option<&Row>| row.map_or(0.0, |row| row.get("time_s"));
-    Across { name: "time", unit: "s", range: at(rows.first())..at(rows.last()) }
+/// Returns the time axis from the first to the last row, common to all plots of a page.
+fn time_axis(rows: &[HistoryRow]) -> HorizontalAxis {
+    let at = |row: Option<&HistoryRow>| row.map_or(0.0, |row| row.get("time_s"));
+    HorizontalAxis { name: "time", unit: "s", range: at(rows.first())..at(rows.last()) }
 }
 
-/// The curves that can be told from a line at rest, the liveliest as far as there are colours.
-fn visible(mut curves: Vec<Curve>) -> Vec<Curve> {
-    let mut travels: Vec<f64> = curves.iter().map(Curve::travel).collect();
+/// Returns the curves with visible travel, at most as many as there are colours.
+fn select_visible(mut curves: Vec<PlotCurve>) -> Vec<PlotCurve> {
+    let mut travels: Vec<f64> = curves.iter().map(PlotCurve::travel).collect();
     travels.sort_unstable_by(|a, b| b.total_cmp(a));
     let nth = |n: usize| travels.get(n).copied().unwrap_or(0.0);
-    let least = nth(Plot::MOST_CURVES).max(VISIBLE * nth(0));
+    let least = nth(CurvePlot::MAX_CURVES).max(MIN_RELATIVE_TRAVEL * nth(0));
     curves.retain(|curve| curve.travel() > least);
     curves
 }
 
-/// The columns that change, as curves: (name, column).
-fn moving(rows: &[Row], columns: &[(String, String)]) -> Vec<Curve> {
+/// Returns the columns that change as curves; `columns` holds curve names and column names.
+fn changing_curves(rows: &[HistoryRow], columns: &[(String, String)]) -> Vec<PlotCurve> {
     let points = |column: &str| rows.iter().map(|row| (row.get("time_s"), row.get(column))).collect();
-    let curves = columns.iter().map(|(name, column)| Curve { name: name.clone(), points: points(column) });
-    curves.filter(Curve::varies).collect()
+    let curves = columns.iter().map(|(name, column)| PlotCurve { name: name.clone(), points: points(column) });
+    curves.filter(PlotCurve::varies).collect()
 }

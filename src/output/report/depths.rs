@@ -1,71 +1,82 @@
-//! Which curves of a shot the report shows along the way of the projectile.
+//! Plots of the report against depth, for a shot.
 
-use super::plot::{Across, Curve, Height, Plot};
-use crate::output::penetration::{Along, Penetration};
+use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
+use crate::output::penetration::{PenetrationRecord, TrackPoint};
 
-/// Yaw below which nothing is to be seen, degrees.
-const STRAIGHT: f64 = 0.01;
+/// Least yaw of a visible curve, degrees.
+const MIN_YAW: f64 = 0.01;
 
-/// All plots against depth.
-pub(super) fn charts(shot: &Penetration) -> String {
-    let plots = [speed(shot), force(shot), energy(shot), yaw(shot), cavity(shot)];
-    let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(Plot::figure).collect();
+/// Returns all plots against depth.
+pub(super) fn charts(shot: &PenetrationRecord) -> String {
+    let plots = [speed_plot(shot), force_plot(shot), energy_plot(shot), yaw_plot(shot), cavity_plot(shot)];
+    let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!("<section><h2>Along the way of the projectile</h2>\n{figures}</section>\n")
 }
 
-fn speed(shot: &Penetration) -> Plot {
-    plot(shot, "Speed of the projectile by depth", "m/s", vec![along(shot, "speed", |_, place| place.velocity)])
+fn speed_plot(shot: &PenetrationRecord) -> CurvePlot {
+    depth_plot(
+        shot,
+        "Speed of the projectile by depth",
+        "m/s",
+        vec![curve_along_track(shot, "speed", |_, place| place.velocity)],
+    )
 }
 
-fn force(shot: &Penetration) -> Plot {
-    let curve = along(shot, "mean over 4 mm of depth", |shot, place| shot.track.force(place.depth).unwrap_or(f64::NAN));
-    plot(shot, "Force on the projectile by depth", "N", vec![curve])
+fn force_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let curve = curve_along_track(shot, "mean over 4 mm of depth", |shot, place| {
+        shot.track.force(place.depth).unwrap_or(f64::NAN)
+    });
+    depth_plot(shot, "Force on the projectile by depth", "N", vec![curve])
 }
 
-/// Steps: one level for each centimetre.
-fn energy(shot: &Penetration) -> Plot {
-    let (energies, end) = (shot.track.energy_per_centimetre(), depth(shot));
+/// Returns the plot of the energy per centimetre, as a step curve.
+fn energy_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let (energies, end) = (shot.track.energy_per_centimetre(), track_depth(shot));
     let level =
         |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
     let points = energies.iter().enumerate().flat_map(level).collect();
-    let curve = Curve { name: "in each centimetre".to_owned(), points };
-    plot(shot, "Energy given to the gel by depth", "J", vec![curve])
+    let curve = PlotCurve { name: "in each centimetre".to_owned(), points };
+    depth_plot(shot, "Energy given to the gel by depth", "J", vec![curve])
 }
 
-/// Of a projectile that flies straight there is none.
-fn yaw(shot: &Penetration) -> Plot {
-    let curve = along(shot, "between axis and velocity", |_, place| place.yaw.to_degrees());
-    let turns = curve.points.iter().any(|(_, yaw)| *yaw > STRAIGHT);
-    plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
+/// Returns the plot of the yaw, without a curve if the projectile flies straight.
+fn yaw_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let curve = curve_along_track(shot, "between axis and velocity", |_, place| place.yaw.to_degrees());
+    let turns = curve.points.iter().any(|(_, yaw)| *yaw > MIN_YAW);
+    depth_plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
 }
 
-fn cavity(shot: &Penetration) -> Plot {
+fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
     let cavity = &shot.cavity;
     let curves = [
         ("temporary cavity: greatest of the run", &cavity.temporary),
         ("when it was widest", &cavity.widest),
         ("at the end", &cavity.last),
     ];
-    let curves = curves.map(|(name, points)| Curve { name: name.to_owned(), points: points.clone() });
+    let curves = curves.map(|(name, points)| PlotCurve { name: name.to_owned(), points: points.clone() });
     let curves = curves.into_iter().filter(|curve| !curve.points.is_empty()).collect();
-    plot(shot, "Radius of the cavity by depth", "m", curves)
+    depth_plot(shot, "Radius of the cavity by depth", "m", curves)
 }
 
-fn along(shot: &Penetration, name: &str, value: impl Fn(&Penetration, &Along) -> f64) -> Curve {
+fn curve_along_track(
+    shot: &PenetrationRecord,
+    name: &str,
+    value: impl Fn(&PenetrationRecord, &TrackPoint) -> f64,
+) -> PlotCurve {
     let points = shot.track.table().iter().map(|place| (place.depth, value(shot, place))).collect();
-    Curve { name: name.to_owned(), points }
+    PlotCurve { name: name.to_owned(), points }
 }
 
-fn plot(shot: &Penetration, title: &'static str, unit: &'static str, curves: Vec<Curve>) -> Plot {
-    Plot {
+fn depth_plot(shot: &PenetrationRecord, title: &'static str, unit: &'static str, curves: Vec<PlotCurve>) -> CurvePlot {
+    CurvePlot {
         title,
         unit,
-        height: Height::FromZero,
-        across: Across { name: "depth", unit: "m", range: 0.0..depth(shot) },
+        vertical: VerticalScale::FromZero,
+        horizontal: HorizontalAxis { name: "depth", unit: "m", range: 0.0..track_depth(shot) },
         curves,
     }
 }
 
-fn depth(shot: &Penetration) -> f64 {
+fn track_depth(shot: &PenetrationRecord) -> f64 {
     shot.track.table().last().map_or(0.0, |last| last.depth)
 }

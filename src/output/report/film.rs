@@ -1,15 +1,15 @@
-//! The pictures of the mesh, with a slider through time.
+//! Pictures of the mesh with a slider through time.
 
-use super::number::{mark, quantity};
-use crate::output::picture::{Field, Map, SPEED, STEP, Shot};
+use super::number::{format_tick, quantity};
+use crate::output::picture::{ColourMap, MeshPicture, PictureField, SPEED, STEP};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
 
-/// Share of the pixels that a colour scale covers: a few extreme ones must not take the colours from all others.
-const COVERED: f64 = 0.998;
+/// Fraction of the pixels covered by a colour scale: a few extreme pixels must not use up the colours.
+const COLOURED_FRACTION: f64 = 0.998;
 
-/// Shows one moment at a time. Written without the characters that XML reserves.
+/// Script that shows one picture at a time, written without the reserved characters of XML.
 const SLIDER: &str = "const shots = [...document.querySelectorAll('.shot')];
 const slider = document.getElementById('moment');
 const show = () => shots.forEach((shot, i) => { shot.hidden = i !== Number(slider.value); });
@@ -17,24 +17,24 @@ slider.addEventListener('input', show);
 slider.parentElement.hidden = false;
 show();";
 
-/// Where a value lies in the colours of all pictures.
-struct Scale {
+/// Colour scale common to all pictures.
+struct ColourScale {
     low: f64,
     high: f64,
     logarithmic: bool,
 }
 
-impl Scale {
-    /// From rest to the fastest.
-    fn of_speed(shots: &[&Shot]) -> Self {
-        let speeds = sorted(shots, Field::Speed);
-        Self { low: 0.0, high: quantile(&speeds, COVERED).max(f64::MIN_POSITIVE), logarithmic: false }
+impl ColourScale {
+    /// Returns the scale of speeds from zero to the greatest.
+    fn of_speed(shots: &[&MeshPicture]) -> Self {
+        let speeds = sorted_values(shots, PictureField::Speed);
+        Self { low: 0.0, high: quantile(&speeds, COLOURED_FRACTION).max(f64::MIN_POSITIVE), logarithmic: false }
     }
 
-    /// From the smallest to the largest, at least a factor of two.
-    fn of_step(shots: &[&Shot]) -> Self {
-        let steps = sorted(shots, Field::Step);
-        let (low, high) = (quantile(&steps, 1.0 - COVERED), quantile(&steps, COVERED));
+    /// Returns the scale of time steps from smallest to largest, at least a factor of two.
+    fn of_step(shots: &[&MeshPicture]) -> Self {
+        let steps = sorted_values(shots, PictureField::Step);
+        let (low, high) = (quantile(&steps, 1.0 - COLOURED_FRACTION), quantile(&steps, COLOURED_FRACTION));
         Self { low: low.min(0.5 * high).max(f64::MIN_POSITIVE), high, logarithmic: true }
     }
 
@@ -49,19 +49,19 @@ impl Scale {
     }
 }
 
-/// The section of pictures, open at the time `moment`, s; nothing if there are none.
-pub(super) fn film(moment: f64, shots: &[&Shot]) -> String {
+/// Returns the section of pictures, open at the time `moment`, s; empty without pictures.
+pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
     if shots.is_empty() {
         return String::new();
     }
-    let (step, speed) = (Scale::of_step(shots), Scale::of_speed(shots));
+    let (step, speed) = (ColourScale::of_step(shots), ColourScale::of_speed(shots));
     let step_legend = legend("Step of each element", "s", &STEP, &step);
     let speed_legend = legend("Speed", "m/s", &SPEED, &speed);
     let mut frames = String::new();
     for shot in shots {
         let when = quantity(shot.time, "s");
-        let steps = shot.png(Field::Step, &STEP, |x| step.place(x));
-        let speeds = shot.png(Field::Speed, &SPEED, |x| speed.place(x));
+        let steps = shot.png(PictureField::Step, &STEP, |x| step.place(x));
+        let speeds = shot.png(PictureField::Speed, &SPEED, |x| speed.place(x));
         let left = picture(&steps, &format!("{when}, coloured by step of each element"), &step_legend);
         let right = picture(&speeds, &format!("{when}, coloured by speed"), &speed_legend);
         writeln!(frames, "<div class=\"shot\"><h3>{when}</h3>\n<div class=\"pair\">{left}{right}</div></div>")
@@ -72,11 +72,11 @@ pub(super) fn film(moment: f64, shots: &[&Shot]) -> String {
          <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
          <script>\n{SLIDER}\n</script></section>\n",
         shots.len() - 1,
-        nearest(moment, shots)
+        nearest_picture(moment, shots)
     )
 }
 
-fn nearest(moment: f64, shots: &[&Shot]) -> usize {
+fn nearest_picture(moment: f64, shots: &[&MeshPicture]) -> usize {
     let distance = |i: &usize| (shots[*i].time - moment).abs();
     (0..shots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
@@ -89,9 +89,9 @@ fn picture(png: &[u8], what: &str, legend: &str) -> String {
     )
 }
 
-fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
+fn legend(what: &str, unit: &str, map: &ColourMap, scale: &ColourScale) -> String {
     let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .map(|place| format!("<span>{}</span>", mark(scale.value(place), scale.high, unit)))
+        .map(|place| format!("<span>{}</span>", format_tick(scale.value(place), scale.high, unit)))
         .concat();
     format!(
         "<figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \
@@ -100,8 +100,8 @@ fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
     )
 }
 
-fn sorted(shots: &[&Shot], field: Field) -> Vec<f64> {
-    let known = |x: &f64| x.is_finite() && (field == Field::Speed || *x > 0.0);
+fn sorted_values(shots: &[&MeshPicture], field: PictureField) -> Vec<f64> {
+    let known = |x: &f64| x.is_finite() && (field == PictureField::Speed || *x > 0.0);
     let mut values: Vec<f64> = shots.iter().flat_map(|shot| shot.values(field)).filter(known).collect();
     values.sort_by(f64::total_cmp);
     values

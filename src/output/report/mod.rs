@@ -1,4 +1,4 @@
-//! `report.html`: the run on one page that needs nothing else, for a person.
+//! `report.html`: one self-contained page about a run.
 
 mod axis;
 mod charts;
@@ -9,40 +9,40 @@ mod plot;
 mod tables;
 mod words;
 
-pub(super) use number::{mark, quantity, ratio};
+pub(super) use number::{format_tick, quantity, ratio};
 
-use super::history::Row;
-use super::penetration::Penetration;
-use super::picture::Shot;
-use super::summary::Summary;
+use super::history::HistoryRow;
+use super::penetration::PenetrationRecord;
+use super::picture::MeshPicture;
+use super::summary::RunSummary;
 use crate::scene::Scene;
 
-/// Most points of a curve: a plot is 640 pixels wide.
+/// Limit of the points of a curve: a plot is 640 pixels wide.
 pub(super) const PLOT_POINTS: usize = 2000;
 
 pub(super) const STYLE: &str = include_str!("style.css");
 
-/// What curves and pictures are made of.
-pub(super) struct Seen<'a> {
-    /// The history, thinned to at most [`PLOT_POINTS`].
-    pub(super) rows: &'a [Row],
-    /// The pictures.
-    pub(super) shots: &'a [&'a Shot],
-    /// What there is along the way of a projectile that has gone deep.
-    pub(super) penetration: Option<&'a Penetration>,
+/// Data for the curves and pictures of a report.
+pub(super) struct ReportData<'a> {
+    /// History, thinned to at most [`PLOT_POINTS`] rows.
+    pub(super) rows: &'a [HistoryRow],
+    /// Pictures of the mesh.
+    pub(super) shots: &'a [&'a MeshPicture],
+    /// Penetration record, for a projectile that went deeper than its length.
+    pub(super) penetration: Option<&'a PenetrationRecord>,
 }
 
-/// The page.
-pub(super) fn page(scene: &Scene, summary: &Summary, seen: &Seen) -> String {
+/// Returns the page as HTML.
+pub(super) fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
     let name = escape(&summary.scene);
     let title = escape(&scene.scene.title);
     let sections = [
         words::failure(scene, summary),
         words::summary(scene, summary),
         words::key_figures(scene, summary),
-        film::film(charts::fullest(seen.rows), seen.shots),
-        seen.penetration.map_or(String::new(), depths::charts),
-        charts::charts(scene, seen.rows),
+        film::film(charts::time_of_greatest_energy(data.rows), data.shots),
+        data.penetration.map_or(String::new(), depths::charts),
+        charts::charts(scene, data.rows),
         tables::fragments(summary),
         tables::sensors(summary),
         tables::energy(summary),
@@ -59,7 +59,7 @@ pub(super) fn page(scene: &Scene, summary: &Summary, seen: &Seen) -> String {
     )
 }
 
-/// Text that HTML takes literally; characters that XML does not allow are replaced.
+/// Escapes a text for HTML; characters outside XML are replaced by U+FFFD.
 pub(super) fn escape(text: &str) -> String {
     let is_forbidden = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');
     let text = text.replace(is_forbidden, "\u{fffd}");

@@ -1,60 +1,65 @@
-//! Numbers as a person writes them.
+//! Number formats of the report.
 
-/// Prefixes of the SI from 10⁻¹² in steps of a thousand.
+/// SI prefixes from 10⁻¹² in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
 const UNITY: i32 = 4;
-/// Smaller values have no prefix.
+/// Least value with a prefix.
 const SMALLEST: f64 = 1e-12;
-/// Values of this size and more have none, either: they are written with an exponent.
+/// Least value written with an exponent instead of a prefix.
 const LARGEST: f64 = 1e15;
 
-/// Factor and prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
-pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
+/// Returns the factor and the prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
+pub(super) fn si_prefix(magnitude: f64) -> (f64, &'static str) {
     if magnitude == 0.0 || !magnitude.is_finite() {
         return (1.0, "");
     }
-    // A hair more than the magnitude, so that 1000 of one prefix is 1 of the next in spite of round-off.
+    // Slightly more than the magnitude: 1000 of one prefix becomes 1 of the next in spite of round-off.
     let thousands = ((magnitude.abs() * (1.0 + 1e-9)).log10() / 3.0).floor().clamp(-4.0, 4.0) as i32;
     (1000f64.powi(-thousands), PREFIXES[(thousands + UNITY) as usize])
 }
 
-/// A value with its unit in four significant digits: "14.05 mm".
+/// Formats a value with unit in four significant digits: "14.05 mm".
 pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
     match value.abs() {
         size if !size.is_finite() => "not known".to_string(),
         size if size > 0.0 && !(SMALLEST..LARGEST).contains(&size) => format!("{} {unit}", ratio(value)),
-        _ => prefixed(value, value, unit, 4),
+        _ => format_prefixed(value, value, unit, 4),
     }
 }
 
-/// A value with its unit in three significant digits and the prefix that suits the end of its scale.
-pub(in crate::output) fn mark(value: f64, end: f64, unit: &str) -> String {
-    if value.is_finite() && value.abs() < LARGEST { prefixed(value, end, unit, 3) } else { quantity(value, unit) }
+/// Formats a value with unit in three significant digits and the prefix of the end of its scale.
+pub(in crate::output) fn format_tick(value: f64, end: f64, unit: &str) -> String {
+    if value.is_finite() && value.abs() < LARGEST {
+        format_prefixed(value, end, unit, 3)
+    } else {
+        quantity(value, unit)
+    }
 }
 
-/// Factor and unit that bring a magnitude between 1 and 1000 also where there is no prefix: 10¹⁸ m gives 10⁻¹⁸ and "10^18 m".
-pub(super) fn scale(magnitude: f64, unit: &str) -> (f64, String) {
-    /// Powers of a thousand of which both the factor and its inverse are numbers.
+/// Returns the factor and the unit that bring a magnitude between 1 and 1000, even outside the prefixes: 10¹⁸ m gives
+/// 10⁻¹⁸ and "10^18 m".
+pub(super) fn si_scale(magnitude: f64, unit: &str) -> (f64, String) {
+    /// Powers of a thousand whose factor and inverse are doubles.
     const THOUSANDS: (f64, f64) = (-100.0, 102.0);
     if magnitude == 0.0 || !magnitude.is_finite() || (SMALLEST..LARGEST).contains(&magnitude) {
-        let (factor, prefix) = prefix(magnitude);
+        let (factor, prefix) = si_prefix(magnitude);
         return (factor, format!("{prefix}{unit}"));
     }
     let thousands = (magnitude.log10() / 3.0).floor().clamp(THOUSANDS.0, THOUSANDS.1) as i32;
     (1000f64.powi(-thousands), format!("10^{} {unit}", 3 * thousands))
 }
 
-fn prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
-    let (factor, prefix) = prefix(model);
-    format!("{} {prefix}{unit}", digits(value * factor, significant))
+fn format_prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
+    let (factor, prefix) = si_prefix(model);
+    format!("{} {prefix}{unit}", format_digits(value * factor, significant))
 }
 
-/// A ratio or an error: few digits, with an exponent where it is small or large.
+/// Formats a ratio or an error in few digits, with an exponent if small or large.
 pub(in crate::output) fn ratio(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_string(),
         size if !size.is_finite() => "not known".to_string(),
-        size if (1e-3..1e4).contains(&size) => digits(value, 4),
+        size if (1e-3..1e4).contains(&size) => format_digits(value, 4),
         _ => {
             let text = format!("{value:.2e}");
             let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -63,12 +68,12 @@ pub(in crate::output) fn ratio(value: f64) -> String {
     }
 }
 
-/// A share in percent.
+/// Formats a fraction in percent.
 pub(super) fn percent(value: f64) -> String {
     ratio(100.0 * value) + " %"
 }
 
-/// A count with thin spaces between thousands.
+/// Formats a count with thin spaces between thousands.
 pub(super) fn count(value: f64) -> String {
     if value.is_nan() || value.abs() >= LARGEST {
         return ratio(value);
@@ -78,7 +83,7 @@ pub(super) fn count(value: f64) -> String {
     digits.collect::<Vec<_>>().join("\u{202f}")
 }
 
-fn digits(value: f64, significant: i32) -> String {
+fn format_digits(value: f64, significant: i32) -> String {
     let size = value.abs();
     let places = match size {
         0.0 => 0,
@@ -99,7 +104,7 @@ mod tests {
         assert_eq!(quantity(0.0, "J"), "0 J");
         assert_eq!(quantity(f64::NAN, "J"), "not known");
         assert_eq!(quantity(-1e300, "m"), "−1.00 × 10<sup>300</sup> m");
-        assert_eq!(mark(1e300, 1e300, "m"), "1.00 × 10<sup>300</sup> m");
+        assert_eq!(format_tick(1e300, 1e300, "m"), "1.00 × 10<sup>300</sup> m");
     }
 
     #[test]
@@ -112,10 +117,10 @@ mod tests {
 
     #[test]
     fn every_magnitude_has_a_scale() {
-        assert_eq!(scale(0.014, "m"), (1e3, "mm".to_owned()));
-        assert_eq!(scale(2e19, "m"), (1e-18, "10^18 m".to_owned()));
+        assert_eq!(si_scale(0.014, "m"), (1e3, "mm".to_owned()));
+        assert_eq!(si_scale(2e19, "m"), (1e-18, "10^18 m".to_owned()));
         for magnitude in [5e-324, 1e-300, 1e-13, 1e-12, 1.0, 999.9, 1e15, 1e300, f64::MAX] {
-            let scaled = scale(magnitude, "m").0 * magnitude;
+            let scaled = si_scale(magnitude, "m").0 * magnitude;
             assert!(scaled < 1000.1 && (scaled >= 0.999 || magnitude < 1e-299), "{magnitude}: {scaled}");
         }
     }

@@ -1,10 +1,10 @@
-//! Curves against time or depth as SVG.
+//! Plots of curves against time or depth, as SVG.
 
-use super::axis::{Axis, Margin, span};
+use super::axis::{AxisMargin, PlotAxis, finite_range};
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// Colours that stand out on white and on black.
+/// Curve colours with contrast on white and on black.
 const COLOURS: [RGBColor; 9] = [
     RGBColor(66, 133, 225),
     RGBColor(228, 120, 28),
@@ -16,64 +16,64 @@ const COLOURS: [RGBColor; 9] = [
     RGBColor(132, 104, 220),
     RGBColor(128, 128, 128),
 ];
-/// Units of the drawing per pixel of the page: coordinates are whole numbers, and curves must not show their steps.
+/// Drawing units per pixel of the page: coordinates are whole numbers, and curves must not show steps.
 const FINE: u32 = 8;
 const SIZE: (u32, u32) = (640 * FINE, 300 * FINE);
-/// Most ticks with a number across and up.
-const MOST_MARKS: (usize, usize) = (8, 6);
+/// Limits of the numbered ticks, horizontal and vertical.
+const MAX_TICKS: (usize, usize) = (8, 6);
 
-/// A named curve of (time, s, or depth, m, and value).
+/// Named curve: abscissa (time, s, or depth, m) and value.
 #[derive(Debug)]
-pub(super) struct Curve {
+pub(super) struct PlotCurve {
     pub(super) name: String,
     pub(super) points: Vec<(f64, f64)>,
 }
 
-/// How values are laid out.
+/// Scale of the vertical axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Height {
-    /// As they are.
+pub(super) enum VerticalScale {
+    /// Linear.
     Linear,
-    /// As they are, from zero up.
+    /// Linear, from zero.
     FromZero,
-    /// They are decadic logarithms already.
+    /// Decades; the values are decadic logarithms.
     Decades,
 }
 
-/// What curves go along.
-pub(super) struct Across {
+/// Horizontal axis: quantity and range.
+pub(super) struct HorizontalAxis {
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
     pub(super) range: Range<f64>,
 }
 
-/// A plot of curves that share a unit.
-pub(super) struct Plot {
+/// Plot of curves with a common unit.
+pub(super) struct CurvePlot {
     pub(super) title: &'static str,
     pub(super) unit: &'static str,
-    pub(super) height: Height,
-    pub(super) across: Across,
-    pub(super) curves: Vec<Curve>,
+    pub(super) vertical: VerticalScale,
+    pub(super) horizontal: HorizontalAxis,
+    pub(super) curves: Vec<PlotCurve>,
 }
 
-impl Curve {
-    /// Whether there is anything to see.
+impl PlotCurve {
+    /// Returns true if the curve is not constant.
     pub(super) fn varies(&self) -> bool {
         self.travel() > 0.0
     }
 
-    /// From the lowest to the highest value that is finite.
+    /// Returns the difference between the greatest and the least finite value.
     pub(super) fn travel(&self) -> f64 {
-        let range = span(self.points.iter().map(|point| point.1)).unwrap_or(0.0..0.0);
+        let range = finite_range(self.points.iter().map(|point| point.1)).unwrap_or(0.0..0.0);
         (range.end - range.start).min(f64::MAX)
     }
 }
 
-impl Plot {
-    /// As many curves as there are colours.
-    pub(super) const MOST_CURVES: usize = COLOURS.len();
+impl CurvePlot {
+    /// Limit of the number of curves: one per colour.
+    pub(super) const MAX_CURVES: usize = COLOURS.len();
 
-    /// The plot with its title and a legend.
+    /// Returns the plot as HTML with title and legend.
     pub(super) fn figure(&self) -> String {
         let key = self.curves.iter().zip(COLOURS).map(|(curve, RGBColor(r, g, b))| {
             format!("<li><span style=\"background:rgb({r},{g},{b})\"></span>{}</li>", curve.name)
@@ -84,7 +84,7 @@ impl Plot {
              <ul class=\"key\">{key}</ul></figure>\n",
             self.title,
             self.title,
-            self.across.name,
+            self.horizontal.name,
             self.svg()
         )
     }
@@ -107,14 +107,14 @@ impl Plot {
             .x_label_area_size(40 * FINE)
             .y_label_area_size(64 * FINE)
             .build_cartesian_2d(along.range.clone(), up.range.clone())?;
-        let mark = |value: &f64| match self.height {
-            Height::Linear | Height::FromZero => tick(*value),
-            Height::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
-            Height::Decades => String::new(),
+        let mark = |value: &f64| match self.vertical {
+            VerticalScale::Linear | VerticalScale::FromZero => tick(*value),
+            VerticalScale::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
+            VerticalScale::Decades => String::new(),
         };
         let mut mesh = chart.configure_mesh();
-        mesh.x_desc(format!("{}, {}", self.across.name, along.unit)).x_labels(MOST_MARKS.0).y_labels(MOST_MARKS.1);
-        if self.height != Height::Decades {
+        mesh.x_desc(format!("{}, {}", self.horizontal.name, along.unit)).x_labels(MAX_TICKS.0).y_labels(MAX_TICKS.1);
+        if self.vertical != VerticalScale::Decades {
             mesh.y_desc(up.unit.as_str());
         }
         mesh.axis_style(BLACK.stroke_width(FINE)).set_all_tick_mark_size(5 * FINE);
@@ -129,24 +129,24 @@ impl Plot {
         area.present()
     }
 
-    /// The axis of time or depth.
-    fn along(&self) -> Axis {
-        let Across { unit, range, .. } = &self.across;
-        Axis::linear([range.start, range.end].into_iter(), unit, Margin::None)
+    /// Returns the horizontal axis.
+    fn along(&self) -> PlotAxis {
+        let HorizontalAxis { unit, range, .. } = &self.horizontal;
+        PlotAxis::linear([range.start, range.end].into_iter(), unit, AxisMargin::None)
     }
 
-    /// The axis of the values of all curves.
-    fn up(&self) -> Axis {
+    /// Returns the vertical axis over the values of all curves.
+    fn up(&self) -> PlotAxis {
         let values = self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.1);
-        match self.height {
-            Height::Linear => Axis::linear(values, self.unit, Margin::Both),
-            Height::FromZero => Axis::linear(values, self.unit, Margin::FromZero),
-            Height::Decades => Axis::decades(values),
+        match self.vertical {
+            VerticalScale::Linear => PlotAxis::linear(values, self.unit, AxisMargin::Both),
+            VerticalScale::FromZero => PlotAxis::linear(values, self.unit, AxisMargin::FromZero),
+            VerticalScale::Decades => PlotAxis::decades(values),
         }
     }
 }
 
-/// A number without the zeros behind it.
+/// Formats a number without trailing zeros.
 fn tick(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Any bits, and often numbers at the edges.
+    /// Generates arbitrary doubles, with many edge cases.
     fn number() -> impl Strategy<Value = f64> {
         let edges = vec![
             0.0,
@@ -182,9 +182,9 @@ mod tests {
         prop_oneof![prop::sample::select(edges), any::<u64>().prop_map(f64::from_bits), -1e3..1e3]
     }
 
-    fn curve() -> impl Strategy<Value = Curve> {
+    fn curve() -> impl Strategy<Value = PlotCurve> {
         let points = prop::collection::vec((number(), number()), 0..12);
-        points.prop_map(|points| Curve { name: "curve".to_owned(), points })
+        points.prop_map(|points| PlotCurve { name: "curve".to_owned(), points })
     }
 
     proptest! {
@@ -193,14 +193,18 @@ mod tests {
         #[test]
         fn a_plot_takes_any_numbers_and_has_a_bounded_number_of_ticks(
             curves in prop::collection::vec(curve(), 0..3),
-            height in prop::sample::select(vec![Height::Linear, Height::FromZero, Height::Decades]),
+            vertical in prop::sample::select(vec![
+                VerticalScale::Linear,
+                VerticalScale::FromZero,
+                VerticalScale::Decades,
+            ]),
             (start, end) in (number(), number()),
         ) {
             prop_assert!(curves.iter().all(|curve| curve.travel() >= 0.0));
-            let across = Across { name: "time", unit: "s", range: start..end };
-            let page = Plot { title: "Title", unit: "N", height, across, curves }.figure();
+            let horizontal = HorizontalAxis { name: "time", unit: "s", range: start..end };
+            let page = CurvePlot { title: "Title", unit: "N", vertical, horizontal, curves }.figure();
             let texts = page.matches("<text").count();
-            prop_assert!(texts <= MOST_MARKS.0 + MOST_MARKS.1 + 6 && page.len() < 30_000, "{texts} texts in {page}");
+            prop_assert!(texts <= MAX_TICKS.0 + MAX_TICKS.1 + 6 && page.len() < 30_000, "{texts} texts in {page}");
             prop_assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
         }
     }

@@ -3,12 +3,12 @@
 use super::escape;
 use super::number::{count, percent, quantity, ratio};
 use crate::math::Vector3;
-use crate::output::summary::{FragmentFigures, Summary};
+use crate::output::summary::{FragmentFigures, RunSummary};
 use crate::scene::{body_name, numbered};
 use std::fmt::Write;
 
-/// What became of each fragment; nothing if there is none.
-pub(super) fn fragments(summary: &Summary) -> String {
+/// Returns the table of the fragments; empty without fragments.
+pub(super) fn fragments(summary: &RunSummary) -> String {
     if summary.fragments.is_empty() {
         return String::new();
     }
@@ -34,8 +34,8 @@ fn fragment_cells(fragment: &FragmentFigures) -> [String; 6] {
     ]
 }
 
-/// What each sensor has measured; nothing if there is none.
-pub(super) fn sensors(summary: &Summary) -> String {
+/// Returns the table of the sensors; empty without sensors.
+pub(super) fn sensors(summary: &RunSummary) -> String {
     if summary.sensors.is_empty() {
         return String::new();
     }
@@ -57,8 +57,8 @@ pub(super) fn sensors(summary: &Summary) -> String {
     format!("<section><h2>Sensors</h2>\n{}</section>\n", table("What the sensors have measured", &heads, &rows))
 }
 
-/// The energy accounts at the end, and how well they close.
-pub(super) fn energy(summary: &Summary) -> String {
+/// Returns the table of the energy accounts at the end, with the errors of the balances.
+pub(super) fn energy(summary: &RunSummary) -> String {
     let initial = summary.initial_energy();
     let mut rows = String::new();
     for account in &summary.accounts {
@@ -80,8 +80,8 @@ pub(super) fn energy(summary: &Summary) -> String {
     format!("<section><h2>Energy</h2>\n{}{errors}</section>\n", table("Energy accounts at the end", &heads, &rows))
 }
 
-/// What the run cost, beside what one step for all elements would have cost.
-pub(super) fn cost(summary: &Summary) -> String {
+/// Returns the table of the cost, compared with a synchronous integrator.
+pub(super) fn cost(summary: &RunSummary) -> String {
     let mut rows = String::new();
     row(&mut rows, "Element updates", &[&count(summary.element_updates)]);
     row(&mut rows, "Updates with one step for all elements", &[&count(summary.synchronous_updates)]);
@@ -97,8 +97,8 @@ pub(super) fn cost(summary: &Summary) -> String {
     format!("<section><h2>Cost</h2>\n{}</section>\n", table("What the run cost", &["", "value"], &rows))
 }
 
-/// What the scene does not model.
-pub(super) fn switched_off(summary: &Summary) -> String {
+/// Returns the table of the effects switched off in the scene.
+pub(super) fn switched_off(summary: &RunSummary) -> String {
     if summary.switched_off.is_empty() {
         return String::new();
     }
@@ -109,7 +109,7 @@ pub(super) fn switched_off(summary: &Summary) -> String {
     format!("<section><h2>Switched off</h2>\n{}</section>\n", table("Not modelled in this scene", &["what"], &rows))
 }
 
-/// Cells are HTML already; the name of the row is text.
+/// Appends a table row; cells are HTML, the row name is text.
 fn row(rows: &mut String, name: &str, cells: &[&str]) {
     write!(rows, "<tr><th scope=\"row\">{}</th>", escape(name)).expect("a string grows");
     for cell in cells {

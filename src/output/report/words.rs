@@ -1,14 +1,14 @@
-//! What happened, in plain words.
+//! Summary of the run in sentences.
 
 use super::escape;
 use super::number::{count, percent, quantity};
 use crate::math::Vector3;
-use crate::output::summary::{Interface, Summary};
+use crate::output::summary::{Interface, RunSummary};
 use crate::scene::{Dimension, Scene};
 use std::fmt::Write;
 
-/// A box with the diagnosis of a run that stopped early, or that it was ended early; nothing otherwise.
-pub(super) fn failure(scene: &Scene, summary: &Summary) -> String {
+/// Returns a box with the diagnosis of an early stop; empty for a completed run.
+pub(super) fn failure(scene: &Scene, summary: &RunSummary) -> String {
     let ended = || format!("It was ended there; the scene goes on to {}.", quantity(scene.scene.end_time, "s"));
     let diagnosis = match &summary.failure {
         Some(diagnosis) => escape(diagnosis),
@@ -23,15 +23,21 @@ pub(super) fn failure(scene: &Scene, summary: &Summary) -> String {
     )
 }
 
-/// One paragraph.
-pub(super) fn summary(scene: &Scene, summary: &Summary) -> String {
-    let (depth, fragments) = (depth(summary), fragments(summary));
-    let sentences =
-        [meeting(scene, summary), depth, outcome(scene, summary), fragments, trust(summary), thickness(scene)];
+/// Returns the summary paragraph.
+pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
+    let (depth, fragments) = (depth_sentence(summary), fragment_sentence(summary));
+    let sentences = [
+        impact_sentence(scene, summary),
+        depth,
+        outcome_sentence(scene, summary),
+        fragments,
+        accuracy_sentence(summary),
+        thickness_sentence(scene),
+    ];
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
 }
 
-fn meeting(scene: &Scene, summary: &Summary) -> String {
+fn impact_sentence(scene: &Scene, summary: &RunSummary) -> String {
     let speed = Vector3::from(scene.projectile.velocity).norm();
     let gel = Vector3::from(scene.gel.velocity).norm();
     let meets = if summary.contact_duration.is_some() { "meets the gel" } else { "sets out" };
@@ -45,7 +51,7 @@ fn meeting(scene: &Scene, summary: &Summary) -> String {
     }
 }
 
-fn depth(summary: &Summary) -> String {
+fn depth_sentence(summary: &RunSummary) -> String {
     if summary.peak_depth <= 0.0 || summary.contact_duration.is_none() {
         return String::new();
     }
@@ -57,7 +63,7 @@ fn depth(summary: &Summary) -> String {
     format!("It reaches its greatest depth, <strong>{}</strong>, after {when}.", quantity(summary.peak_depth, "m"))
 }
 
-fn outcome(scene: &Scene, summary: &Summary) -> String {
+fn outcome_sentence(scene: &Scene, summary: &RunSummary) -> String {
     let force = if summary.peak_force > 0.0 {
         let window = quantity(summary.force_window, "s");
         let force = quantity(summary.peak_force, "N");
@@ -67,7 +73,7 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
     };
     let end = match summary.rebound_velocity {
         _ if scene.projectile.fixed => String::new(),
-        _ if summary.exit.perforated => perforation(summary),
+        _ if summary.exit.perforated => exit_sentence(summary),
         Some(speed) if speed > 0.0 && summary.final_depth > 0.0 => format!(
             " At {} it moves back the way it came with <strong>{}</strong>, still {} deep.",
             quantity(summary.end_time, "s"),
@@ -86,25 +92,35 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
     force + &end
 }
 
-/// The exit of a projectile that has perforated the gel; nothing of another.
-fn perforation(summary: &Summary) -> String {
-    let Some((speed, time, residual)) = exit(summary) else { return String::new() };
+/// Returns the sentence on the exit of a perforating projectile; empty otherwise.
+fn exit_sentence(summary: &RunSummary) -> String {
+    let Some(exit) = exit_state(summary) else { return String::new() };
     format!(
         " It has perforated the gel: it left at the back with <strong>{}</strong> at {}, gave {} to the gel and kept {}.",
-        quantity(speed, "m/s"),
-        quantity(time, "s"),
+        quantity(exit.speed, "m/s"),
+        quantity(exit.time, "s"),
         quantity(summary.exit.energy_deposited, "J"),
-        quantity(residual, "J")
+        quantity(exit.residual_energy, "J")
     )
 }
 
-/// Speed, m/s, time, s, and energy, J, at the exit.
-fn exit(summary: &Summary) -> Option<(f64, f64, f64)> {
-    let speed = Vector3::from(summary.exit.exit_velocity?).norm();
-    Some((speed, summary.exit.exit_time?, summary.exit.residual_energy?))
+/// State of the projectile at the exit.
+struct ExitState {
+    /// Speed, m/s.
+    speed: f64,
+    /// Time, s.
+    time: f64,
+    /// Kinetic energy, J.
+    residual_energy: f64,
 }
 
-fn fragments(summary: &Summary) -> String {
+/// Returns the state at the exit of a perforating projectile.
+fn exit_state(summary: &RunSummary) -> Option<ExitState> {
+    let speed = Vector3::from(summary.exit.exit_velocity?).norm();
+    Some(ExitState { speed, time: summary.exit.exit_time?, residual_energy: summary.exit.residual_energy? })
+}
+
+fn fragment_sentence(summary: &RunSummary) -> String {
     let there = match summary.fragments.len() {
         0 => return String::new(),
         1 => "is one fragment".to_string(),
@@ -114,7 +130,7 @@ fn fragments(summary: &Summary) -> String {
     format!("Beside it there {there}; {active} of {} took part at the end.", summary.fragments.len())
 }
 
-fn trust(summary: &Summary) -> String {
+fn accuracy_sentence(summary: &RunSummary) -> String {
     let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
     let doubt: String = summary.doubts.iter().map(told).collect();
     format!(
@@ -125,7 +141,7 @@ fn trust(summary: &Summary) -> String {
     )
 }
 
-/// Behind a force or an energy of a slice whose thickness the scene does not give.
+/// Returns the suffix of a force or an energy in a planar scene without thickness.
 fn per_thickness(scene: &Scene) -> &'static str {
     match (scene.scene.dimension, scene.gel.thickness) {
         (Dimension::Planar, None) => " per metre of thickness",
@@ -133,32 +149,32 @@ fn per_thickness(scene: &Scene) -> &'static str {
     }
 }
 
-fn thickness(scene: &Scene) -> String {
+fn thickness_sentence(scene: &Scene) -> String {
     match per_thickness(scene) {
         "" => String::new(),
         per => format!("All masses, forces, impulses and energies on this page are{per}."),
     }
 }
 
-/// How deep something is, m, or how high where it is not.
-fn deep(depth: f64) -> String {
+/// Formats a depth, m; a negative depth is a height above the entry surface.
+fn format_depth(depth: f64) -> String {
     if depth < 0.0 { format!("none, {} above the entry surface", quantity(-depth, "m")) } else { quantity(depth, "m") }
 }
 
-/// The figures that are looked for first.
-pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
+/// Returns the list of key figures.
+pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
     let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
-    let way = match exit(summary) {
-        Some((speed, time, residual)) => [
-            ("exit speed", quantity(speed, "m/s")),
-            ("perforated after", quantity(time, "s")),
+    let way = match exit_state(summary) {
+        Some(exit) => [
+            ("exit speed", quantity(exit.speed, "m/s")),
+            ("perforated after", quantity(exit.time, "s")),
             ("energy given to the gel", quantity(summary.exit.energy_deposited, "J") + per_thickness(scene)),
-            ("energy at the exit", quantity(residual, "J") + per_thickness(scene)),
+            ("energy at the exit", quantity(exit.residual_energy, "J") + per_thickness(scene)),
         ],
         None => [
-            ("greatest depth", deep(summary.peak_depth)),
+            ("greatest depth", format_depth(summary.peak_depth)),
             ("reached after", quantity(summary.time_of_peak_depth, "s")),
-            ("depth at the end", deep(summary.final_depth)),
+            ("depth at the end", format_depth(summary.final_depth)),
             ("rebound speed", known(summary.rebound_velocity, "m/s")),
         ],
     };
@@ -181,8 +197,8 @@ pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
     list + "</dl></section>\n"
 }
 
-/// What made the page.
-pub(super) fn origin(summary: &Summary) -> String {
+/// Returns the footer with version, interface and state digest.
+pub(super) fn origin(summary: &RunSummary) -> String {
     let way = match summary.interface {
         Interface::Fmi2 => "through its FMI 2.0 interface",
         Interface::Direct => "as a library",
