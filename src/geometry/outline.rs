@@ -83,7 +83,7 @@ impl Outline {
 
 /// Returns true if two consecutive pieces meet in a convex edge.
 fn is_rim(piece: &ProfilePiece, next: &ProfilePiece) -> bool {
-    let ((_, before), (_, after)) = (piece.gap(&piece.end), next.gap(&next.start));
+    let (before, after) = (piece.gap(&piece.end).normal, next.gap(&next.start).normal);
     cross(&before, &after) > SMOOTH
 }
 
@@ -93,8 +93,9 @@ fn rounding(piece: &ProfilePiece, next: &ProfilePiece, radius: f64) -> Option<Pr
     const MOST_ITERATIONS: usize = 50;
     let mut centre = piece.end;
     for _ in 0..MOST_ITERATIONS {
-        let ((d, m), (e, n)) = (piece.gap(&centre), next.gap(&centre));
-        let (d, e, turn) = (d + radius, e + radius, cross(&m, &n));
+        let (own, other) = (piece.gap(&centre), next.gap(&centre));
+        let (m, n) = (own.normal, other.normal);
+        let (d, e, turn) = (own.distance + radius, other.distance + radius, cross(&m, &n));
         if d.abs().max(e.abs()) <= SMOOTH * radius {
             let (start, end) = (centre + m * radius, centre + n * radius);
             return (turn > SMOOTH).then_some(ProfilePiece {

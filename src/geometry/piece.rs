@@ -3,6 +3,15 @@ use crate::math::Vector;
 /// Point (ρ, z) of the half-plane through the axis of a body of revolution, m.
 pub(super) type ProfilePoint = Vector<2>;
 
+/// Signed distance to a profile in the half-plane, and its gradient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ProfileGap {
+    /// Signed distance, m: negative inside the body.
+    pub distance: f64,
+    /// Unit normal out of the body.
+    pub normal: ProfilePoint,
+}
+
 /// Smooth piece of a profile, traversed with the inside of the body on its left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ProfilePiece {
@@ -54,15 +63,15 @@ impl ProfilePiece {
     }
 
     /// Signed distance from the whole line or circle, and its normal at the point nearest to `p`.
-    pub fn gap(&self, p: &ProfilePoint) -> (f64, ProfilePoint) {
+    pub fn gap(&self, p: &ProfilePoint) -> ProfileGap {
         match self.curve {
-            PieceCurve::Line { normal } => (normal.dot(&(p - self.start)), normal),
+            PieceCurve::Line { normal } => ProfileGap { distance: normal.dot(&(p - self.start)), normal },
             PieceCurve::Circle { centre, radius } => {
                 let arm = p - centre;
                 let length = arm.norm();
                 // At the centre all directions are equivalent: take that of the start.
                 let normal = if length > 0.0 { arm / length } else { (self.start - centre) / radius };
-                (length - radius, normal)
+                ProfileGap { distance: length - radius, normal }
             }
         }
     }

@@ -1,5 +1,5 @@
 use super::outline::Outline;
-use super::piece::{PieceCurve, ProfilePiece, ProfilePoint};
+use super::piece::{PieceCurve, ProfileGap, ProfilePiece, ProfilePoint};
 use super::{Gap, Pole, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
@@ -82,18 +82,19 @@ impl Profile {
     }
 
     /// φ and ∇φ in the half-plane: those of the nearest piece that faces the point, or of the nearest corner.
-    fn nearest(&self, p: &ProfilePoint) -> (f64, ProfilePoint) {
+    fn nearest(&self, p: &ProfilePoint) -> ProfileGap {
         let facing = self.pieces.iter().filter(|piece| piece.faces(p)).map(|piece| piece.gap(p));
         let nearer =
-            |best: (f64, ProfilePoint), gap: (f64, ProfilePoint)| if gap.0.abs() < best.0.abs() { gap } else { best };
-        let best = facing.fold((f64::INFINITY, ProfilePoint::zeros()), nearer);
+            |best: ProfileGap, gap: ProfileGap| if gap.distance.abs() < best.distance.abs() { gap } else { best };
+        let none = ProfileGap { distance: f64::INFINITY, normal: ProfilePoint::zeros() };
+        let best = facing.fold(none, nearer);
         self.corners.iter().map(|corner| corner.gap(p)).fold(best, nearer)
     }
 
     /// Greatest depth, m, by ternary search along the axis: the deepest point is on the axis, where the depth of a
     /// convex body is concave.
     fn greatest_depth(&self) -> f64 {
-        let depth = |z: f64| -self.nearest(&ProfilePoint::new(0.0, z)).0;
+        let depth = |z: f64| -self.nearest(&ProfilePoint::new(0.0, z)).distance;
         let [mut low, mut high] = self.poles.map(|pole| pole.end.z);
         for _ in 0..128 {
             let third = (high - low) / 3.0;
@@ -105,21 +106,21 @@ impl Profile {
 
 impl ProfileCorner {
     /// Signed distance and its gradient: points whose nearest point is a convex corner are outside.
-    fn gap(&self, p: &ProfilePoint) -> (f64, ProfilePoint) {
+    fn gap(&self, p: &ProfilePoint) -> ProfileGap {
         let arm = p - self.at;
         let distance = arm.norm();
         if distance == 0.0 {
-            return (0.0, self.outward.normalize());
+            return ProfileGap { distance: 0.0, normal: self.outward.normalize() };
         }
         let sign = 1.0_f64.copysign(arm.dot(&self.outward));
-        (sign * distance, arm * (sign / distance))
+        ProfileGap { distance: sign * distance, normal: arm * (sign / distance) }
     }
 }
 
 /// Corners of the profile: the tip, the joints and the rear.
 fn corners(pieces: &[ProfilePiece]) -> Vec<ProfileCorner> {
-    let start = |piece: &ProfilePiece| piece.gap(&piece.start).1;
-    let end = |piece: &ProfilePiece| piece.gap(&piece.end).1;
+    let start = |piece: &ProfilePiece| piece.gap(&piece.start).normal;
+    let end = |piece: &ProfilePiece| piece.gap(&piece.end).normal;
     let joints = pieces.windows(2).map(|two| ProfileCorner { at: two[0].end, outward: end(&two[0]) + start(&two[1]) });
     let tip = ProfileCorner { at: pieces[0].start, outward: ProfilePoint::new(0.0, -1.0) };
     let rear = ProfileCorner { at: pieces[pieces.len() - 1].end, outward: ProfilePoint::new(0.0, 1.0) };
@@ -171,7 +172,7 @@ impl SignedDistance for Profile {
     fn gap(&self, point: &Vector3) -> Gap {
         let rho = hypotenuse(point.x, point.y);
         let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
-        let (distance, normal) = self.nearest(&ProfilePoint::new(rho, point.z));
+        let ProfileGap { distance, normal } = self.nearest(&ProfilePoint::new(rho, point.z));
         Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
     }
 
@@ -273,7 +274,7 @@ mod tests {
         let capsule = revolution(&outlines()[2]);
         for i in 0..2000 {
             let p = ProfilePoint::new(0.999 * f64::from(i) / 2000.0, capsule.pieces[1].start[1]);
-            close(capsule.nearest(&p).0, p[0] - 1.0, 1e-15);
+            close(capsule.nearest(&p).distance, p[0] - 1.0, 1e-15);
         }
     }
 
@@ -337,8 +338,9 @@ mod tests {
             let sums = |profile: &Profile, weight: fn(f64) -> f64| {
                 let cell =
                     |i: u32| ((f64::from(i % N) + 0.5) / f64::from(N), f64::from(i / N) / f64::from(N) * 8.0 - 4.0);
-                let inside =
-                    (0..N * N).map(cell).filter(|(rho, z)| profile.nearest(&ProfilePoint::new(*rho, *z)).0 <= 0.0);
+                let inside = (0..N * N)
+                    .map(cell)
+                    .filter(|(rho, z)| profile.nearest(&ProfilePoint::new(*rho, *z)).distance <= 0.0);
                 inside.fold([0.0; 4], |[m, z1, z2, r2], (r, z)| {
                     let w = weight(r) * 8.0 / f64::from(N * N);
                     [m + w, z1 + w * z, z2 + w * z * z, r2 + w * r * r]

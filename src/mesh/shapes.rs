@@ -130,6 +130,7 @@ pub fn shell(rays: Block<2>) -> Mesh<2> {
 /// legs, turned by `angle`, degrees, in the x–z plane and moved to `corner`. The first and the last planes run along
 /// the legs.
 ///
+/// # Panics
 /// If the split is an octree.
 #[must_use]
 pub fn l_beam<const D: usize>(legs: Block<D>, thickness: f64, (angle, corner): (f64, Vector<D>)) -> Mesh<D> {

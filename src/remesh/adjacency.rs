@@ -67,7 +67,7 @@ mod tests {
     use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours, outer, uniform};
     use crate::remesh::Proposal;
 
-    /// What is found from the old neighbours is what is found from nothing; how many elements stay.
+    /// Checks that the updated adjacency equals one built from scratch, and returns the number of unchanged elements.
     fn check<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>) -> usize {
         let pairing = Pairing::of(mesh, new);
         let found = neighbours_after::<D>(&new.elements, &pairing, &neighbours::<D>(&mesh.elements));

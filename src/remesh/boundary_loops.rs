@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn no_node_is_left_out_across_another_wall() {
-        // A wall with a dent, and close to it another one with a tip, which is held, in the dent.
+        // A wall with a dent, and a neighbouring wall with a held tip in the dent.
         let mut mesh = rings(2, 0.25);
         let (dent, tip) = (PlanePoint::new(3.0, 1.5), PlanePoint::new(4.0, 1.5));
         let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - PlanePoint::new(0.995, 0.0) } else { *x });
@@ -345,7 +345,7 @@ mod tests {
             new.position.contains(&PlanePoint::new(2.98, 1.5))
         };
         assert!(proposed(&position));
-        // Without the tip in it the dent is filled.
+        // Without the tip the dent is filled.
         let apart: Vec<PlanePoint> = position
             .iter()
             .map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + PlanePoint::new(0.5, 0.0) } else { *x })

@@ -131,8 +131,8 @@ pub struct Rules {
     pub good: f64,
     /// Quality of the worst element up to which an interior node is given up. A needle of 10° has 0.3.
     pub poor: f64,
-    /// Sagitta limit for leaving out boundary nodes, in chords and in greatest target lengths: the boundary must be
-    /// that near to the new chord, now and, if `rests`, at rest. 0 keeps all nodes.
+    /// Sagitta limit for leaving out a boundary node: a fraction of the new chord, now and, if `rests`, at rest, and of
+    /// the longest permitted edge. 0 keeps all nodes.
     pub sag: f64,
     /// Greatest distance, in target lengths, that a surface point in space may slide off its facets to improve its
     /// elements; 0 disables sliding.

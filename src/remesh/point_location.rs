@@ -134,7 +134,7 @@ impl<'a, const D: usize> ElementLocator<'a, D> {
         best
     }
 
-    /// Where the elements of a leaf are along the curve; none for a node that is not one.
+    /// Range of a leaf's elements along the curve; none for an inner node.
     fn members(&self, node: usize) -> Option<std::ops::Range<usize>> {
         let leaf = node.checked_sub(self.boxes.len() / 2)?;
         let end = self.order.len();

@@ -271,8 +271,8 @@ struct PolyhedronIntegrals {
 impl PolyhedronIntegrals {
     /// Adds the integrals over a tetrahedron with these corners.
     ///
-    /// The mean of a cubic function is [9 Σ f((c + S)/6) − 16 f(S/4)]/20 with S = Σc, exactly (Keast), of products of three
-    /// linear ones therefore [Σ f(2c + S)/6 − f(S)]/80.
+    /// The mean of a cubic function is [9 Σ f((c + S)/6) − 16 f(S/4)]/20 with S = Σc, exactly (Keast quadrature). For a
+    /// product of three linear functions it is therefore [Σ f(2c + S)/6 − f(S)]/80.
     #[inline(always)]
     fn add(&mut self, [a, b, c, d]: [&PolyhedronVertex; 4]) {
         let whole = share([a, b, c, d]);
@@ -411,7 +411,7 @@ mod tests {
         let mut random = TestRandom::new(1);
         let mut cutter = OverlapIntegrator::default();
         let whole = mass_matrix::<3>(&HEIGHTS).map(|row| row.iter().sum::<f64>());
-        // Of elements that are not flat and of those that are: one is laid down what it misses more than 1e-10 of.
+        // Residuals of regular and of degenerate elements; a residual above 1e-10 is deposited.
         let mut worst = [0.0_f64; 2];
         for (planes, split) in [
             (&[-2.0, -1.0, 0.0, 1.0, 2.0][..], Split::Kuhn),
@@ -421,7 +421,7 @@ mod tests {
         ] {
             let new = cover(planes, split);
             for n in 0..300 {
-                // On points of the grid, halfway between them, and anywhere; some of them nearly flat.
+                // Corners on grid points, halfway between them, or anywhere; some tetrahedra are nearly flat.
                 let mut coordinate = || match n % 3 {
                     0 => (5.0 * random.next()).floor() - 2.0,
                     1 => 0.5 * (9.0 * random.next()).floor() - 2.0,

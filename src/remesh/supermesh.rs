@@ -194,9 +194,9 @@ impl<const D: usize> ElementMoments<D> {
         }
     }
 
-    /// Limits the corner densities at −D means from below by scaling about the mean. At D + 1 means, as with a point
-    /// mass on the opposite side, a node at such a corner would have no mass. Mass is conserved, the centre of mass is
-    /// not.
+    /// Limits the corner densities: if one is below −D means, scales all about their mean until the least is zero. At
+    /// −(D + 1) means, as with a point mass on the opposite side, the node at that corner would have no mass. Mass is
+    /// conserved, the centre of mass is not.
     ///
     /// Momenta are scaled about their mean by the same factor, p′ = p̄ + part (p − p̄). Their sum is conserved and V m
     /// becomes V m′; relative momenta shrink, p′ − V m′ = part (p − V m). No |p′| exceeds the greatest |p|, however
@@ -365,7 +365,7 @@ mod tests {
             momentum: [velocity * 1e-6 / 3.0; 4],
         };
         part.momentum[3] = Vector::zeros();
-        // What hung on it, twenty times its mass, near one of its corners.
+        // A detached mass, twenty times its own, near one of its corners.
         part.add_point(20e-6, &velocity, &[0.98, 0.01, 0.01, 0.0]);
         let corners = part.corner_mass();
         part.limit_density();

@@ -157,7 +157,7 @@ fn origins_say_where_nodes_come_from() {
 #[test]
 fn corners_and_the_ends_of_what_is_held_stay() {
     let mut mesh = held(48);
-    // On top, which is free, a part is held as well: it ends between the corners.
+    // A part of the free top is held as well: it ends between the corners.
     let pinned = |x: &Vector<2>| x[1] == 1.0 && (0.24..0.76).contains(&x[0]);
     (0..mesh.rest.len()).filter(|&n| pinned(&mesh.rest[n])).for_each(|n| mesh.held[n] = [true; 2]);
     let new = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, |_| 0.13, &Rules::default());
@@ -207,7 +207,7 @@ fn a_boundary_that_crosses_itself_is_an_error() {
 #[test]
 fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
     let mesh = rings(2, 0.25);
-    // The right ring beside the left one, its wall drawn out to a tip that is in the left one; and a tip of the left one in the right.
+    // Each ring has a tip drawn out of its wall into the other ring.
     for (node, tip) in [(at(4.0, 1.5), at(2.97, 1.52)), (at(3.0, 1.5), at(3.13, 1.52))] {
         let beside = |x: &Vector<2>| if x[0] > 3.5 { x - at(0.9, 0.0) } else { *x };
         let position = moved(&mesh, |x| if *x == node { tip } else { beside(x) });
@@ -255,7 +255,7 @@ fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
     for rests in [false, true] {
         assert_eq!(folded(&tip, rests), [false; 2]);
     }
-    // Of a gel with a surface at rest a corner stays; what flows has none.
+    // A gel with a surface at rest keeps its corners; a flowing gel has none.
     let corner = [(at(1.0, 1.0), at(0.775, 0.98)), (at(0.875, 1.0), at(0.875, 0.95)), (at(1.0, 0.875), at(1.125, 1.0))];
     assert!(folded(&corner, true)[0]);
     assert_eq!(folded(&corner, false), [false; 2]);

@@ -8,7 +8,7 @@ use crate::mesh::{ElementId, Facet, facet_measure, signed_volume};
 /// Greatest edge of a sheet, in thicknesses.
 const LONGEST: f64 = 4.0;
 
-/// Marks the elements across a sheet thinner than `thickness`, m: those that reach from a surface facet to a node on
+/// Marks the elements across a sheet thinner than `below`, m: elements that reach from a surface facet to a node on
 /// another side. `across` holds the face neighbours of each element.
 ///
 /// In the plane an inverted element is thinner than any limit; an element with two surface facets is a corner or a

@@ -375,7 +375,7 @@ mod tests {
         check_conserved(&after.defects, 1e-13);
     }
 
-    /// Nothing is put in the place of a needle: where all else stayed its mass was lost.
+    /// A needle that nothing replaces: with all other elements unchanged, its mass was once lost.
     #[test]
     fn what_is_cut_off_where_nothing_else_changes_is_laid_down_beside_it() {
         let mut random = TestRandom::new(13);

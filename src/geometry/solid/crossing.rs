@@ -11,7 +11,8 @@ const ROUND_OFF: f64 = 1e-7;
 /// triangles cross, an edge of one crosses the other, unless they are coplanar.
 ///
 /// Candidates are found with boxes along the principal axes of the body. Boxes along the axes of the file would all
-/// overlap for an oblique needle made of triangles as long as it is (33 000 of them: 3.5 s, with principal axes 0.3 s).
+/// overlap for an oblique needle made of triangles of its full length (33 000 of them: 3.5 s, with principal axes 0.3
+/// s).
 pub(super) fn find_crossing(surface: &Surface, inertia: &Tensor3) -> Option<Vector3> {
     let slack = ROUND_OFF * surface.size();
     let axes = inertia.symmetric_eigen().eigenvectors.transpose();

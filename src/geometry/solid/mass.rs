@@ -13,8 +13,8 @@ pub(super) struct MassProperties {
     pub inertia: Tensor3,
 }
 
-/// Computes the mass properties of a homogeneous body. The sums run over the tetrahedra from one point to the triangles: ∫dV = d/6,
-/// ∫x dV = d/24 Σa, ∫x xᵀ dV = d/120 (Σa aᵀ + Σa (Σa)ᵀ) with d = a·(b × c).
+/// Computes the mass properties of a homogeneous body as sums over the tetrahedra from one point to the triangles: ∫dV
+/// = d/6, ∫x dV = d/24 Σa, ∫x xᵀ dV = d/120 (Σa aᵀ + Σa (Σa)ᵀ) with d = a·(b × c).
 pub(super) fn mass_properties(surface: &Surface) -> MassProperties {
     let (lower, upper) = surface.bounds();
     let from = (lower + upper) / 2.0;

@@ -37,7 +37,7 @@ pub enum SurfaceError {
     /// Edges with only one triangle.
     #[error("{count} open edges, one at {}", PointText(at))]
     Open {
-        /// Such edges.
+        /// Number of such edges.
         count: usize,
         /// The middle of one.
         at: [f64; 3],
@@ -45,7 +45,7 @@ pub enum SurfaceError {
     /// Edges with three triangles or more.
     #[error("{count} edges with more than two triangles, one at {}", PointText(at))]
     Branched {
-        /// Such edges.
+        /// Number of such edges.
         count: usize,
         /// The middle of one.
         at: [f64; 3],
@@ -53,7 +53,7 @@ pub enum SurfaceError {
     /// Edges between triangles of opposite orientation.
     #[error("{count} edges between triangles that face to different sides, one at {}", PointText(at))]
     Disoriented {
-        /// Such edges.
+        /// Number of such edges.
         count: usize,
         /// The middle of one.
         at: [f64; 3],

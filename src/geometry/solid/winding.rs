@@ -9,7 +9,13 @@ use crate::math::Vector3;
 const ROUND_OFF: f64 = 1e-7;
 
 /// Crossing of an axis-parallel line with the surface: coordinate and increment of the winding number.
-type LineCrossing = (f64, i32);
+#[derive(Debug, Clone, Copy)]
+struct LineCrossing {
+    /// Coordinate along the line, m.
+    at: f64,
+    /// Increment of the winding number.
+    step: i32,
+}
 
 /// Defect of a surface at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,8 +73,9 @@ fn wrong_side(
     axis: usize,
     slack: f64,
 ) -> Option<(SurfaceFault, Vector3)> {
-    let inside =
-        |p: &Vector3| crossings.iter().take_while(|(at, _)| *at < p[axis]).map(|(_, step)| step).sum::<i32>() > 0;
+    let inside = |p: &Vector3| {
+        crossings.iter().take_while(|crossing| crossing.at < p[axis]).map(|crossing| crossing.step).sum::<i32>() > 0
+    };
     let wrong = |(p, distance): &(Vector3, f64)| distance.abs() > slack && inside(p) != (*distance < 0.0);
     nodes
         .find(wrong)
@@ -77,11 +84,11 @@ fn wrong_side(
 
 /// Stretches between consecutive crossings, and their winding numbers.
 fn stretches(crossings: &[LineCrossing]) -> impl Iterator<Item = (f64, f64, i32)> + '_ {
-    let winding = crossings.iter().scan(0, |sum, (_, step)| {
-        *sum += step;
+    let winding = crossings.iter().scan(0, |sum, crossing| {
+        *sum += crossing.step;
         Some(*sum)
     });
-    crossings.windows(2).zip(winding).map(|(pair, winding)| (pair[0].0, pair[1].0, winding))
+    crossings.windows(2).zip(winding).map(|(pair, winding)| (pair[0].at, pair[1].at, winding))
 }
 
 /// Crossings of the grid line through a node, in ascending order.
@@ -89,7 +96,7 @@ fn line_crossings(tree: &TriangleTree, field: &DistanceGrid, axis: usize, start:
     let (p, mut crossings) = (field.position(start), vec![]);
     let ends = [-1.0, 1.0].map(|side| on_line(p, axis, p[axis] + side * 2.0 * field.extent().norm()));
     tree.visit_near(&ends, &mut |_, corners| crossings.extend(triangle_crossing(corners, &p, axis)));
-    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    crossings.sort_by(|a, b| a.at.total_cmp(&b.at));
     crossings
 }
 
@@ -111,7 +118,7 @@ fn triangle_crossing(corners: &[Vector3; 3], p: &Vector3, axis: usize) -> Option
     let slope = (normal.dot(&arm) - normal[axis] * arm[axis]) / normal[axis];
     let (low, high) = (along[0].min(along[1]).min(along[2]), along[0].max(along[1]).max(along[2]));
     let at = if slope.is_finite() { (along[0] - slope).clamp(low, high) } else { low };
-    Some((at, -turns))
+    Some(LineCrossing { at, step: -turns })
 }
 
 /// Orientation: ±1 if, seen against the axis, the edge passes above the point, positive counter-clockwise; otherwise 0.

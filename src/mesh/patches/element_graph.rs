@@ -111,7 +111,8 @@ impl<const D: usize> ElementGraph<D> {
     }
 }
 
-/// Length or area of the facet opposite each node: |cof(edges) G_a|/(D − 1)!, with G the gradients of the reference simplex.
+/// Length or area of the facet opposite each node: |cof(edges) G_a|/(D − 1)!, with the gradients G of the reference
+/// simplex.
 fn facet_sizes<const D: usize>(edges: &crate::math::Tensor<D>) -> [f64; 4] {
     let normals = cofactor(edges);
     let factorial = (D - 1) as f64;

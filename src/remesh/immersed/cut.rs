@@ -1,4 +1,4 @@
-//! Cutting of the body out of its background mesh (marching triangles on the signed distance).
+//! Cutting of the body out of its background mesh along the zero level of the signed distance.
 
 use super::super::triangle::{PlanePoint, quality};
 use super::super::{NodeOrigin, Proposal};

@@ -37,6 +37,7 @@ pub struct Steps {
 /// Remeshes a plane body with these target sizes, m, by node. Only features of the old mesh stay: corners and ends of
 /// held boundaries.
 ///
+/// # Errors
 /// [`RemeshError`] for invalid sizes or positions.
 pub fn immerse(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Steps, RemeshError> {
     check(old, size, rules)?;

@@ -16,8 +16,8 @@ const PLANE: f64 = 1e-9;
 /// Slides a surface point if its worst tetrahedron improves.
 ///
 /// The point moves in its free directions and across the area vector of its facets, which conserves the volume
-/// (Lindstrom & Turk 1998). It leaves its facets by at most [`SurfaceCriteria::slide`] and does not enter a body deeper than
-/// points may stand; `cleared` projects out of bodies.
+/// (Lindstrom & Turk 1998). It leaves its facets by at most [`SurfaceCriteria::slide`] and does not enter a body deeper
+/// than points may stand; `cleared` projects out of bodies.
 pub(super) fn slide(
     complex: &mut TetMesh,
     point: u32,

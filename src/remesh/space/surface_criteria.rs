@@ -13,8 +13,8 @@ pub(super) struct SurfaceCriteria<'a> {
     pub sag: f64,
     /// Greatest distance of a sliding point from its facets, in target lengths; 0 disables sliding.
     pub slide: f64,
-    /// True if any facets within a held plane count as flat. False for a flowing gel: a yaw of 4° in `bullet-yaw` then
-    /// stops after 117 µs.
+    /// True if all facets within a held plane count as flat. It must be false for a flowing gel: otherwise the run of
+    /// `bullet-yaw` with a yaw of 4° ends after 117 µs.
     pub planes: bool,
     /// Greatest total change of volume, and the change so far, m³.
     pub volume: f64,

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 const SEEDS: std::ops::Range<u64> = 1..201;
 /// Greatest change of volume: half of it is allowed where it cannot be returned.
 const CHANGE: f64 = 1e-6;
-/// What a round held face may lose of its area: 0.26 % were measured.
+/// Greatest loss of area of a round held face: 0.26 % were measured.
 const ROUND: f64 = 4e-3;
 /// Quality of a new mesh, or that of the old one; a second mesh has that of the first, or the other value. Of 200
 /// bodies one has 0.451 after 0.453, because a short edge was collapsed.
