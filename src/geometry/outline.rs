@@ -1,6 +1,6 @@
 use super::piece::{PieceCurve, ProfilePiece, ProfilePoint, cross};
 
-/// Outline of a convex body: lines and arcs from the tip, on the axis at z = 0, to the rear on the axis; ρ is the
+/// Outline of a convex body: lines and arcs from the tip, on the axis at z = 0, to the rear on the axis. ρ is the
 /// distance from the axis, z the distance behind the tip.
 ///
 /// # Examples

@@ -51,10 +51,10 @@ fn is_clearly_better<const D: usize>(x: &[Vector<D>], simplex: &Simplex, than: f
 /// measure of a ring includes its mean radius `radius`; elsewhere pass infinity. An inverted simplex has the bound 0.
 ///
 /// Let S² = Σ l² = (D + 1) Σ |x − c|² with the centroid c. If nodes move by δ, S grows by at most (D + 1) δ. In the
-/// plane the measure falls by half the sum of the sides, at most S √3/2 δ; in space by a third of the sum of the faces,
-/// at most S²/(6√3) δ (Weitzenböck's inequality). With δ limited to S/20, the greatest S reachable makes this bound
-/// linear in δ. The measure that a quality requires, c S^D, is convex in δ and is bounded by the line of its steepest
-/// slope.
+/// plane the measure falls by half the sum of the sides, at most S √3/2 δ. In space it falls by a third of the sum of
+/// the faces, at most S²/(6√3) δ (Weitzenböck's inequality). With δ limited to S/20, the greatest S reachable makes
+/// this bound linear in δ. The measure that a quality requires, c S^D, is convex in δ: its steepest slope bounds it by
+/// a line.
 #[must_use]
 pub fn leeway<const D: usize>(x: &[Vector<D>], simplex: &Simplex, (than, least): (f64, f64), radius: f64) -> f64 {
     /// Greatest travel, in S, and the safety factor and absolute rounding allowance, in S, of the result.

@@ -59,7 +59,7 @@ fn constrain_nodes<const D: usize>(mesh: &mut Mesh<D>, face: Face, on_face: impl
 /// Meshes a cylinder about z: the cross-section of a block of half width `radius` is mapped to a disc.
 ///
 /// A point of the square at (x, y) moves to radius R₀ = max(|x|, |y|) on its ray, blended with the square itself by
-/// (R₀/R)²: near the axis the grid stays square, at the mantle it is round. Faces of axis 0 denote the mantle.
+/// (R₀/R)². The grid stays square near the axis and is round at the mantle. Faces of axis 0 denote the mantle.
 #[must_use]
 pub fn cylinder(radius: f64, square: Block<3>) -> Mesh<3> {
     let faces = square.faces.clone();

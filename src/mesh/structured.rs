@@ -128,7 +128,8 @@ impl<'a, const D: usize> MeshBuilder<'a, D> {
     }
 
     /// Adds the centred simplices of a cell. The edges of each face (in the plane the face itself) are joined to the
-    /// cell centre and, in space, to the centre of the neighbour; at the boundary to the centre of the face.
+    /// cell centre and, in space, to the centre of the neighbour. At the boundary the centre of the face replaces that
+    /// of the neighbour.
     fn add_centred_cell(&mut self, grid: &Grid<D>, cell: [usize; D]) {
         let middle = cell.map(|i| 2 * i + 1);
         for axis in 0..D {

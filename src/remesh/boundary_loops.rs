@@ -3,7 +3,7 @@
 use super::bounds::BoundingBox;
 use super::box_tree::BoxTree;
 use super::point_set::PointSet;
-use super::triangle::{PlanePoint, cross, distance, do_cross};
+use super::triangle::{PlanarPoint, cross, distance, do_cross};
 use super::untangle::BoundaryCuts;
 use super::{Moved, NodeOrigin, RemeshError, Rules};
 use crate::mesh::{Incidence, NodeId};
@@ -34,7 +34,7 @@ pub(super) struct NewBoundary {
 }
 
 /// Projection of a point to the nearest position outside all bodies.
-pub(super) type ClearProjection<'a> = &'a dyn Fn(&PlanePoint) -> PlanePoint;
+pub(super) type ClearProjection<'a> = &'a dyn Fn(&PlanarPoint) -> PlanarPoint;
 
 /// Boundary loops of the old mesh as linked lists: the nodes before and after each node with exactly two edges.
 pub(super) struct BoundaryLoops<'a> {
@@ -93,10 +93,10 @@ pub(super) fn resample(
     let mut cut = BoundaryCuts::default();
     // A pit pierced by a neighbouring tip looks like a needle; an inseparable crossing may be located at such a pit.
     let _ = chain.untangle(cloud, &mut cut);
-    (0..WALKS).any(|_| !chain.blunt(cloud, &mut cut));
+    (0..WALKS).any(|_| !chain.cut_needles(cloud, &mut cut));
     chain.untangle(cloud, &mut cut)?;
     if rules.sag > 0.0 {
-        (0..WALKS).any(|_| !chain.leave_out(cloud, rules.sag));
+        (0..WALKS).any(|_| !chain.coarsen(cloud, rules.sag));
     }
     let mut surface = NewBoundary { edges: vec![], lost: cut.edges, near: BoxTree::new(&[]), cleared: 0.0 };
     for &edge in &chain.edges {
@@ -111,7 +111,7 @@ pub(super) fn resample(
 }
 
 /// Finds two segments that cross.
-pub(super) fn crossing(edges: &[[usize; 2]], x: &[PlanePoint]) -> Option<[[usize; 2]; 2]> {
+pub(super) fn crossing(edges: &[[usize; 2]], x: &[PlanarPoint]) -> Option<[[usize; 2]; 2]> {
     let near = BoxTree::segments(edges, x);
     edges.iter().enumerate().find_map(|(i, edge)| {
         let ends = edge.map(|n| &x[n]);
@@ -172,7 +172,7 @@ impl<'a> BoundaryLoops<'a> {
             return Some(BoundaryFeature::Always);
         };
         let held = &self.old.mesh.held;
-        let is_corner = |x: &[PlanePoint]| {
+        let is_corner = |x: &[PlanarPoint]| {
             let (u, v) = (x[node] - x[before], x[after] - x[node]);
             u.dot(&v) < CORNER * u.norm() * v.norm()
         };
@@ -185,7 +185,7 @@ impl<'a> BoundaryLoops<'a> {
     }
 
     /// Leaves out needless nodes, no two of them adjacent. Returns true if any was left out.
-    fn leave_out(&mut self, cloud: &mut PointSet, sag: f64) -> bool {
+    fn coarsen(&mut self, cloud: &mut PointSet, sag: f64) -> bool {
         let mut waits = vec![false; self.can_go.len()];
         let mut any = false;
         for i in 0..self.members.len() {
@@ -223,7 +223,7 @@ impl<'a> BoundaryLoops<'a> {
     }
 
     /// Returns true if all old nodes of a stretch are within `sag`, m, of its chord.
-    fn is_straight(&self, [from, to]: [usize; 2], x: &[PlanePoint], sag: f64) -> bool {
+    fn is_straight(&self, [from, to]: [usize; 2], x: &[PlanarPoint], sag: f64) -> bool {
         let chord = distance(&x[from], &x[to]);
         let mut node = self.first_after[from];
         while let Some(at) = node.filter(|&at| at != to) {
@@ -251,7 +251,7 @@ impl<'a> BoundaryLoops<'a> {
 impl NewBoundary {
     /// Projects new points by `cleared` where that is near: a chord of a wall that lies around a body crosses the body.
     fn clear(&mut self, cloud: &mut PointSet, held: &[[bool; 2]], cleared: ClearProjection<'_>) {
-        let area = |edges: &[[usize; 2]], x: &[PlanePoint]| -> f64 {
+        let area = |edges: &[[usize; 2]], x: &[PlanarPoint]| -> f64 {
             edges.iter().map(|[a, b]| 0.5 * (x[*a][0] * x[*b][1] - x[*a][1] * x[*b][0])).sum()
         };
         let before = area(&self.edges, &cloud.position);
@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn edges_of_straight_sides_end_up_near_their_size() {
         let mesh = square(12);
-        let position = moved(&mesh, |x| PlanePoint::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
+        let position = moved(&mesh, |x| PlanarPoint::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
         let old = Moved { mesh: &mesh, position: &position };
         for size in [0.03, 0.1, 0.2, 0.4] {
             let new = propose(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
@@ -327,28 +327,28 @@ mod tests {
     fn no_node_is_left_out_across_another_wall() {
         // A wall with a dent, and a neighbouring wall with a held tip in the dent.
         let mut mesh = rings(2, 0.25);
-        let (dent, tip) = (PlanePoint::new(3.0, 1.5), PlanePoint::new(4.0, 1.5));
-        let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - PlanePoint::new(0.995, 0.0) } else { *x });
+        let (dent, tip) = (PlanarPoint::new(3.0, 1.5), PlanarPoint::new(4.0, 1.5));
+        let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - PlanarPoint::new(0.995, 0.0) } else { *x });
         for (n, x) in mesh.rest.iter().enumerate() {
             if *x == dent {
-                position[n] = PlanePoint::new(2.98, 1.5);
+                position[n] = PlanarPoint::new(2.98, 1.5);
             } else if *x == tip {
-                position[n] = PlanePoint::new(2.99, 1.5);
+                position[n] = PlanarPoint::new(2.99, 1.5);
                 mesh.held[n] = [true; 2];
             }
         }
         let sizes = vec![1.2; position.len()];
-        let proposed = |position: &[PlanePoint]| {
+        let proposed = |position: &[PlanarPoint]| {
             let old = Moved { mesh: &mesh, position };
             let new = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
             judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
-            new.position.contains(&PlanePoint::new(2.98, 1.5))
+            new.position.contains(&PlanarPoint::new(2.98, 1.5))
         };
         assert!(proposed(&position));
         // Without the tip the dent is filled.
-        let apart: Vec<PlanePoint> = position
+        let apart: Vec<PlanarPoint> = position
             .iter()
-            .map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + PlanePoint::new(0.5, 0.0) } else { *x })
+            .map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + PlanarPoint::new(0.5, 0.0) } else { *x })
             .collect();
         assert!(!proposed(&apart));
     }

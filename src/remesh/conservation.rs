@@ -70,7 +70,7 @@ impl<const D: usize> NodeGroup<'_, D> {
     /// Adds the rigid rotation about the centre of mass that has this angular momentum, N·m·s.
     ///
     /// The rotation carries no momentum. Coincident nodes do not turn, nor do collinear nodes in space.
-    pub fn turn(&self, velocity: &mut [Vector<D>], angular: &Vector3) {
+    pub fn add_rotation(&self, velocity: &mut [Vector<D>], angular: &Vector3) {
         let sum = |term: &dyn Fn(usize) -> f64| ordered_sum(self.members.len(), 0.0, |k| term(self.members[k]));
         let mass = sum(&|i| self.mass[i]);
         let centre = Vector::<D>::from_fn(|axis, _| sum(&|i| self.mass[i] * self.x[i][axis]) / mass);

@@ -108,8 +108,8 @@ fn note(bends: &mut [ElementBend], pair: [usize; 2], (apart, along): (f64, f64))
     }
 }
 
-/// Returns true if normals of graphs with at most this squared slope cannot enclose an angle of greater tan²: |a − b|²
-/// ≤ 4|a|², |a × b|² ≤ |a|⁴ and a·b ≥ −|a|², if |a| ≥ |b|.
+/// Returns true if two normals of graphs with at most this squared slope cannot enclose an angle of greater tan². For
+/// |a| ≥ |b|: |a − b|² ≤ 4|a|², |a × b|² ≤ |a|⁴ and a·b ≥ −|a|².
 #[inline(always)]
 fn is_flat(steepest: f64, tangent: f64) -> bool {
     let along = 1.0 - steepest;

@@ -7,7 +7,7 @@ use super::box_tree::BoxTree;
 use super::carve::inside_triangles;
 use super::point_insertion::{NEW, OpenRegion, scatter};
 use super::point_set::PointSet;
-use super::triangle::{PlanePoint, circumcircle, distance};
+use super::triangle::{PlanarPoint, circumcircle, distance};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -73,7 +73,7 @@ pub(super) fn triangulate(
 ///
 /// # Errors
 /// [`RemeshError`] if two points coincide, or one is beyond exact predicates.
-pub(super) fn of_points(points: &[PlanePoint]) -> Result<Vec<[usize; 3]>, RemeshError> {
+pub(super) fn of_points(points: &[PlanarPoint]) -> Result<Vec<[usize; 3]>, RemeshError> {
     let mut triangles = SiteTriangulation::new();
     for i in morton_order(points) {
         add(&mut triangles, i as usize, &points[i as usize])?;
@@ -82,7 +82,7 @@ pub(super) fn of_points(points: &[PlanePoint]) -> Result<Vec<[usize; 3]>, Remesh
 }
 
 fn insert(sites: &[usize], limits: &NewBoundary, cloud: &PointSet) -> Result<SiteTriangulation, RemeshError> {
-    let places: Vec<PlanePoint> = sites.iter().map(|&p| cloud.position[p]).collect();
+    let places: Vec<PlanarPoint> = sites.iter().map(|&p| cloud.position[p]).collect();
     let mut triangles = SiteTriangulation::new();
     let mut handles = vec![None; cloud.position.len()];
     for i in morton_order(&places) {
@@ -100,7 +100,11 @@ fn insert(sites: &[usize], limits: &NewBoundary, cloud: &PointSet) -> Result<Sit
     Ok(triangles)
 }
 
-fn add(triangles: &mut SiteTriangulation, number: usize, point: &PlanePoint) -> Result<FixedVertexHandle, RemeshError> {
+fn add(
+    triangles: &mut SiteTriangulation,
+    number: usize,
+    point: &PlanarPoint,
+) -> Result<FixedVertexHandle, RemeshError> {
     let before = triangles.num_vertices();
     let failed = |_| RemeshError::Place { place: (*point).into() };
     let handle = triangles.insert(DelaunaySite { place: place(point), number }).map_err(failed)?;
@@ -111,7 +115,7 @@ fn add(triangles: &mut SiteTriangulation, number: usize, point: &PlanePoint) -> 
 }
 
 /// Flushes coordinates too small for exact predicates to zero.
-fn place(p: &PlanePoint) -> Point2<f64> {
+fn place(p: &PlanarPoint) -> Point2<f64> {
     let [x, y] = [p[0], p[1]].map(|x| if x.abs() < spade::MIN_ALLOWED_VALUE { 0.0 } else { x });
     Point2::new(x, y)
 }
@@ -119,10 +123,10 @@ fn place(p: &PlanePoint) -> Point2<f64> {
 impl FillRefinement<'_> {
     /// Inserts circumcentres of wide triangles, the widest first. Returns true if any was inserted.
     fn divide_wide(&mut self, cloud: &mut PointSet) -> Result<bool, RemeshError> {
-        let mut wide: Vec<(f64, PlanePoint, f64)> =
+        let mut wide: Vec<(f64, PlanarPoint, f64)> =
             inside_triangles(&self.triangles).filter_map(|t| self.widest(&numbers(&t), cloud)).collect();
         wide.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let candidates: Vec<(PlanePoint, f64)> = wide.into_iter().map(|(_, middle, size)| (middle, size)).collect();
+        let candidates: Vec<(PlanarPoint, f64)> = wide.into_iter().map(|(_, middle, size)| (middle, size)).collect();
         let taken = cloud.position[self.first_new..].to_vec();
         let numbers = scatter(&candidates, &taken, cloud, self.limits);
         numbers.iter().try_for_each(|&number| add(&mut self.triangles, number, &cloud.position[number]).map(drop))?;
@@ -130,7 +134,7 @@ impl FillRefinement<'_> {
     }
 
     /// Relative width of a wide triangle with room for a point, its circumcentre and the target size there, m.
-    fn widest(&self, corners: &[usize; 3], cloud: &PointSet) -> Option<(f64, PlanePoint, f64)> {
+    fn widest(&self, corners: &[usize; 3], cloud: &PointSet) -> Option<(f64, PlanarPoint, f64)> {
         let (middle, radius) = circumcircle(corners.map(|n| &cloud.position[n]));
         let least = corners.iter().map(|&n| cloud.size[n]).fold(f64::MAX, f64::min);
         // Sizes are interpolated only where the circle could be wide.

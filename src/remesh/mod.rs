@@ -172,7 +172,7 @@ pub fn propose(
     let mut cloud = PointSet::new(old, size);
     let surface = boundary_loops::resample(old, &mut cloud, (rules, cleared))?;
     point_insertion::keep(old, &worst, &limits, &mut cloud, &surface);
-    let parts = retained_region::divide(old, &worst, &limits, &cloud, &surface);
+    let parts = retained_region::divide_regions(old, &worst, &limits, &cloud, &surface);
     let filled = if parts.edges.is_empty() { vec![] } else { fill(old, (size, rules.most), &parts, &mut cloud)? };
     Ok(Proposal { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
 }

@@ -114,8 +114,8 @@ pub fn nodal_masses<const D: usize>(n_nodes: usize, elements: &[Simplex], corner
     mass
 }
 
-/// Least mass of a node of a changed element, relative to an even share of its elements' masses. 0 if a changed element
-/// has no positive mass: its nodes borrow from their neighbours, and have none as soon as those are removed.
+/// Least mass of a node of a changed element, relative to an even share of its elements' masses. It is 0 if a changed
+/// element has no positive mass: its nodes then borrow mass from their neighbours, and lose it when those are removed.
 #[must_use]
 pub fn lightest<const D: usize>(elements: &[Simplex], new: &Transferred<D>) -> f64 {
     let even = |own: &[f64; 4]| [own[..=D].iter().sum::<f64>() / (D + 1) as f64; 4];

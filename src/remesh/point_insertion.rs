@@ -5,7 +5,7 @@ use super::bounds::BoundingBox;
 use super::box_tree::BoxTree;
 use super::point_set::PointSet;
 use super::quadtree::{RootSquare, leaves};
-use super::triangle::{PlanePoint, barycentric, clearance, distance};
+use super::triangle::{PlanarPoint, barycentric, clearance, distance};
 use super::{Moved, NodeOrigin, RemeshError};
 use crate::mesh::Simplex;
 
@@ -71,9 +71,9 @@ pub(super) fn fill(
     limits: &NewBoundary,
 ) -> Result<(), RemeshError> {
     let leaves = leaves(square, |middle, half| part.least(middle, half), most)?;
-    let candidates: Vec<(PlanePoint, f64)> =
+    let candidates: Vec<(PlanarPoint, f64)> =
         leaves.into_iter().filter_map(|(middle, _)| part.size(&middle).map(|size| (middle, size))).collect();
-    let taken: Vec<PlanePoint> =
+    let taken: Vec<PlanarPoint> =
         (0..cloud.position.len()).filter(|&p| cloud.chosen[p]).map(|p| cloud.position[p]).collect();
     scatter(&candidates, &taken, cloud, limits);
     Ok(())
@@ -82,8 +82,8 @@ pub(super) fn fill(
 /// Adds the candidates, positions with sizes, that are near no taken point, no earlier candidate and no edge. Returns
 /// their indices.
 pub(super) fn scatter(
-    candidates: &[(PlanePoint, f64)],
-    taken: &[PlanePoint],
+    candidates: &[(PlanarPoint, f64)],
+    taken: &[PlanarPoint],
     cloud: &mut PointSet,
     limits: &NewBoundary,
 ) -> Vec<usize> {
@@ -107,14 +107,14 @@ pub(super) fn scatter(
 
 impl NewBoundary {
     /// Returns true if a point is nearer than `reach` to one of the edges.
-    pub fn is_near(&self, x: &[PlanePoint], point: &PlanePoint, reach: f64) -> bool {
+    pub fn is_near(&self, x: &[PlanarPoint], point: &PlanarPoint, reach: f64) -> bool {
         self.near.any(&BoundingBox::about(point, reach), |i| clearance(self.edges[i].map(|n| &x[n]), point) < reach)
     }
 }
 
 /// Open region: the old elements that are remeshed, with their target sizes.
 pub(super) struct OpenRegion<'a> {
-    x: &'a [PlanePoint],
+    x: &'a [PlanarPoint],
     size: &'a [f64],
     elements: Vec<Simplex>,
     near: BoxTree<2>,
@@ -134,7 +134,7 @@ impl<'a> OpenRegion<'a> {
     }
 
     /// Target size at a point, m, linear over its element; none outside.
-    pub fn size(&self, point: &PlanePoint) -> Option<f64> {
+    pub fn size(&self, point: &PlanarPoint) -> Option<f64> {
         let mut size = None;
         self.near.any(&BoundingBox::about(point, 0.0), |e| {
             size = self.size_in(e, point);
@@ -143,7 +143,7 @@ impl<'a> OpenRegion<'a> {
         size
     }
 
-    fn size_in(&self, e: usize, point: &PlanePoint) -> Option<f64> {
+    fn size_in(&self, e: usize, point: &PlanarPoint) -> Option<f64> {
         let (barycentric, sizes) = (self.barycentric(e, point), self.sizes(e));
         let is_inside = barycentric.iter().all(|share| *share >= 0.0);
         is_inside.then(|| sizes.iter().zip(barycentric).map(|(h, share)| h * share).sum())
@@ -151,7 +151,7 @@ impl<'a> OpenRegion<'a> {
 
     /// Least target size on the elements about a square, m. Each element is evaluated at the centre, clamped to its
     /// nodal sizes. None where there are no elements.
-    pub fn least(&self, middle: &PlanePoint, half: f64) -> Option<f64> {
+    pub fn least(&self, middle: &PlanarPoint, half: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
         self.near.any(&BoundingBox::about(middle, half), |e| {
             let (barycentric, sizes) = (self.barycentric(e, middle), self.sizes(e));
@@ -164,7 +164,7 @@ impl<'a> OpenRegion<'a> {
         least
     }
 
-    fn barycentric(&self, e: usize, point: &PlanePoint) -> [f64; 3] {
+    fn barycentric(&self, e: usize, point: &PlanarPoint) -> [f64; 3] {
         barycentric([0, 1, 2].map(|k| &self.x[self.elements[e][k].index()]), point)
     }
 

@@ -1,6 +1,6 @@
 //! 2:1 balanced quadtree over the square around the body: cells no larger than the target size in them.
 
-use super::triangle::PlanePoint;
+use super::triangle::PlanarPoint;
 use super::{RemeshError, at_most};
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ struct QuadCell {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RootSquare {
     /// Lower corner, m.
-    pub corner: PlanePoint,
+    pub corner: PlanarPoint,
     /// Edge, m.
     pub edge: f64,
 }
@@ -31,9 +31,9 @@ pub(super) struct RootSquare {
 /// number.
 pub(super) fn leaves(
     square: &RootSquare,
-    least: impl Fn(&PlanePoint, f64) -> Option<f64>,
+    least: impl Fn(&PlanarPoint, f64) -> Option<f64>,
     most: usize,
-) -> Result<Vec<(PlanePoint, f64)>, RemeshError> {
+) -> Result<Vec<(PlanarPoint, f64)>, RemeshError> {
     let mut leaves = HashSet::new();
     let mut wanted = vec![];
     let mut open = vec![QuadCell { level: 0, at: [0, 0] }];
@@ -49,7 +49,7 @@ pub(super) fn leaves(
             None => drop(leaves.insert(cell)),
         }
     }
-    let mut found: Vec<(PlanePoint, f64)> =
+    let mut found: Vec<(PlanarPoint, f64)> =
         balanced(leaves, wanted, most)?.into_iter().map(|cell| cell.place(square)).collect();
     found.retain(|(middle, edge)| least(middle, 0.5 * edge).is_some());
     Ok(found)
@@ -81,10 +81,10 @@ fn balanced(
 }
 
 impl QuadCell {
-    fn place(self, square: &RootSquare) -> (PlanePoint, f64) {
+    fn place(self, square: &RootSquare) -> (PlanarPoint, f64) {
         let edge = square.edge / f64::from(1_u32 << self.level);
         let middle = |i: usize| square.corner[i] + (f64::from(self.at[i]) + 0.5) * edge;
-        (PlanePoint::new(middle(0), middle(1)), edge)
+        (PlanarPoint::new(middle(0), middle(1)), edge)
     }
 
     fn children(self) -> [Self; 4] {
@@ -109,11 +109,12 @@ impl QuadCell {
 mod tests {
     use super::*;
 
-    const UNIT: RootSquare = RootSquare { corner: PlanePoint::new(0.0, 0.0), edge: 1.0 };
+    const UNIT: RootSquare = RootSquare { corner: PlanarPoint::new(0.0, 0.0), edge: 1.0 };
 
     #[test]
     fn leaves_fill_the_square_and_are_as_small_as_asked() {
-        let away = |p: &PlanePoint, half: f64| ((p[0] - half).max(0.0).powi(2) + (p[1] - half).max(0.0).powi(2)).sqrt();
+        let away =
+            |p: &PlanarPoint, half: f64| ((p[0] - half).max(0.0).powi(2) + (p[1] - half).max(0.0).powi(2)).sqrt();
         let found = leaves(&UNIT, |p, half| Some(0.01 + 0.3 * away(p, half)), 10_000).unwrap();
         let area: f64 = found.iter().map(|(_, edge)| edge * edge).sum();
         assert!((area - 1.0).abs() < 1e-12);
@@ -124,14 +125,14 @@ mod tests {
 
     #[test]
     fn neighbours_are_at_most_one_level_apart() {
-        let size = |p: &PlanePoint, half: f64| {
-            let holds = (p - PlanePoint::new(0.3, 0.3)).abs().max() <= half;
+        let size = |p: &PlanarPoint, half: f64| {
+            let holds = (p - PlanarPoint::new(0.3, 0.3)).abs().max() <= half;
             Some(if holds { 0.002 } else { 1.0 })
         };
         let found = leaves(&UNIT, size, 1000).unwrap();
         assert!(matches!(leaves(&UNIT, size, found.len() - 1), Err(RemeshError::TooMany { .. })));
-        let touch = |(p, a): &(PlanePoint, f64), (q, b): &(PlanePoint, f64)| {
-            let gap = (p - q).abs() - PlanePoint::repeat(0.5 * (a + b));
+        let touch = |(p, a): &(PlanarPoint, f64), (q, b): &(PlanarPoint, f64)| {
+            let gap = (p - q).abs() - PlanarPoint::repeat(0.5 * (a + b));
             gap.max() < 1e-12 && gap.min() < -1e-12
         };
         for leaf in &found {

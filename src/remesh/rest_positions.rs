@@ -6,8 +6,8 @@ use super::{Moved, NodeOrigin, Proposal};
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// Distance outside the old mesh, relative to the longest edge of the nearest element, above which a point is a miss:
-/// far above the rounding of a boundary point, far below any relevance to a field.
+/// Distance outside the old mesh, relative to the longest edge of the nearest element, above which a point is a miss.
+/// It is far above the rounding of a boundary point and far below any relevance to a field.
 const OUTSIDE: f64 = 1e-9;
 
 /// Location of a new node in the old mesh.

@@ -37,7 +37,7 @@ pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
 
 /// Retains the elements whose nodes are all chosen, that touch no poor element and are not too wide. The open region is
 /// bounded by the edges that occur an odd number of times among those elements and the new boundary.
-pub(super) fn divide(
+pub(super) fn divide_regions(
     old: &Moved<'_, 2>,
     worst: &[f64],
     limits: &QualityLimits,
@@ -55,7 +55,7 @@ pub(super) fn divide(
         if stays { parts.kept.push(e) } else { parts.open.push(e) }
     }
     let kept: Vec<[usize; 3]> = parts.kept.iter().map(|e| corners(&old.mesh.elements[e.index()])).collect();
-    parts.edges = odd(&kept, &surface.edges);
+    parts.edges = odd_edges(&kept, &surface.edges);
     parts
 }
 
@@ -96,7 +96,7 @@ fn lost(old: &Moved<'_, 2>, surface: &NewBoundary) -> Vec<bool> {
 }
 
 /// Edges that occur an odd number of times among the boundary and these elements, in order.
-fn odd(elements: &[[usize; 3]], boundary: &[[usize; 2]]) -> Vec<[usize; 2]> {
+fn odd_edges(elements: &[[usize; 3]], boundary: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let sides = elements.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut edges: Vec<[usize; 2]> = sides.chain(boundary.iter().copied()).map(|[a, b]| [a.min(b), a.max(b)]).collect();
     edges.sort_unstable();

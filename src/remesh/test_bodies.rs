@@ -35,14 +35,14 @@ fn grid<const D: usize>(
     for point in &mut points {
         let at: [usize; D] = std::array::from_fn(|axis| planes[axis].iter().position(|p| *p == point[axis]).unwrap());
         if (0..D).all(|axis| at[axis] > 0 && at[axis] + 1 < planes[axis].len()) {
-            *point += Vector::<D>::from_fn(|axis, _| 0.5 * jitter * shift(&planes[axis], at[axis], random));
+            *point += Vector::<D>::from_fn(|axis, _| 0.5 * jitter * random_shift(&planes[axis], at[axis], random));
         }
     }
     (points, elements)
 }
 
 /// Random displacement of up to a quarter of the lesser adjacent cell, to either side.
-fn shift(planes: &[f64], k: usize, random: &mut TestRandom) -> f64 {
+fn random_shift(planes: &[f64], k: usize, random: &mut TestRandom) -> f64 {
     (planes[k + 1] - planes[k]).min(planes[k] - planes[k - 1]) * (0.5 * random.next() - 0.25)
 }
 
@@ -57,7 +57,7 @@ fn flat_grid<const D: usize>(
     for j in 0..n[1] {
         for i in 0..n[0] {
             let is_inner = i > 0 && j > 0 && i + 1 < n[0] && j + 1 < n[1];
-            let mut by = |axis: usize, k| if is_inner { jitter * shift(&planes[axis], k, random) } else { 0.0 };
+            let mut by = |axis: usize, k| if is_inner { jitter * random_shift(&planes[axis], k, random) } else { 0.0 };
             let by = [by(0, i), by(1, j)];
             points.push(Vector::<D>::from_fn(|axis, _| planes[axis][[i, j][axis]] + by[axis]));
         }

@@ -57,7 +57,7 @@ pub fn transfer_paired<const D: usize>(
     defects.massless = mass.iter().filter(|m| **m <= 0.0 || !m.is_finite()).count();
     if carried.symmetry != Symmetry::Axisymmetric {
         let changed = NodeGroup { x: &new.position, mass: &mass, members: &free(new, &pairing, &held) };
-        changed.turn(&mut velocity, &-defects.angular_defect());
+        changed.add_rotation(&mut velocity, &-defects.angular_defect());
         defects.after = Books::of(&new.position, &mass, &velocity);
     }
     Transferred { rest, mass, corner_mass, velocity, held, same: pairing.same, sources: parts.sources, defects }

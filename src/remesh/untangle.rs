@@ -131,7 +131,7 @@ impl BoundaryLoops<'_> {
 
     /// Cuts off needle-shaped tips, no two of them adjacent, and returns true if there were any. Nothing else helps
     /// them: the only element of such a tip has all its nodes on the boundary.
-    pub fn blunt(&mut self, cloud: &mut PointSet, cut: &mut BoundaryCuts) -> bool {
+    pub fn cut_needles(&mut self, cloud: &mut PointSet, cut: &mut BoundaryCuts) -> bool {
         let mut waits = vec![false; self.can_go.len()];
         let mut any = false;
         for i in 0..self.members.len() {
@@ -162,8 +162,8 @@ impl BoundaryLoops<'_> {
         .then_some((before, after))
     }
 
-    /// Returns true if a node is beyond the axis x = 0 (the body is at x ≥ 0), the boundary comes from or leads to the
-    /// axis, and the loss is small.
+    /// Returns true if a node is beyond the axis x = 0 and may be cut off: the body is at x ≥ 0, the boundary comes
+    /// from or leads to the axis, and the loss is small.
     fn is_beyond(&self, [before, node, after]: [usize; 3], cloud: &PointSet) -> bool {
         let x = self.old.position;
         let is_axial = |n: usize| self.old.mesh.held[n][0] && x[n][0] == 0.0;

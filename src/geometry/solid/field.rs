@@ -83,8 +83,8 @@ impl DistanceGrid {
     /// Lower bound of the distance, and its gradient, at a point at least two cells outside the body.
     ///
     /// Outside the grid the bound is the distance to the bounding box. Inside, it is the trilinear interpolant less
-    /// √3/2 cells: φ is 1-Lipschitz, and the root of the weighted mean square of the distances to the eight nodes is at
-    /// most √3/2 cells. `None` where the surface may be nearer.
+    /// √3/2 cells. φ is 1-Lipschitz, so the interpolant exceeds the distance by at most the weighted mean distance of
+    /// the eight nodes, and their root mean square is at most √3/2 cells. `None` where the surface may be nearer.
     pub fn far_bound(&self, p: &Vector3) -> Option<Gap> {
         let local = (p - self.first) / self.cell;
         let inside = (0..3).all(|i| local[i] >= 0.0 && local[i] <= (self.nodes[i] - 1) as f64);

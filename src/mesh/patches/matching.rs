@@ -6,8 +6,8 @@ use std::cmp::Reverse;
 
 /// Greatest number of matched pairs on an augmenting path.
 ///
-/// Without augmenting paths a fifth of the tetrahedra of Kuhn's cells stay single (20 % of 48 000), and a twentieth of
-/// a centred plane mesh that lacks 5 % of its triangles. With 1 pair 3 % of Kuhn's are not in fours, with 2 0.8 %, with
+/// Without augmenting paths a fifth of the tetrahedra of Kuhn's cells stay single (20 % of 48 000). In a centred plane
+/// mesh that lacks 5 % of its triangles, a twentieth do. With 1 pair 3 % of Kuhn's are not in fours, with 2 0.8 %, with
 /// 5 0.5 %, with 7 0.35 %. The number of paths to be tried triples with every pair in space.
 const MOST_PAIRS_ON_PATH: usize = 5;
 

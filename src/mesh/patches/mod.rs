@@ -7,10 +7,11 @@
 //! around an edge are joined first: those of the centred lattice are its octahedra, and elsewhere too they give a
 //! smoother pressure.
 //!
-//! Punch on a quarter of a clamped block (linear, N = 16 cells per edge) at ν = 0.4999, force relative to nodal
-//! averaging: pairs 0.97–1.00 and plain triangles 1.00–2.28 on crossed, Kuhn, displaced and random Delaunay triangles.
-//! Fours 0.986–1.011 and plain tetrahedra 1.19–3.31 on the centred and Kuhn lattice, displaced or not, and on random
-//! Delaunay tetrahedra, of which 99 % are in fours. Pairs of tetrahedra still lock, by 7 to 81 %.
+//! Verification: a punch on a quarter of a clamped block (linear, N = 16 cells per edge) at ν = 0.4999, force relative
+//! to nodal averaging. In the plane pairs give 0.97–1.00 and plain triangles 1.00–2.28, on crossed, Kuhn, displaced and
+//! random Delaunay triangles. In space fours give 0.986–1.011 and plain tetrahedra 1.19–3.31, on the centred and Kuhn
+//! lattice, displaced or not, and on random Delaunay tetrahedra, of which 99 % are in fours. Pairs of tetrahedra still
+//! lock, by 7 to 81 %.
 
 mod element_graph;
 mod matching;

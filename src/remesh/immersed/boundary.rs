@@ -2,13 +2,13 @@
 
 use super::super::bounds::BoundingBox;
 use super::super::box_tree::BoxTree;
-use super::super::triangle::{PlanePoint, clearance, cross, do_cross};
+use super::super::triangle::{PlanarPoint, clearance, cross, do_cross};
 use super::super::{Moved, NodeOrigin};
 use crate::mesh::NodeId;
 
 /// Edges of the deformed boundary, the body on their left.
 pub(super) struct ImmersedBoundary<'a> {
-    x: &'a [PlanePoint],
+    x: &'a [PlanarPoint],
     edges: Vec<[usize; 2]>,
     near: BoxTree<2>,
 }
@@ -16,7 +16,7 @@ pub(super) struct ImmersedBoundary<'a> {
 /// Location on the boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BoundaryLocation {
-    pub at: PlanePoint,
+    pub at: PlanarPoint,
     pub origin: NodeOrigin,
 }
 
@@ -26,21 +26,21 @@ impl<'a> ImmersedBoundary<'a> {
         Self { x: old.position, near: BoxTree::segments(&edges, old.position), edges }
     }
 
-    fn ends(&self, edge: usize) -> [&'a PlanePoint; 2] {
+    fn ends(&self, edge: usize) -> [&'a PlanarPoint; 2] {
         self.edges[edge].map(|n| &self.x[n])
     }
 
     /// Signed distance of a point, m, negative in the body.
-    pub fn signed_distance(&self, p: &PlanePoint) -> f64 {
+    pub fn signed_distance(&self, p: &PlanarPoint) -> f64 {
         let nearest = self.near.nearest(p, |edge| clearance(self.ends(edge), p));
         let distance = nearest.map_or(f64::INFINITY, |(_, distance)| distance);
         if self.winding(p) > 0 { -distance } else { distance }
     }
 
     /// Winding number of the boundary around a point, counter-clockwise.
-    pub fn winding(&self, p: &PlanePoint) -> i32 {
+    pub fn winding(&self, p: &PlanarPoint) -> i32 {
         let mut winding = 0;
-        let right = BoundingBox { low: *p, high: PlanePoint::new(f64::MAX, p[1]) };
+        let right = BoundingBox { low: *p, high: PlanarPoint::new(f64::MAX, p[1]) };
         self.near.any(&right, |edge| {
             let [a, b] = self.ends(edge);
             let is_left = cross(a, b, p);
@@ -52,14 +52,14 @@ impl<'a> ImmersedBoundary<'a> {
     }
 
     /// Nearest location on the boundary.
-    pub fn nearest_location(&self, p: &PlanePoint) -> Option<BoundaryLocation> {
+    pub fn nearest_location(&self, p: &PlanarPoint) -> Option<BoundaryLocation> {
         let (edge, _) = self.near.nearest(p, |edge| clearance(self.ends(edge), p))?;
         let [a, b] = self.ends(edge);
         Some(self.place(edge, (p - a).dot(&(b - a)) / (b - a).norm_squared()))
     }
 
     /// Location where a segment crosses the boundary, nearest to the fraction `way` of the segment.
-    pub fn crossing(&self, [from, to]: [&PlanePoint; 2], way: f64) -> Option<BoundaryLocation> {
+    pub fn crossing(&self, [from, to]: [&PlanarPoint; 2], way: f64) -> Option<BoundaryLocation> {
         let mut best: Option<(f64, usize, f64)> = None;
         self.near.any(&BoundingBox::around([from, to]), |edge| {
             let [a, b] = self.ends(edge);

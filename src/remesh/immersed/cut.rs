@@ -1,6 +1,6 @@
 //! Cutting of the body out of its background mesh along the zero level of the signed distance.
 
-use super::super::triangle::{PlanePoint, quality};
+use super::super::triangle::{PlanarPoint, quality};
 use super::super::{NodeOrigin, Proposal};
 use super::boundary::{BoundaryLocation, ImmersedBoundary};
 use super::snap::ImmersedMesh;
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 struct MeshCutter<'a> {
     boundary: &'a ImmersedBoundary<'a>,
     immersed: &'a ImmersedMesh,
-    points: Vec<PlanePoint>,
+    points: Vec<PlanarPoint>,
     origin: Vec<NodeOrigin>,
     /// Point on each cut edge.
     cuts: BTreeMap<[usize; 2], usize>,
@@ -56,7 +56,7 @@ impl MeshCutter<'_> {
             (2, _) => {
                 let [a, b, c] = first(&|p| self.is_out(p));
                 let (to_b, to_c) = (self.on_edge(b, a), self.on_edge(c, a));
-                self.divide([to_b, b, c, to_c]);
+                self.divide_quadrilateral([to_b, b, c, to_c]);
             }
             _ => self.halve(first(&|p| !self.is_in(p) && !self.is_out(p))),
         }
@@ -74,7 +74,7 @@ impl MeshCutter<'_> {
     }
 
     /// Adds a quadrilateral as two triangles, by the diagonal with the better worst one.
-    fn divide(&mut self, [a, b, c, d]: [usize; 4]) {
+    fn divide_quadrilateral(&mut self, [a, b, c, d]: [usize; 4]) {
         let worst =
             |pair: &[[usize; 3]; 2]| pair.map(|t| quality(t.map(|p| &self.points[p]))).into_iter().fold(1.0, f64::min);
         let [one, other] = [[[a, b, c], [a, c, d]], [[b, c, d], [b, d, a]]];
@@ -100,8 +100,8 @@ impl MeshCutter<'_> {
         self.points.len() - 1
     }
 
-    fn middle(&self, triangle: &[usize; 3]) -> PlanePoint {
-        triangle.iter().map(|p| self.points[*p]).sum::<PlanePoint>() / 3.0
+    fn middle(&self, triangle: &[usize; 3]) -> PlanarPoint {
+        triangle.iter().map(|p| self.points[*p]).sum::<PlanarPoint>() / 3.0
     }
 
     /// Builds the mesh from the points used, in their order.

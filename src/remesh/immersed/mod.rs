@@ -15,7 +15,7 @@ pub use background::{BackgroundCell, BackgroundMesh, cells, triangulated};
 pub use snap::{ImmersedMesh, snapped};
 
 use super::point_insertion::OpenRegion;
-use super::triangle::PlanePoint;
+use super::triangle::PlanarPoint;
 use super::{Moved, Proposal, RemeshError, Rules, boundary_loops, check};
 use boundary::ImmersedBoundary;
 
@@ -51,7 +51,7 @@ pub fn immerse(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Steps,
 
 /// Signed distances of points from the deformed boundary, m. The winding number gives the sign: overlaps are inside.
 #[must_use]
-pub fn distances(old: &Moved<'_, 2>, points: &[PlanePoint]) -> Vec<f64> {
+pub fn distances(old: &Moved<'_, 2>, points: &[PlanarPoint]) -> Vec<f64> {
     let boundary = ImmersedBoundary::of(old);
     points.iter().map(|p| boundary.signed_distance(p)).collect()
 }

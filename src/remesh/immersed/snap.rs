@@ -3,7 +3,7 @@
 use super::super::boundary_loops::{BoundaryFeature, features};
 use super::super::bounds::BoundingBox;
 use super::super::box_tree::BoxTree;
-use super::super::triangle::{PlanePoint, distance as apart};
+use super::super::triangle::{PlanarPoint, distance as apart};
 use super::super::{Moved, NodeOrigin, RemeshError, delaunay};
 use super::background::BackgroundMesh;
 use super::boundary::{BoundaryLocation, ImmersedBoundary};
@@ -59,7 +59,7 @@ pub fn snapped(
         !near.any(&BoundingBox::about(point, reach), |i| apart(&places[i].at, point) < reach)
     };
     let free: Vec<usize> = far.into_iter().filter(has_room).collect();
-    let points: Vec<PlanePoint> =
+    let points: Vec<PlanarPoint> =
         places.iter().map(|place| place.at).chain(free.iter().map(|p| background.points[*p])).collect();
     let origin = places.iter().map(|place| place.origin).chain(free.iter().map(|_| NodeOrigin::Inside)).collect();
     let distance = places.iter().map(|_| 0.0).chain(free.iter().map(|p| distance[*p])).collect();

@@ -10,9 +10,9 @@ use super::tet_mesh::{MeshOperation, TetMesh, Tetrahedron};
 ///
 /// A surface point moves along a flat surface only. Its target must be held in all directions in which it is held
 /// itself, and a point at the end of a loaded face moves along that end. The link condition (Dey et al. 1999) forbids a
-/// collapse that would weld the mesh: points with the edge and another neighbour in common but no tetrahedron with all
-/// three; points facing the same edge without a tetrahedron with both; points joined by the surface to a third one
-/// without a facet with all three.
+/// collapse that would weld the mesh. It concerns points with the edge and another neighbour in common but no
+/// tetrahedron with all three. It also concerns points that face the same edge without a tetrahedron with both, and
+/// points that the surface joins to a third one without a facet with all three.
 pub(super) fn collapse_onto(
     complex: &TetMesh,
     (a, b): (u32, u32),

@@ -92,7 +92,7 @@ impl MeshImprover<'_> {
     /// Applies an operation to every tetrahedron with a defect, including those that it creates.
     fn process_defects(&mut self, fault: TetDefect, mut operate: impl FnMut(&mut Self, u32, Tetrahedron)) {
         let mut i = 0;
-        while let Some(t) = self.complex.with(fault, i) {
+        while let Some(t) = self.complex.nth_defective(fault, i) {
             if let Some(tet) = self.complex.tet(t) {
                 operate(self, t, tet);
             }
@@ -136,7 +136,7 @@ impl MeshImprover<'_> {
         }
         for point in 0..self.complex.points.len() as u32 {
             let own = &self.complex.points[point as usize];
-            let x = if own.is_on_surface { self.complex.allowed(point, (self.cleared)(&own.x)) } else { own.x };
+            let x = if own.is_on_surface { self.complex.project_to_free(point, (self.cleared)(&own.x)) } else { own.x };
             if (x - own.x).norm() > STANDING * own.size {
                 smooth::clear(&mut self.complex, (point, x), cube(FAIR));
             }
@@ -155,8 +155,10 @@ impl MeshImprover<'_> {
         if shape >= cube(FAIR) {
             return;
         }
-        let _ =
-            self.reconnect(t, &tet) || self.shift(&tet) || self.collapse_any_edge(&tet) || self.remove_sliver(t, &tet);
+        let _ = self.reconnect(t, &tet)
+            || self.smooth_points(&tet)
+            || self.collapse_any_edge(&tet)
+            || self.remove_sliver(t, &tet);
     }
 
     /// Removes a sliver at the surface, unless the surface must stay.
@@ -179,7 +181,7 @@ impl MeshImprover<'_> {
         self.take_best(all.into_iter())
     }
 
-    fn shift(&mut self, tet: &Tetrahedron) -> bool {
+    fn smooth_points(&mut self, tet: &Tetrahedron) -> bool {
         let slides = self.flat.slide > 0.0;
         tet.iter().any(|point| {
             smooth::smooth(&mut self.complex, *point)

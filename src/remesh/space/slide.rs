@@ -45,7 +45,7 @@ pub(super) fn slide(
 /// Projects a displacement onto the free directions that conserve the volume.
 fn along(complex: &TetMesh, (point, way): (u32, Vector<3>), star: &[(u32, Tetrahedron)]) -> Vector<3> {
     let own = &complex.points[point as usize];
-    let free = |v: Vector<3>| complex.allowed(point, own.x + v) - own.x;
+    let free = |v: Vector<3>| complex.project_to_free(point, own.x + v) - own.x;
     let area = free(star.iter().map(|(_, tet)| gradient(complex, tet, point)).sum());
     let way = free(way);
     if area.norm() < PLANE * own.size * own.size {

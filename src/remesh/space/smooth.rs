@@ -24,7 +24,7 @@ pub(super) fn smooth(complex: &mut TetMesh, point: u32) -> bool {
         .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
     let is_better = best.0 > worst.max(GAIN * worst) + 1e-6;
     if is_better {
-        complex.shift(point, moved(best.1));
+        complex.move_point(point, moved(best.1));
     }
     is_better
 }
@@ -58,7 +58,7 @@ const SQUEEZED: f64 = 0.95;
 /// Moves a surface point out of a body, fully or in part, if its tetrahedra stay better than `enough`.
 pub(super) fn clear(complex: &mut TetMesh, (point, x): (u32, Vector<3>), enough: f64) -> bool {
     let here = *complex.x(point);
-    let bears = |x: &Vector<3>| complex.worst_at(point, x) > enough && complex.squeeze(point, x) > SQUEEZED;
+    let bears = |x: &Vector<3>| complex.worst_at(point, x) > enough && complex.volume_ratio(point, x) > SQUEEZED;
     let way = OUT.map(|part| here + (x - here) * part).into_iter().find(bears);
     way.inspect(|x| complex.clear(point, *x)).is_some()
 }

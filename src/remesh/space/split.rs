@@ -21,7 +21,7 @@ pub(super) fn split(
     let with = |end: u32| move |tet: &Tetrahedron| tet.map(|point| if point == end { m } else { point });
     let new: Vec<Tetrahedron> = old.iter().map(with(a)).chain(old.iter().map(with(b))).collect();
     let middle = *complex.x(m);
-    let clear = if ring.is_open { complex.allowed(m, cleared(&middle)) } else { middle };
+    let clear = if ring.is_open { complex.project_to_free(m, cleared(&middle)) } else { middle };
     let places = [(clear, enough.max(good)), (middle, enough)];
     for (place, enough) in places {
         complex.points[m as usize].x = place;
@@ -31,7 +31,7 @@ pub(super) fn split(
             return true;
         }
     }
-    complex.drop_point();
+    complex.remove_last_point();
     false
 }
 

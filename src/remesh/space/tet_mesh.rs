@@ -123,7 +123,7 @@ impl TetMesh {
     }
 
     /// The i-th tetrahedron with a defect, in order of appearance; it may be removed.
-    pub fn with(&self, fault: TetDefect, i: usize) -> Option<u32> {
+    pub fn nth_defective(&self, fault: TetDefect, i: usize) -> Option<u32> {
         self.faulty[fault as usize].get(i).copied()
     }
 
@@ -143,12 +143,12 @@ impl TetMesh {
     }
 
     /// Cubed quality of a tetrahedron that is not in the mesh.
-    pub fn would_be(&self, tet: &Tetrahedron) -> f64 {
+    pub fn candidate_shape(&self, tet: &Tetrahedron) -> f64 {
         shape(tet.map(|point| self.x(point)))
     }
 
     /// Cubed quality of a tetrahedron with one of its points displaced.
-    pub fn would_be_with(&self, tet: &Tetrahedron, (point, x): (u32, &Vector<3>)) -> f64 {
+    pub fn displaced_shape(&self, tet: &Tetrahedron, (point, x): (u32, &Vector<3>)) -> f64 {
         shape(tet.map(|p| if p == point { x } else { self.x(p) }))
     }
 
@@ -156,7 +156,7 @@ impl TetMesh {
     pub fn worst_new(&self, new: &[Tetrahedron], enough: f64) -> f64 {
         let mut worst = f64::INFINITY;
         for tet in new {
-            worst = worst.min(self.would_be(tet));
+            worst = worst.min(self.candidate_shape(tet));
             if worst.is_nan() || worst <= enough {
                 return f64::NEG_INFINITY;
             }
@@ -212,7 +212,7 @@ impl TetMesh {
             self.add(*tet, Some(own));
         }
         if let Some((point, x)) = change.moved {
-            self.shift(point, x);
+            self.move_point(point, x);
         }
     }
 
@@ -242,13 +242,13 @@ impl TetMesh {
     }
 
     /// Removes the last point, which has no tetrahedra.
-    pub fn drop_point(&mut self) {
+    pub fn remove_last_point(&mut self) {
         self.points.pop();
         self.stars.pop();
     }
 
     /// Moves a point; its tetrahedra become new ones.
-    pub fn shift(&mut self, point: u32, x: Vector<3>) {
+    pub fn move_point(&mut self, point: u32, x: Vector<3>) {
         let (gone, new): (Vec<u32>, Vec<Tetrahedron>) = self.star(point).unzip();
         let own = &mut self.points[point as usize];
         own.x = x;
@@ -262,19 +262,19 @@ impl TetMesh {
 
     /// Moves a point along the surface and sets its origin.
     pub fn slide(&mut self, point: u32, (x, origin): (Vector<3>, NodeOrigin)) {
-        self.shift(point, x);
+        self.move_point(point, x);
         self.points[point as usize].origin = origin;
     }
 
     /// Projects a target position onto the free directions of a point.
-    pub fn allowed(&self, point: u32, x: Vector<3>) -> Vector<3> {
+    pub fn project_to_free(&self, point: u32, x: Vector<3>) -> Vector<3> {
         let own = &self.points[point as usize];
         Vector::<3>::from_fn(|axis, _| if own.held[axis] { own.x[axis] } else { x[axis] })
     }
 
     /// Cubed quality of the worst tetrahedron around a point at `x`; the least value where the position is not allowed.
     pub fn worst_at(&self, point: u32, x: &Vector<3>) -> f64 {
-        let shapes = self.star(point).map(|(_, tet)| self.would_be_with(&tet, (point, x)));
+        let shapes = self.star(point).map(|(_, tet)| self.displaced_shape(&tet, (point, x)));
         shapes.fold(f64::INFINITY, |worst, shape| if shape.is_nan() { f64::NEG_INFINITY } else { worst.min(shape) })
     }
 
@@ -286,14 +286,14 @@ impl TetMesh {
     }
 
     /// Ratio of the volume around a point at `x` to the present volume.
-    pub fn squeeze(&self, point: u32, x: &Vector<3>) -> f64 {
+    pub fn volume_ratio(&self, point: u32, x: &Vector<3>) -> f64 {
         self.volume_around(point, x) / self.volume_around(point, self.x(point))
     }
 
     /// Moves a surface point out of a body.
     pub fn clear(&mut self, point: u32, x: Vector<3>) {
         self.cleared += self.volume_around(point, self.x(point)) - self.volume_around(point, &x);
-        self.shift(point, x);
+        self.move_point(point, x);
     }
 
     /// Removes a tetrahedron from the body.
@@ -307,7 +307,7 @@ impl TetMesh {
         for point in tet {
             self.stars[point as usize].push(t);
         }
-        let shape = self.would_be(&tet);
+        let shape = self.candidate_shape(&tet);
         let (mut is_long, mut is_short) = (false, false);
         for [i, j] in EDGES {
             is_long |= self.is_beyond((tet[i], tet[j]), LONG * LONG, f64::gt);

@@ -26,14 +26,15 @@ impl VolumeCorrection {
         let around = stays().map(|(_, tet)| tet).chain(change.new.iter().filter(holds).copied());
         let gradient: Vector<3> = around.map(|tet| gradient(complex, &tet, point)).sum();
         let here = *complex.x(point);
-        let along = complex.allowed(point, here + gradient) - here;
+        let along = complex.project_to_free(point, here + gradient) - here;
         let x = here - along * (change.swept / along.norm_squared());
         if (x - here).norm().is_nan() || (x - here).norm() > self.most {
             return None;
         }
-        let bears =
-            |(t, tet): (u32, Tetrahedron)| complex.would_be_with(&tet, (point, &x)) >= complex.shape(t).min(self.fair);
-        let shapes = change.new.iter().map(|tet| complex.would_be_with(tet, (point, &x)));
+        let bears = |(t, tet): (u32, Tetrahedron)| {
+            complex.displaced_shape(&tet, (point, &x)) >= complex.shape(t).min(self.fair)
+        };
+        let shapes = change.new.iter().map(|tet| complex.displaced_shape(tet, (point, &x)));
         let worst = shapes.fold(f64::INFINITY, |worst, shape| if shape.is_nan() { shape } else { worst.min(shape) });
         let change = || MeshOperation { swept: 0.0, moved: Some((point, x)), ..change.clone() };
         (worst > self.enough && stays().all(bears)).then(|| (worst, change()))
