@@ -103,7 +103,7 @@ mod tests {
     use super::*;
     use crate::mesh::{NodeId, signed_volume};
 
-    /// These places, each moved by `way` to where `value` falls fastest.
+    /// Moves each position by `way` along the direction in which `value` falls fastest.
     fn moved<const D: usize>(x: &[Vector<D>], way: f64, value: impl Fn(&[Vector<D>]) -> f64) -> Vec<Vector<D>> {
         let slope = |a: usize, axis: usize| {
             let at = |step: f64| {

@@ -38,7 +38,7 @@ pub enum Rejected {
     Inverted {
         /// Element of the new mesh.
         element: usize,
-        /// Its area, m², or volume, m³.
+        /// Area, m², or volume, m³, of the element.
         measure: f64,
     },
     /// Element below the quality limit.
@@ -228,7 +228,7 @@ mod tests {
     use super::*;
     use crate::mesh::{Grid, Mesh, Split, uniform};
 
-    /// A cube of 3 × 3 × 3 cells without these.
+    /// Cube of 3 × 3 × 3 cells without the cells in `empty`.
     fn cubes(empty: &'static [[usize; 3]]) -> Mesh<3> {
         let axis = || uniform(0.0, 3.0, 1.0);
         let filled = |cell: [usize; 3]| !empty.contains(&cell);

@@ -257,7 +257,7 @@ mod tests {
         let across = neighbours::<3>(&mesh.elements);
         for steep in [1e-3, 0.1, 1.0, 20.0] {
             let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
-            // One node far away leaves the others a small part of the range.
+            // One distant node reduces the others to a small part of the range.
             let mut field: Vec<Vector3> = mesh.rest.iter().map(wavy).collect();
             field[7] = Vector3::repeat(10.0 / steep);
             let slopes = slopes(&old, &[&field]);
@@ -285,7 +285,7 @@ mod tests {
         let [n, m] = [a, b].map(|a| Vector3::new(-a[0], -a[1], 1.0));
         let [flat, other] = [a, b].map(|a| [[a[0]; WIDE], [a[1]; WIDE]]);
         assert!((between(&flat, &other)[0] - n.angle(&m)).abs() < 1e-14);
-        // In space as in the plane, where both slopes lie in one.
+        // In space the angle is the same if both slopes lie in one plane.
         let [a, b] = [a, b].map(|a| embed(&a)).map(|a| [[a.x; WIDE], [a.y; WIDE], [a.z; WIDE]]);
         assert!((between(&a, &b)[3] - n.angle(&m)).abs() < 1e-14);
     }

@@ -35,8 +35,9 @@ pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
     worst
 }
 
-/// Retains the elements whose nodes are all chosen, that touch no poor element and are not too wide. The open region is
-/// bounded by the edges that occur an odd number of times among those elements and the new boundary.
+/// Retains the elements whose nodes are all chosen, that touch good elements only, are not too wide and lost no
+/// boundary edge. The open region is bounded by the edges that occur an odd number of times among those elements and
+/// the new boundary.
 pub(super) fn divide_regions(
     old: &Moved<'_, 2>,
     worst: &[f64],

@@ -109,7 +109,8 @@ impl<const D: usize> SupermeshIntegrals<D> {
             let mut part = ElementMoments { element, mass_matrix: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
             under.near(element, &cell.bounds(), |t| {
                 let (mass, parts) = gone[t].integrate_overlap(cell, (&mut cutter, &mut part));
-                // Negative masses are shared as well; no source follows from them.
+                // Overlaps of negative mass take part in the share corrections and are dropped from the sources
+                // afterwards.
                 if mass != 0.0 {
                     let part = gone[t].part(carried.symmetry, &parts);
                     sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });

@@ -115,7 +115,7 @@ mod tests {
     use crate::math::Vector;
     use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours};
 
-    /// A block with a fin of this thickness on it, along its side.
+    /// Block with a fin of this thickness along its side.
     fn finned(thickness: f64) -> Mesh<3> {
         let planes = [vec![0.0, thickness, 0.25, 0.5], vec![0.0, 0.25, 0.5], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
         let mesh = block(Block { planes, split: Split::Kuhn, faces: vec![] });
