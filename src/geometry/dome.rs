@@ -1,34 +1,34 @@
 use super::{Gap, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 
-/// A plate that fills all space above z = 0, with a spherical cap below it: the bulge on the back face of an armour.
+/// Plate that fills the half-space z > 0 with a spherical cap below it: the bulge on the back face of an armour plate.
 ///
-/// With base radius a and height h the cap is part of the sphere of radius (a² + h²)/2h about (0, 0, (a² − h²)/2h). Every
-/// formula here is multiplied through by 2h, so that a flat plate, h = 0, is nothing special.
+/// With base radius a and height h the cap is part of the sphere of radius (a² + h²)/2h about (0, 0, (a² − h²)/2h).
+/// Every formula is multiplied by 2h, so that the flat plate, h = 0, needs no special case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dome {
     height: f64,
     radius: f64,
 }
 
-/// Where the surface is nearest to a point.
+/// Part of the surface that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Part {
+enum DomePart {
     Plate,
     Cap,
     Rim,
 }
 
-/// Distance, and the normal along ρ and z.
+/// Signed distance, and the normal along ρ and z.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Nearest {
-    part: Part,
+struct DomeDistance {
+    part: DomePart,
     distance: f64,
     normal: [f64; 2],
 }
 
 impl Dome {
-    /// A cap of this height, at most a hemisphere, on a base of this radius, m.
+    /// Builds a cap of this height, at most a hemisphere, on a base of this radius, m.
     ///
     /// # Panics
     /// Unless 0 ≤ height ≤ radius and 0 < radius.
@@ -44,25 +44,25 @@ impl Dome {
         self.height
     }
 
-    /// Radius of its base, m.
+    /// Radius of the base, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// [∂φ/∂h, ∂φ/∂a] at a point of the body's frame: how fast the surface comes nearer as the cap grows. Neither exceeds
-    /// 1 in size.
+    /// Sensitivities [∂φ/∂h, ∂φ/∂a] at a point of the body's frame: the rate at which growth of the cap reduces the
+    /// distance. Neither exceeds 1 in magnitude.
     #[must_use]
     pub fn growth(&self, point: &Vector3) -> [f64; 2] {
         let rho = hypotenuse(point.x, point.y);
         let nearest = self.nearest(rho, point.z);
         let (h, a) = (self.height, self.radius);
         match nearest.part {
-            Part::Plate => [0.0, 0.0],
-            Part::Rim => [0.0, -nearest.normal[0]],
-            Part::Cap => {
+            DomePart::Plate => [0.0, 0.0],
+            DomePart::Rim => [0.0, -nearest.normal[0]],
+            DomePart::Cap => {
                 // With (u, w) = 2h (x − centre), s = |(u, w)| and 1 + n_z = u²/s(s − w):
-                let (u, w) = self.way_from_centre(rho, point.z);
+                let (u, w) = self.scaled_arm(rho, point.z);
                 let s = hypotenuse(u, w);
                 let lift = if rho > 0.0 { 2.0 * rho * rho / (s * (s - w)) } else { 0.0 };
                 [lift * (a * a + h * h) - 1.0, -2.0 * h * a * lift]
@@ -70,32 +70,34 @@ impl Dome {
         }
     }
 
-    /// 2h times the way from the centre of the sphere to (ρ, z).
-    fn way_from_centre(&self, rho: f64, z: f64) -> (f64, f64) {
+    /// Vector from the centre of the sphere to (ρ, z), times 2h.
+    fn scaled_arm(&self, rho: f64, z: f64) -> (f64, f64) {
         let (h, a) = (self.height, self.radius);
         (2.0 * h * rho, 2.0 * h * z - (a * a - h * h))
     }
 
-    /// The sphere: |x − c| − R = (|x − c|² − R²)/(|x − c| + R), with c² − R² = −a².
-    fn sphere(&self, rho: f64, z: f64) -> Nearest {
+    /// Signed distance to the sphere: |x − c| − R = (|x − c|² − R²)/(|x − c| + R), with c² − R² = −a².
+    fn sphere(&self, rho: f64, z: f64) -> DomeDistance {
         let (h, a) = (self.height, self.radius);
-        let (u, w) = self.way_from_centre(rho, z);
+        let (u, w) = self.scaled_arm(rho, z);
         let s = hypotenuse(u, w);
         let distance = 2.0 * (h * (rho * rho + z * z - a * a) - z * (a * a - h * h)) / (s + a * a + h * h);
         let normal = if s > 0.0 { [u / s, w / s] } else { [0.0, -1.0] };
-        Nearest { part: Part::Cap, distance, normal }
+        DomeDistance { part: DomePart::Cap, distance, normal }
     }
 
-    fn nearest(&self, rho: f64, z: f64) -> Nearest {
-        let (plate, cap) = (Nearest { part: Part::Plate, distance: -z, normal: [0.0, -1.0] }, self.sphere(rho, z));
+    /// Signed distance to the dome in the half-plane (ρ, z).
+    fn nearest(&self, rho: f64, z: f64) -> DomeDistance {
+        let (plate, cap) =
+            (DomeDistance { part: DomePart::Plate, distance: -z, normal: [0.0, -1.0] }, self.sphere(rho, z));
         if plate.distance >= 0.0 && cap.distance >= 0.0 {
             return if rho <= self.radius || cap.distance < plate.distance { cap } else { plate };
         }
-        // Inside, the nearest of the plate beyond the base, the cap below it, and the rim between them.
+        // Inside, the nearest part is the plate beyond the base, the cap below the base, or the rim between them.
         let (across, up) = (self.radius - rho, -z);
         let depth = hypotenuse(across, up);
         let normal = if depth > 0.0 { [across / depth, up / depth] } else { [0.0, -1.0] };
-        let rim = Nearest { part: Part::Rim, distance: -depth, normal };
+        let rim = DomeDistance { part: DomePart::Rim, distance: -depth, normal };
         let (h, a) = (self.height, self.radius);
         let below = rho * (a * a - h * h) <= a * (a * a - h * h - 2.0 * h * z);
         let plate = (rho >= self.radius && z > 0.0).then_some(plate);
@@ -107,16 +109,17 @@ impl Dome {
 impl SignedDistance for Dome {
     fn gap(&self, point: &Vector3) -> Gap {
         let rho = hypotenuse(point.x, point.y);
-        let Nearest { distance, normal: [across, up], .. } = self.nearest(rho, point.z);
+        let DomeDistance { distance, normal: [across, up], .. } = self.nearest(rho, point.z);
         let outward = if rho > 0.0 { across / rho } else { 0.0 };
         Gap { distance, normal: Vector3::new(outward * point.x, outward * point.y, up) }
     }
 
-    /// Of the cap.
+    /// Support function of the cap.
     fn reach(&self, direction: &Vector3) -> f64 {
         let (h, a) = (self.height, self.radius);
         let across = hypotenuse(direction.x, direction.y);
-        // Of the sphere where its normal is as steep as at the rim, along (2ha, h² − a²), or steeper; else of the rim.
+        // The sphere supports directions at least as steep as its normal at the rim, (2ha, h² − a²); the rim supports
+        // the others.
         if h > 0.0 && across * (a * a - h * h) <= -direction.z * 2.0 * h * a {
             let down = 1.0 - direction.z;
             return 0.5 * ((a * across) * (a * across) / (h * down) + h * down);
@@ -203,7 +206,7 @@ mod tests {
         assert!((flat.growth(&Vector3::new(0.4, 0.0, 0.0))[0] + 0.75).abs() < 1e-15, "a shallow cap is a paraboloid");
     }
 
-    /// The point of the cap at this distance from the axis, by bisection.
+    /// Point of the cap at this distance from the axis, by bisection.
     fn on_cap(dome: &Dome, rho: f64) -> Vector3 {
         let (mut low, mut high) = (-dome.height(), 0.0);
         for _ in 0..60 {

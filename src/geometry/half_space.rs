@@ -1,14 +1,14 @@
 use super::{Gap, SignedDistance};
 use crate::math::{Tensor3, Vector3};
 
-/// All points on the far side of a plane through the origin.
+/// Half-space bounded by a plane through the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpace {
     normal: Vector3,
 }
 
 impl HalfSpace {
-    /// The half-space whose boundary has this outward normal, of any length but zero.
+    /// Builds the half-space whose boundary has this outward normal, of any length but zero.
     ///
     /// # Panics
     /// If the normal is zero or not finite.

@@ -1,4 +1,4 @@
-//! Signed distance of rigid bodies, in the frame of the body.
+//! Signed distance functions of rigid bodies, in the frame of the body.
 
 mod dome;
 mod half_space;
@@ -19,7 +19,7 @@ pub use solid::{Solid, Surface, SurfaceError};
 pub use sphere::Sphere;
 use std::sync::Arc;
 
-/// Signed distance and its gradient at a point.
+/// Signed distance (gap) and its gradient at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
     /// φ, m: negative inside the body.
@@ -28,54 +28,55 @@ pub struct Gap {
     pub normal: Vector3,
 }
 
-/// An end of a body that may be sharper than a mesh.
+/// End of a body that may be sharper than the mesh can resolve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pole {
-    /// Where it is, m.
+    /// Position of the end, m.
     pub end: Vector3,
-    /// A point inside of the body, m; the line from the end to it stays inside.
+    /// Point inside the body, m; the segment from the end to it stays inside.
     pub inner: Vector3,
 }
 
-/// A closed body known by its signed distance function.
+/// Closed body described by its signed distance function.
 pub trait SignedDistance {
-    /// φ and ∇φ at a point of the body's frame; |∇φ| = 1, so φ is 1-Lipschitz. Well outside of the body it may be a bound,
-    /// not more than the distance, and its direction.
+    /// Signed distance φ and ∇φ at a point of the body's frame; |∇φ| = 1, so φ is 1-Lipschitz. Far outside the body φ
+    /// may be a lower bound of the distance, with its direction as the gradient.
     fn gap(&self, point: &Vector3) -> Gap;
-    /// Greatest z of the body along the unit vector `direction` of its frame, m (its support function); for an
-    /// unbounded body, of its boundary through the origin.
+    /// Support function: the greatest extent of the body along the unit vector `direction` of its frame, m. For an
+    /// unbounded body, the extent of its boundary through the origin.
     fn reach(&self, direction: &Vector3) -> f64;
     /// Volume, m³; `None` for an unbounded body.
     fn volume(&self) -> Option<f64>;
-    /// Area of the section y = 0, m²: per metre of thickness the volume of a planar body.
+    /// Area of the section y = 0, m²: the volume of a planar body per metre of thickness.
     fn area_of_section(&self) -> Option<f64>;
     /// Inertia tensor about the origin of a homogeneous body per kilogram, m²; `None` for an unbounded body.
     fn specific_inertia(&self) -> Option<Tensor3>;
-    /// Inertia about y of the homogeneous prism with the body's section y = 0, per kilogram, m²: what a planar body is.
+    /// Inertia about y, per kilogram, of the homogeneous prism over the section y = 0, m²: the inertia of a planar
+    /// body.
     fn specific_inertia_of_section(&self) -> Option<f64>;
-    /// Radius of the greatest ball inside, m.
+    /// Radius of the greatest inscribed ball, m.
     fn inner_radius(&self) -> f64;
 }
 
-/// Any of the bodies.
+/// Shape of a rigid body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// A sphere.
+    /// Sphere.
     Sphere(Sphere),
-    /// A convex body with a profile about an axis.
+    /// Convex body with a profile about an axis.
     Profile(Arc<Profile>),
-    /// A cuboid.
+    /// Cuboid with rounded edges.
     Plate(Plate),
-    /// A body with a surface of triangles.
+    /// Body bounded by a closed triangulated surface.
     Solid(Arc<Solid>),
-    /// A half-space.
+    /// Half-space.
     HalfSpace(HalfSpace),
-    /// A plate with a cap, as it is at the start.
+    /// Plate with a spherical cap in its initial form.
     Dome(Dome),
 }
 
 impl Shape {
-    /// Where the body may be sharper than a mesh: ends on its axis, or tips.
+    /// Ends that may be sharper than the mesh: ends on the axis of a profile, or tips of a triangulated body.
     #[must_use]
     pub fn poles(&self) -> &[Pole] {
         match self {
@@ -85,7 +86,8 @@ impl Shape {
         }
     }
 
-    /// Whether it is convex and nowhere sharper than its edges: then φ is convex, and a facet is held by its depth alone.
+    /// Returns true if the body is convex and nowhere sharper than its edges. Then φ is convex, and the depth alone
+    /// decides the contact of a facet.
     #[must_use]
     pub fn is_blunt(&self) -> bool {
         matches!(self, Self::Sphere(_) | Self::Plate(_) | Self::HalfSpace(_))
@@ -144,13 +146,13 @@ mod tests {
         Shape::Profile(Arc::new(Profile::new(&outline.rounded(edge_radius).unwrap(), Sweep::Revolution)))
     }
 
-    /// A cut cone on its base, all rims sharp.
+    /// Truncated cone on its base, all rims sharp.
     fn stub() -> Shape {
         let outline = Outline::at_tip().line(0.3, 0.0).line(0.9, 1.1).line(0.0, 1.1);
         Shape::Profile(Arc::new(Profile::new(&outline, Sweep::Revolution)))
     }
 
-    /// The unbounded ones are the last.
+    /// All shapes; the unbounded ones come last.
     fn shapes() -> [Shape; 9] {
         [
             Shape::Sphere(Sphere { radius: 1.3 }),

@@ -1,7 +1,7 @@
-use super::piece::{Curve, Piece, Point, cross};
+use super::piece::{PieceCurve, ProfilePiece, ProfilePoint, cross};
 
-/// A convex profile in the making: lines and arcs from the tip of a body of revolution, on its axis at z = 0, to its rear
-/// on the axis; ρ is the distance from the axis, z that behind the tip.
+/// Outline of a convex body: lines and arcs from the tip, on the axis at z = 0, to the rear on the axis. ρ is the
+/// distance from the axis, z the distance behind the tip.
 ///
 /// # Examples
 /// ```
@@ -13,38 +13,39 @@ use super::piece::{Curve, Piece, Point, cross};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outline {
-    at: Point,
-    pub(super) pieces: Vec<Piece>,
+    at: ProfilePoint,
+    pub(super) pieces: Vec<ProfilePiece>,
 }
 
-/// Sine of an angle, or fraction of a radius, that is round-off: below it two pieces join smoothly.
+/// Round-off limit, as the sine of an angle or as a fraction of a radius: below it two pieces join smoothly.
 const SMOOTH: f64 = 1e-9;
 
 impl Outline {
-    /// Nothing but the tip.
+    /// Starts an outline at the tip.
     #[must_use]
     pub fn at_tip() -> Self {
-        Self { at: Point::zeros(), pieces: Vec::new() }
+        Self { at: ProfilePoint::zeros(), pieces: Vec::new() }
     }
 
-    /// Goes on straight to (ρ, z), m; nothing if it is there already.
+    /// Appends a line to (ρ, z), m; appends nothing if the outline already ends there.
     #[must_use]
     pub fn line(self, rho: f64, z: f64) -> Self {
-        self.to(Point::new(rho, z), Piece::line)
+        self.to(ProfilePoint::new(rho, z), ProfilePiece::line)
     }
 
-    /// Goes on to (ρ, z), m, along an arc of this radius, m, that bulges outwards.
+    /// Appends an arc to (ρ, z), m, with this radius, m; it bulges outwards.
     ///
     /// # Panics
     /// If (ρ, z) is further away than the diameter of the arc.
     #[must_use]
     pub fn arc(self, rho: f64, z: f64, radius: f64) -> Self {
-        let chord = (Point::new(rho, z) - self.at).norm();
+        let chord = (ProfilePoint::new(rho, z) - self.at).norm();
         assert!(chord <= 2.0 * radius * (1.0 + SMOOTH), "an arc reaches no further than its diameter");
-        self.to(Point::new(rho, z), |start, end| Piece::arc((start, end), radius))
+        self.to(ProfilePoint::new(rho, z), |start, end| ProfilePiece::arc(start, end, radius))
     }
 
-    fn to(mut self, end: Point, piece: impl FnOnce(Point, Point) -> Piece) -> Self {
+    /// Appends a piece, unless the outline already ends at `end`.
+    fn to(mut self, end: ProfilePoint, piece: impl FnOnce(ProfilePoint, ProfilePoint) -> ProfilePiece) -> Self {
         if end != self.at {
             self.pieces.push(piece(self.at, end));
             self.at = end;
@@ -52,8 +53,8 @@ impl Outline {
         self
     }
 
-    /// The outline with every rim rounded by an arc of this radius, m, tangent to both sides; the ends on the axis stay as
-    /// they are. `None` if there is no room for it.
+    /// Rounds every rim by an arc of this radius, m, tangent to both sides; the ends on the axis stay. `None` if a
+    /// rounding has no room.
     #[must_use]
     pub fn rounded(&self, radius: f64) -> Option<Self> {
         let room = SMOOTH * radius;
@@ -62,7 +63,7 @@ impl Outline {
         for (i, piece) in self.pieces.iter().enumerate() {
             let rim = self.pieces.get(i + 1).filter(|next| radius > 0.0 && is_rim(piece, next));
             let rounding = match rim {
-                Some(next) => Some(rounding((piece, next), radius)?),
+                Some(next) => Some(rounding(piece, next, radius)?),
                 None => None,
             };
             let (rest, length) = piece.between(start, rounding.map_or(piece.end, |arc| arc.start));
@@ -73,30 +74,37 @@ impl Outline {
             pieces.extend(rounding);
             start = rounding.map_or(piece.end, |arc| arc.end);
         }
-        // Where a piece that ends on the axis is used up, the rounding beside it ends there.
+        // Where rounding consumes a piece that ends on the axis, the adjacent rounding ends there instead.
         pieces.first_mut()?.start = self.pieces[0].start;
         pieces.last_mut()?.end = self.at;
         Some(Self { at: self.at, pieces })
     }
 }
 
-fn is_rim(piece: &Piece, next: &Piece) -> bool {
-    let ((_, before), (_, after)) = (piece.gap(&piece.end), next.gap(&next.start));
+/// Returns true if two consecutive pieces meet in a convex edge.
+fn is_rim(piece: &ProfilePiece, next: &ProfilePiece) -> bool {
+    let (before, after) = (piece.gap(&piece.end).normal, next.gap(&next.start).normal);
     cross(&before, &after) > SMOOTH
 }
 
-/// The arc of this radius that touches both pieces from inside: Newton's method for the point at that depth below both.
-fn rounding((piece, next): (&Piece, &Piece), radius: f64) -> Option<Piece> {
+/// Arc of this radius tangent to both pieces from inside. Newton's method finds the centre, at depth `radius` below
+/// both.
+fn rounding(piece: &ProfilePiece, next: &ProfilePiece, radius: f64) -> Option<ProfilePiece> {
     const MOST_ITERATIONS: usize = 50;
     let mut centre = piece.end;
     for _ in 0..MOST_ITERATIONS {
-        let ((d, m), (e, n)) = (piece.gap(&centre), next.gap(&centre));
-        let (d, e, turn) = (d + radius, e + radius, cross(&m, &n));
+        let (own, other) = (piece.gap(&centre), next.gap(&centre));
+        let (m, n) = (own.normal, other.normal);
+        let (d, e, turn) = (own.distance + radius, other.distance + radius, cross(&m, &n));
         if d.abs().max(e.abs()) <= SMOOTH * radius {
             let (start, end) = (centre + m * radius, centre + n * radius);
-            return (turn > SMOOTH).then_some(Piece { start, end, curve: Curve::Circle { centre, radius } });
+            return (turn > SMOOTH).then_some(ProfilePiece {
+                start,
+                end,
+                curve: PieceCurve::Circle { centre, radius },
+            });
         }
-        centre -= Point::new(d * n[1] - e * m[1], e * m[0] - d * n[0]) / turn;
+        centre -= ProfilePoint::new(d * n[1] - e * m[1], e * m[0] - d * n[0]) / turn;
     }
     None
 }

@@ -2,7 +2,7 @@ use super::{Gap, SignedDistance};
 use crate::math::{Tensor3, Vector3};
 use std::f64::consts::PI;
 
-/// A cuboid along the axes, centred on the origin, with rounded edges and corners.
+/// Cuboid along the axes, centred on the origin, with rounded edges and corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plate {
     half: Vector3,
@@ -10,10 +10,10 @@ pub struct Plate {
 }
 
 impl Plate {
-    /// The plate with these edge lengths, m, and this radius of the rounding of all edges, m; 0 is sharp.
+    /// Builds a plate from its edge lengths, m, and the radius of the rounding of all edges, m; 0 is sharp.
     ///
     /// # Panics
-    /// If the rounding has no room.
+    /// Unless 0 ≤ `edge_radius` ≤ half the least edge length.
     #[must_use]
     pub fn new(size: [f64; 3], edge_radius: f64) -> Self {
         let half = 0.5 * Vector3::from(size);
@@ -27,20 +27,20 @@ impl Plate {
         2.0 * self.half
     }
 
-    /// What the rounding leaves of half the edge lengths, m.
+    /// Half edge lengths of the inner cuboid that remains without the rounding, m.
     fn core(&self) -> Vector3 {
         self.half.add_scalar(-self.edge_radius)
     }
 
-    /// Core, slabs on its faces, quarter cylinders along its edges, a ball at its corners.
-    fn whole(&self) -> f64 {
+    /// Volume, m³: core, slabs on its faces, quarter cylinders along its edges, and a ball made of its corners.
+    fn rounded_volume(&self) -> f64 {
         let (core, r) = (self.core(), self.edge_radius);
         let faces = core.x * core.y + core.y * core.z + core.z * core.x;
         8.0 * core.product() + 8.0 * r * faces + 2.0 * PI * r * r * core.sum() + 4.0 / 3.0 * PI * r * r * r
     }
 
-    /// ∫x² dV along one axis, m⁵: the sections of the core's length a are all the same, those at a + t in the rounding are
-    /// rectangles rounded by ρ = √(r² − t²).
+    /// Second moment ∫x² dV along one axis, m⁵. Sections within the core, of half length a, are equal; a section at a +
+    /// t in the rounding is a rectangle rounded by ρ = √(r² − t²).
     fn second_moment(&self, axis: usize) -> f64 {
         let (core, r) = (self.core(), self.edge_radius);
         let (a, b, c) = (core[axis], core[(axis + 1) % 3], core[(axis + 2) % 3]);
@@ -56,8 +56,8 @@ impl Plate {
 }
 
 impl SignedDistance for Plate {
-    /// The distance to the cuboid that the rounding leaves, less the edge radius: outside of it to its nearest point, inside
-    /// to the nearest of its faces.
+    /// Distance to the inner cuboid less the edge radius: outside it the distance to its nearest point, inside it to
+    /// its nearest face.
     fn gap(&self, point: &Vector3) -> Gap {
         let over = point.abs() - self.core();
         let sign = |axis: usize| 1.0_f64.copysign(point[axis]);
@@ -75,18 +75,18 @@ impl SignedDistance for Plate {
     }
 
     fn specific_inertia(&self) -> Option<Tensor3> {
-        let moment = Vector3::from_fn(|axis, _| self.second_moment(axis)) / self.whole();
+        let moment = Vector3::from_fn(|axis, _| self.second_moment(axis)) / self.rounded_volume();
         Some(Tensor3::from_diagonal(&(Vector3::repeat(moment.sum()) - moment)))
     }
 
-    /// I = (a² + c²)/12 of a rectangle, the rounding neglected.
+    /// I = (a² + c²)/12 of a rectangle; the rounding is neglected.
     fn specific_inertia_of_section(&self) -> Option<f64> {
         let size = self.size();
         Some((size.x * size.x + size.z * size.z) / 12.0)
     }
 
     fn volume(&self) -> Option<f64> {
-        Some(self.whole())
+        Some(self.rounded_volume())
     }
 
     fn area_of_section(&self) -> Option<f64> {
@@ -103,7 +103,7 @@ impl SignedDistance for Plate {
 mod tests {
     use super::*;
 
-    /// Volume and moments per volume by counting the points of a fine lattice inside.
+    /// Volume, and second moments per volume, by counting the points of a fine lattice inside.
     fn counted(plate: &Plate) -> (f64, Vector3) {
         const N: usize = 120;
         let cell = plate.size() / N as f64;

@@ -1,38 +1,38 @@
 use super::outline::Outline;
-use super::piece::{Curve, Piece, Point};
+use super::piece::{PieceCurve, ProfileGap, ProfilePiece, ProfilePoint};
 use super::{Gap, Pole, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
 
-/// A convex body with a profile about the z axis, its tip towards −z and its centre of mass at the origin.
+/// Convex body with a profile about the z axis, its tip towards −z and its centre of mass at the origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    pieces: Vec<Piece>,
-    corners: Vec<Corner>,
+    pieces: Vec<ProfilePiece>,
+    corners: Vec<ProfileCorner>,
     poles: [Pole; 2],
     inertia: Tensor3,
     inertia_of_section: f64,
     inner_radius: f64,
 }
 
-/// The body whose centre of mass is at the origin.
+/// Sweep that turns a profile into the body whose centre of mass is the origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sweep {
-    /// The profile swept about its axis.
+    /// Body of revolution: the profile swept about its axis.
     Revolution,
-    /// The profile and its mirror image swept along y: what a planar body is.
+    /// Prism: the profile and its mirror image swept along y; the shape of a planar body.
     Prism,
 }
 
-/// Where two pieces meet, or one meets the axis, and the sum of the normals there.
+/// Joint of two pieces, or end of a piece on the axis, with the sum of the adjacent normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Corner {
-    at: Point,
-    outward: Point,
+struct ProfileCorner {
+    at: ProfilePoint,
+    outward: ProfilePoint,
 }
 
 impl Profile {
-    /// The body with this outline.
+    /// Builds the body with this outline.
     ///
     /// # Panics
     /// If the outline does not end on the axis or encloses nothing.
@@ -40,15 +40,16 @@ impl Profile {
     pub fn new(outline: &Outline, sweep: Sweep) -> Self {
         let pieces = &outline.pieces;
         assert!(pieces.last().is_some_and(|last| last.end[0] == 0.0), "an outline ends on the axis");
-        let across = |p: &Point| match sweep {
+        let across = |p: &ProfilePoint| match sweep {
             Sweep::Revolution => p[0] * p[0],
             Sweep::Prism => p[0],
         };
-        let mass = integral(pieces, across);
+        let mass = contour_integral(pieces, across);
         assert!(mass > 0.0, "an outline encloses something");
-        let centre = integral(pieces, |p| across(p) * p[1]) / mass;
-        let pieces: Vec<Piece> = pieces.iter().map(|piece| piece.moved(&Point::new(0.0, -centre))).collect();
-        let turned = integral(&pieces, |p| p[0] * p[0]);
+        let centre = contour_integral(pieces, |p| across(p) * p[1]) / mass;
+        let pieces: Vec<ProfilePiece> =
+            pieces.iter().map(|piece| piece.moved(&ProfilePoint::new(0.0, -centre))).collect();
+        let turned = contour_integral(&pieces, |p| p[0] * p[0]);
         let corners = corners(&pieces);
         let mut profile = Self {
             poles: [0, corners.len() - 1]
@@ -63,7 +64,8 @@ impl Profile {
         profile
     }
 
-    /// Points (ρ, z) of the profile from tip to rear, m, at most so many radians of its arcs apart.
+    /// Polyline (ρ, z) of the profile from tip to rear, m; consecutive points on an arc are at most `turn` radians
+    /// apart.
     #[must_use]
     pub fn polyline(&self, turn: f64) -> Vec<(f64, f64)> {
         let ends = self.pieces.iter().flat_map(|piece| {
@@ -73,23 +75,26 @@ impl Profile {
         std::iter::once(self.pieces[0].start).chain(ends).map(|p| (p[0], p[1])).collect()
     }
 
-    /// Tip and rear; inside is the centre of mass.
+    /// Tip and rear; their inner point is the centre of mass.
     #[must_use]
     pub fn poles(&self) -> &[Pole; 2] {
         &self.poles
     }
 
-    /// φ and ∇φ in the half-plane: the nearest piece that faces the point, or the nearest corner.
-    fn nearest(&self, p: &Point) -> (f64, Point) {
+    /// φ and ∇φ in the half-plane: those of the nearest piece that faces the point, or of the nearest corner.
+    fn nearest(&self, p: &ProfilePoint) -> ProfileGap {
         let facing = self.pieces.iter().filter(|piece| piece.faces(p)).map(|piece| piece.gap(p));
-        let nearer = |best: (f64, Point), gap: (f64, Point)| if gap.0.abs() < best.0.abs() { gap } else { best };
-        let best = facing.fold((f64::INFINITY, Point::zeros()), nearer);
+        let nearer =
+            |best: ProfileGap, gap: ProfileGap| if gap.distance.abs() < best.distance.abs() { gap } else { best };
+        let none = ProfileGap { distance: f64::INFINITY, normal: ProfilePoint::zeros() };
+        let best = facing.fold(none, nearer);
         self.corners.iter().map(|corner| corner.gap(p)).fold(best, nearer)
     }
 
-    /// Depth of the deepest point: it is on the axis, along which the depth of a convex body is concave.
+    /// Greatest depth, m, by ternary search along the axis: the deepest point is on the axis, where the depth of a
+    /// convex body is concave.
     fn greatest_depth(&self) -> f64 {
-        let depth = |z: f64| -self.nearest(&Point::new(0.0, z)).0;
+        let depth = |z: f64| -self.nearest(&ProfilePoint::new(0.0, z)).distance;
         let [mut low, mut high] = self.poles.map(|pole| pole.end.z);
         for _ in 0..128 {
             let third = (high - low) / 3.0;
@@ -99,37 +104,38 @@ impl Profile {
     }
 }
 
-impl Corner {
-    /// Signed distance and its gradient: the points that a convex corner is the nearest of are outside.
-    fn gap(&self, p: &Point) -> (f64, Point) {
+impl ProfileCorner {
+    /// Signed distance and its gradient: points whose nearest point is a convex corner are outside.
+    fn gap(&self, p: &ProfilePoint) -> ProfileGap {
         let arm = p - self.at;
         let distance = arm.norm();
         if distance == 0.0 {
-            return (0.0, self.outward.normalize());
+            return ProfileGap { distance: 0.0, normal: self.outward.normalize() };
         }
         let sign = 1.0_f64.copysign(arm.dot(&self.outward));
-        (sign * distance, arm * (sign / distance))
+        ProfileGap { distance: sign * distance, normal: arm * (sign / distance) }
     }
 }
 
-fn corners(pieces: &[Piece]) -> Vec<Corner> {
-    let start = |piece: &Piece| piece.gap(&piece.start).1;
-    let end = |piece: &Piece| piece.gap(&piece.end).1;
-    let joints = pieces.windows(2).map(|two| Corner { at: two[0].end, outward: end(&two[0]) + start(&two[1]) });
-    let tip = Corner { at: pieces[0].start, outward: Point::new(0.0, -1.0) };
-    let rear = Corner { at: pieces[pieces.len() - 1].end, outward: Point::new(0.0, 1.0) };
+/// Corners of the profile: the tip, the joints and the rear.
+fn corners(pieces: &[ProfilePiece]) -> Vec<ProfileCorner> {
+    let start = |piece: &ProfilePiece| piece.gap(&piece.start).normal;
+    let end = |piece: &ProfilePiece| piece.gap(&piece.end).normal;
+    let joints = pieces.windows(2).map(|two| ProfileCorner { at: two[0].end, outward: end(&two[0]) + start(&two[1]) });
+    let tip = ProfileCorner { at: pieces[0].start, outward: ProfilePoint::new(0.0, -1.0) };
+    let rear = ProfileCorner { at: pieces[pieces.len() - 1].end, outward: ProfilePoint::new(0.0, 1.0) };
     [tip].into_iter().chain(joints).chain([rear]).collect()
 }
 
-/// ∮ f(ρ, z) dz along the profile, by Gauss' rule with five points: exact on lines to degree nine, and to rounding on
-/// an arc in sixteen parts.
-fn integral(pieces: &[Piece], f: impl Fn(&Point) -> f64) -> f64 {
-    let rule = gauss();
+/// Contour integral ∮ f(ρ, z) dz along the profile, by five-point Gauss quadrature: exact on lines to degree nine, and
+/// to rounding on an arc in sixteen parts.
+fn contour_integral(pieces: &[ProfilePiece], f: impl Fn(&ProfilePoint) -> f64) -> f64 {
+    let rule = gauss_rule();
     let mut sum = 0.0;
     for piece in pieces {
         let parts = match piece.curve {
-            Curve::Line { .. } => 1,
-            Curve::Circle { .. } => 16,
+            PieceCurve::Line { .. } => 1,
+            PieceCurve::Circle { .. } => 16,
         };
         for (i, (at, weight)) in (0..parts).flat_map(|i| rule.map(|node| (i, node))) {
             let (p, slope) = piece.at((f64::from(i) + at) / f64::from(parts));
@@ -139,8 +145,8 @@ fn integral(pieces: &[Piece], f: impl Fn(&Point) -> f64) -> f64 {
     sum
 }
 
-/// Nodes in 0…1 and weights of Gauss' rule with five points.
-fn gauss() -> [(f64, f64); 5] {
+/// Nodes in 0…1 and weights of five-point Gauss quadrature.
+fn gauss_rule() -> [(f64, f64); 5] {
     let root = 2.0 * (10.0_f64 / 7.0).sqrt();
     let [inner, outer] = [5.0 - root, 5.0 + root].map(|s| s.sqrt() / 6.0);
     let weight = |s: f64| (322.0 + s * 70.0_f64.sqrt()) / 1800.0;
@@ -148,49 +154,50 @@ fn gauss() -> [(f64, f64); 5] {
     [(0.5 - outer, outside), (0.5 - inner, inside), (0.5, 64.0 / 225.0), (0.5 + inner, inside), (0.5 + outer, outside)]
 }
 
-/// I_z = ½∮ρ⁴ dz/∮ρ² dz, Iₓ = ½I_z + ∮ρ²z² dz/∮ρ² dz.
-fn inertia(pieces: &[Piece], turned: f64) -> Tensor3 {
-    let axial = 0.5 * integral(pieces, |p| p[0] * p[0] * p[0] * p[0]) / turned;
-    let across = 0.5 * axial + integral(pieces, |p| p[0] * p[0] * p[1] * p[1]) / turned;
+/// Inertia tensor per mass: I_z = ½∮ρ⁴ dz/∮ρ² dz, Iₓ = ½I_z + ∮ρ²z² dz/∮ρ² dz.
+fn inertia(pieces: &[ProfilePiece], turned: f64) -> Tensor3 {
+    let axial = 0.5 * contour_integral(pieces, |p| p[0] * p[0] * p[0] * p[0]) / turned;
+    let across = 0.5 * axial + contour_integral(pieces, |p| p[0] * p[0] * p[1] * p[1]) / turned;
     Tensor3::from_diagonal(&Vector3::new(across, across, axial))
 }
 
-/// I = ∮(ρ³/3 + ρz²) dz/∮ρ dz.
-fn inertia_of_section(pieces: &[Piece]) -> f64 {
-    integral(pieces, |p| p[0] * (p[0] * p[0] / 3.0 + p[1] * p[1])) / integral(pieces, |p| p[0])
+/// Inertia of the section per mass: I = ∮(ρ³/3 + ρz²) dz/∮ρ dz.
+fn inertia_of_section(pieces: &[ProfilePiece]) -> f64 {
+    contour_integral(pieces, |p| p[0] * (p[0] * p[0] / 3.0 + p[1] * p[1])) / contour_integral(pieces, |p| p[0])
 }
 
 impl SignedDistance for Profile {
-    /// The distance in the half-plane (ρ, z); the nearest point of a body of revolution is in the half-plane of the point.
+    /// Distance in the half-plane (ρ, z): the nearest point of a body of revolution lies in the half-plane of the query
+    /// point.
     fn gap(&self, point: &Vector3) -> Gap {
         let rho = hypotenuse(point.x, point.y);
         let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
-        let (distance, normal) = self.nearest(&Point::new(rho, point.z));
+        let ProfileGap { distance, normal } = self.nearest(&ProfilePoint::new(rho, point.z));
         Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
     }
 
-    /// The greatest of the corners and of the arcs that the direction is a normal of.
+    /// Support function: the maximum over the corners and the arcs that have the direction as a normal.
     fn reach(&self, direction: &Vector3) -> f64 {
         let across = hypotenuse(direction.x, direction.y);
-        let direction = Point::new(across, direction.z);
+        let direction = ProfilePoint::new(across, direction.z);
         let corners = self.corners.iter().map(|corner| corner.at.dot(&direction));
         let arcs = self.pieces.iter().filter_map(|piece| match piece.curve {
-            Curve::Circle { centre, radius } => {
+            PieceCurve::Circle { centre, radius } => {
                 piece.faces(&(centre + direction * radius)).then(|| centre.dot(&direction) + radius)
             }
-            Curve::Line { .. } => None,
+            PieceCurve::Line { .. } => None,
         });
         corners.chain(arcs).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// π ∮ρ² dz.
+    /// V = π ∮ρ² dz.
     fn volume(&self) -> Option<f64> {
-        Some(PI * integral(&self.pieces, |p| p[0] * p[0]))
+        Some(PI * contour_integral(&self.pieces, |p| p[0] * p[0]))
     }
 
-    /// 2 ∮ρ dz.
+    /// A = 2 ∮ρ dz.
     fn area_of_section(&self) -> Option<f64> {
-        Some(2.0 * integral(&self.pieces, |p| p[0]))
+        Some(2.0 * contour_integral(&self.pieces, |p| p[0]))
     }
 
     fn specific_inertia(&self) -> Option<Tensor3> {
@@ -230,16 +237,17 @@ mod tests {
         assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
     }
 
-    /// Points of the half-plane around and in a body, and their signed distance: sign and size from the polygon.
-    fn sampled(profile: &Profile) -> Vec<(Point, f64)> {
-        let polygon: Vec<Point> = profile.polyline(1e-3).into_iter().map(|(rho, z)| Point::new(rho, z)).collect();
-        let distance = |p: &Point| {
-            let to_edge = |edge: &[Point]| {
+    /// Points of the half-plane around and inside a body, with signed distances computed from the polygon.
+    fn sampled(profile: &Profile) -> Vec<(ProfilePoint, f64)> {
+        let polygon: Vec<ProfilePoint> =
+            profile.polyline(1e-3).into_iter().map(|(rho, z)| ProfilePoint::new(rho, z)).collect();
+        let distance = |p: &ProfilePoint| {
+            let to_edge = |edge: &[ProfilePoint]| {
                 let along = edge[1] - edge[0];
                 let t = ((p - edge[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
                 (p - edge[0] - along * t).norm()
             };
-            let above = |edge: &&[Point]| {
+            let above = |edge: &&[ProfilePoint]| {
                 let [(r, z), (s, w)] = [(edge[0][0], edge[0][1]), (edge[1][0], edge[1][1])];
                 (z <= p[1]) != (w <= p[1]) && r + (s - r) * (p[1] - z) / (w - z) > p[0]
             };
@@ -247,7 +255,7 @@ mod tests {
             let size = polygon.windows(2).map(to_edge).fold(f64::INFINITY, f64::min);
             if inside { -size } else { size }
         };
-        let place = |i: u32| Point::new(f64::from(i % 29) * 0.067, f64::from(i / 29) * 0.3 - 4.0);
+        let place = |i: u32| ProfilePoint::new(f64::from(i % 29) * 0.067, f64::from(i / 29) * 0.3 - 4.0);
         (0..29 * 27).map(place).map(|p| (p, distance(&p))).collect()
     }
 
@@ -265,8 +273,8 @@ mod tests {
     fn where_arc_and_line_join_smoothly_the_inside_is_inside() {
         let capsule = revolution(&outlines()[2]);
         for i in 0..2000 {
-            let p = Point::new(0.999 * f64::from(i) / 2000.0, capsule.pieces[1].start[1]);
-            close(capsule.nearest(&p).0, p[0] - 1.0, 1e-15);
+            let p = ProfilePoint::new(0.999 * f64::from(i) / 2000.0, capsule.pieces[1].start[1]);
+            close(capsule.nearest(&p).distance, p[0] - 1.0, 1e-15);
         }
     }
 
@@ -330,7 +338,9 @@ mod tests {
             let sums = |profile: &Profile, weight: fn(f64) -> f64| {
                 let cell =
                     |i: u32| ((f64::from(i % N) + 0.5) / f64::from(N), f64::from(i / N) / f64::from(N) * 8.0 - 4.0);
-                let inside = (0..N * N).map(cell).filter(|(rho, z)| profile.nearest(&Point::new(*rho, *z)).0 <= 0.0);
+                let inside = (0..N * N)
+                    .map(cell)
+                    .filter(|(rho, z)| profile.nearest(&ProfilePoint::new(*rho, *z)).distance <= 0.0);
                 inside.fold([0.0; 4], |[m, z1, z2, r2], (r, z)| {
                     let w = weight(r) * 8.0 / f64::from(N * N);
                     [m + w, z1 + w * z, z2 + w * z * z, r2 + w * r * r]

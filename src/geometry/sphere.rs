@@ -2,7 +2,7 @@ use super::{Gap, SignedDistance};
 use crate::math::{Tensor3, Vector3};
 use std::f64::consts::PI;
 
-/// A sphere about the origin.
+/// Sphere about the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
     /// Radius, m.

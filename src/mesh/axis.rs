@@ -1,22 +1,22 @@
-//! Where the planes of a rectilinear grid lie along one axis.
+//! Coordinates of the planes of a rectilinear grid along one axis.
 
-/// Equal cells from `from` to `to`, each at most `size` long; the last plane is `to` to the bit.
+/// Equal cells from `from` to `to`, each at most `size` long; the last plane equals `to` bit for bit.
 #[must_use]
 pub fn uniform(from: f64, to: f64, size: f64) -> Vec<f64> {
-    let n = cells(to - from, size);
+    let n = n_cells(to - from, size);
     let plane = |i: usize| if i == n { to } else { from + (to - from) * i as f64 / n as f64 };
     (0..=n).map(plane).collect()
 }
 
-/// Equal cells from 0 to `length`, each at most `size` long, in a number that `by` divides.
+/// Equal cells from 0 to `length`, each at most `size` long; `by` divides their number.
 #[must_use]
 pub fn divisible(length: f64, size: f64, by: usize) -> Vec<f64> {
-    let n = by * cells(length, size * by as f64);
+    let n = by * n_cells(length, size * by as f64);
     uniform(0.0, length, length / n as f64)
 }
 
-/// Cells that grow away from 0: `size` long within `core`, then each `growth` times longer up to `largest`. The last cell
-/// takes what is left up to `length`, or is joined to the one before it if that is less than half of what it would be.
+/// Graded cells: `size` long within `core` of 0, then each `growth` times longer, up to `largest`. The last cell takes
+/// the remainder up to `length`; a remainder below half a cell is joined to the cell before it.
 #[must_use]
 pub fn graded(length: f64, size: f64, (core, growth, largest): (f64, f64, f64)) -> Vec<f64> {
     let mut planes = vec![0.0];
@@ -35,7 +35,8 @@ pub fn graded(length: f64, size: f64, (core, growth, largest): (f64, f64, f64)) 
     planes
 }
 
-fn cells(length: f64, size: f64) -> usize {
+/// Least number of equal cells no longer than `size`.
+fn n_cells(length: f64, size: f64) -> usize {
     ((length / size - 1e-9).ceil() as usize).max(1)
 }
 

@@ -1,4 +1,4 @@
-//! Conforming simplicial meshes: nodes at rest, elements, boundary facets, and which nodes are held.
+//! Conforming simplicial meshes: rest positions, elements, boundary facets and displacement constraints.
 
 mod axis;
 mod octree;
@@ -29,7 +29,7 @@ pub struct NodeId(pub u32);
 pub struct ElementId(pub u32);
 
 impl NodeId {
-    /// Position in the arrays of nodes.
+    /// Index into the arrays of nodes.
     #[must_use]
     #[inline]
     pub fn index(self) -> usize {
@@ -38,7 +38,7 @@ impl NodeId {
 }
 
 impl ElementId {
-    /// Position in the arrays of elements.
+    /// Index into the arrays of elements.
     #[must_use]
     #[inline]
     pub fn index(self) -> usize {
@@ -46,28 +46,28 @@ impl ElementId {
     }
 }
 
-/// A triangle or tetrahedron: its first `D + 1` nodes count, positively oriented.
+/// Triangle or tetrahedron: its first `D + 1` nodes count, positively oriented.
 pub type Simplex = [NodeId; 4];
-/// An edge or triangle of the boundary: its first `D` nodes count, outward oriented.
+/// Boundary edge or triangle: its first `D` nodes count, outward oriented.
 pub type Facet = [NodeId; 3];
 
-/// A conforming mesh at rest.
+/// Conforming mesh at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh<const D: usize> {
     /// Rest positions of the nodes, m.
     pub rest: Vec<Vector<D>>,
-    /// The elements.
+    /// Elements.
     pub elements: Vec<Simplex>,
-    /// The boundary.
+    /// Boundary facets.
     pub facets: Vec<Facet>,
-    /// Which directions of a node are held, by node.
+    /// Held directions of each node.
     pub held: Vec<[bool; D]>,
-    /// Which loads act on each facet of the boundary: bit i for the i-th; empty where there are none.
+    /// Loads on each boundary facet: bit i is set if the i-th load acts; empty where there are no loads.
     pub marks: Vec<u8>,
 }
 
 impl<const D: usize> Mesh<D> {
-    /// A mesh whose boundary is found from its elements and whose nodes are free.
+    /// Builds a mesh with free nodes; the boundary follows from the elements.
     ///
     /// # Panics
     /// If an element names a node that does not exist, or is not positively oriented.
@@ -88,7 +88,7 @@ impl<const D: usize> Mesh<D> {
         signed_volume(&self.rest, element)
     }
 
-    /// The same mesh with its elements in another order: element i is what `order[i]` was. All else is unchanged.
+    /// Permutes the elements: element i of the result is element `order[i]`. Nodes and facets stay.
     ///
     /// # Panics
     /// If `order` does not name every element once.
@@ -104,7 +104,7 @@ impl<const D: usize> Mesh<D> {
         self
     }
 
-    /// The same mesh with its nodes in another order: node i is what `order[i]` was. All else is unchanged.
+    /// Permutes the nodes: node i of the result is node `order[i]`. The elements keep their order.
     ///
     /// # Panics
     /// If `order` does not name every node once.
@@ -114,12 +114,12 @@ impl<const D: usize> Mesh<D> {
         assert_eq!(order.len(), self.rest.len(), "the new order names every node");
         let mut new = vec![UNNAMED; order.len()];
         for (number, node) in (0..).map(NodeId).zip(order) {
-            let was = std::mem::replace(&mut new[node.index()], number);
-            assert_eq!(was, UNNAMED, "node {} stands twice in the new order", node.0);
+            let previous = std::mem::replace(&mut new[node.index()], number);
+            assert_eq!(previous, UNNAMED, "node {} stands twice in the new order", node.0);
         }
         self.rest = order.iter().map(|node| self.rest[node.index()]).collect();
         self.held = order.iter().map(|node| self.held[node.index()]).collect();
-        // What an element has beyond its corners names no node; in a facet of the plane the last one stands twice.
+        // Entries of an element beyond its corners name no node; a facet of the plane repeats its last node.
         let corners = self.elements.iter_mut().flat_map(|element| &mut element[..=D]);
         corners.chain(self.facets.iter_mut().flatten()).for_each(|node| *node = new[node.index()]);
         self
@@ -133,14 +133,14 @@ pub fn signed_volume<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> f64 {
     crate::math::det(&edges(x, nodes)) / factorial
 }
 
-/// Length of an edge of the boundary, or area of a triangle of it, m or m².
+/// Length of a boundary edge, m, or area of a boundary triangle, m².
 #[must_use]
 pub fn facet_measure<const D: usize>(x: &[Vector<D>], facet: &Facet) -> f64 {
     let [edge, across] = [1, 2].map(|k| crate::math::embed(&(x[facet[k].index()] - x[facet[0].index()])));
     if D == 2 { edge.norm() } else { 0.5 * edge.cross(&across).norm() }
 }
 
-/// Edge vectors from the first node, as columns.
+/// Edge vectors from the first node of a simplex, as columns.
 #[must_use]
 pub fn edges<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> crate::math::Tensor<D> {
     let origin = x[nodes[0].index()];

@@ -1,77 +1,77 @@
-//! Cells of a 2:1 balanced quadtree or octree: the finest near the origin, larger away from it.
+//! Graded, 2:1 balanced quadtree or octree: the finest cells near the origin, larger ones away from it.
 
-use super::structured::{Half, morton};
+use super::structured::{HalfIndex, morton};
 use std::collections::HashSet;
 
-/// Which cells of a grid are joined to larger ones.
+/// Grading of an octree over a rectilinear grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tree {
-    /// Edge of the largest cells, in cells of the grid: a power of two that divides their number along every axis.
+    /// Edge of the largest cells in grid cells: a power of two that divides the number of cells along every axis.
     pub coarsest: usize,
-    /// Distance from the origin within which cells stay those of the grid, m.
+    /// Distance from the origin within which cells stay as fine as the grid, m.
     pub core: f64,
-    /// An edge may be longer than that of the grid by so much per length of distance from the core.
+    /// Permitted growth of an edge beyond that of the grid, per length of distance from the core.
     pub slope: f64,
 }
 
-/// A cube of 2^level cells of the grid along each edge, by its position among those of its level.
+/// Octree cell: a cube of 2^level grid cells along each edge, by its index among those of its level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Cell<const D: usize> {
+pub(super) struct OctreeCell<const D: usize> {
     pub level: usize,
     at: [usize; D],
 }
 
-/// What is on the other side of a face.
+/// Neighbour of a leaf across one of its faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Beyond<const D: usize> {
-    /// Nothing: the face is on the boundary.
+pub(super) enum FaceNeighbour<const D: usize> {
+    /// No neighbour: the face is on the boundary.
     Outside,
-    /// One leaf, as large or larger.
-    Leaf(Cell<D>),
+    /// One leaf of equal or larger size.
+    Leaf(OctreeCell<D>),
     /// Several smaller leaves.
     Smaller,
 }
 
-/// The cells that fill the box; no two that touch, were it in a corner, are more than one level apart.
-pub(super) struct Leaves<const D: usize> {
-    cells: HashSet<Cell<D>>,
+/// Leaves of the balanced octree: leaves that touch, even in a corner, differ by at most one level.
+pub(super) struct OctreeLeaves<const D: usize> {
+    cells: HashSet<OctreeCell<D>>,
     counts: [usize; D],
     coarsest: usize,
 }
 
 impl Tree {
-    /// Number of cells over the box of these planes before it is balanced, counted no further than `most`.
+    /// Number of leaves over the box of these planes before balancing; counting stops at `most`.
     #[must_use]
     pub fn count<const D: usize>(&self, planes: &[Vec<f64>; D], most: usize) -> usize {
         let mut count = 0;
-        self.visit(planes, &mut |_| {
+        self.visit_leaves(planes, &mut |_| {
             count += 1;
             count < most
         });
         count
     }
 
-    /// The balanced cells over the box of these planes.
+    /// Balanced leaves over the box of these planes.
     ///
     /// # Panics
     /// Unless `coarsest` is a power of two that divides the number of cells along every axis.
-    pub(super) fn leaves<const D: usize>(&self, planes: &[Vec<f64>; D]) -> Leaves<D> {
+    pub(super) fn leaves<const D: usize>(&self, planes: &[Vec<f64>; D]) -> OctreeLeaves<D> {
         let counts: [usize; D] = std::array::from_fn(|i| planes[i].len() - 1);
         let fits = self.coarsest.is_power_of_two() && counts.iter().all(|n| n.is_multiple_of(self.coarsest));
         assert!(fits, "the largest cells of a tree must fill its box: {} in {counts:?}", self.coarsest);
         let mut cells = HashSet::new();
-        self.visit(planes, &mut |cell| cells.insert(cell));
-        let mut leaves = Leaves { cells, counts, coarsest: self.coarsest.ilog2() as usize };
+        self.visit_leaves(planes, &mut |cell| cells.insert(cell));
+        let mut leaves = OctreeLeaves { cells, counts, coarsest: self.coarsest.ilog2() as usize };
         leaves.balance();
         leaves
     }
 
-    /// Shows every cell that need not be divided until `see` has seen enough.
-    fn visit<const D: usize>(&self, planes: &[Vec<f64>; D], see: &mut impl FnMut(Cell<D>) -> bool) {
+    /// Visits the leaves of the unbalanced octree until `see` returns false.
+    fn visit_leaves<const D: usize>(&self, planes: &[Vec<f64>; D], see: &mut impl FnMut(OctreeCell<D>) -> bool) {
         let level = self.coarsest.ilog2() as usize;
         let counts: [usize; D] = std::array::from_fn(|i| (planes[i].len() - 1) >> level);
         for at in indices(counts) {
-            let mut open = vec![Cell { level, at }];
+            let mut open = vec![OctreeCell { level, at }];
             while let Some(cell) = open.pop() {
                 if self.is_too_large(planes, &cell) {
                     open.extend(cell.children());
@@ -82,7 +82,8 @@ impl Tree {
         }
     }
 
-    fn is_too_large<const D: usize>(&self, planes: &[Vec<f64>; D], cell: &Cell<D>) -> bool {
+    /// Returns true if a cell exceeds the size that the grading permits at its distance from the origin.
+    fn is_too_large<const D: usize>(&self, planes: &[Vec<f64>; D], cell: &OctreeCell<D>) -> bool {
         let ends = |i: usize| [cell.at[i], cell.at[i] + 1].map(|n| planes[i][n << cell.level]);
         let edge = (0..D).map(|i| ends(i)[1] - ends(i)[0]).fold(0.0, f64::max);
         let away = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
@@ -92,66 +93,67 @@ impl Tree {
     }
 }
 
-impl<const D: usize> Cell<D> {
-    /// Its middle.
-    pub fn middle(&self) -> Half<D> {
+impl<const D: usize> OctreeCell<D> {
+    /// Centre, in half grid cells.
+    pub fn centre(&self) -> HalfIndex<D> {
         self.at.map(|i| (2 * i + 1) << self.level)
     }
 
-    /// Half of its edge, in the units of its middle.
+    /// Half the edge, in half grid cells.
     pub fn reach(&self) -> isize {
         1 << self.level
     }
 
+    /// Returns the 2^D cells of half the edge that fill the cell.
     fn children(self) -> impl Iterator<Item = Self> {
         indices([2; D])
             .map(move |half| Self { level: self.level - 1, at: std::array::from_fn(|i| 2 * self.at[i] + half[i]) })
     }
 
-    /// The cell of a higher level that holds it.
-    fn above(self, level: usize) -> Self {
+    /// Ancestor of the cell at a higher level.
+    fn ancestor(self, level: usize) -> Self {
         Self { level, at: self.at.map(|i| i >> (level - self.level)) }
     }
 }
 
-impl<const D: usize> Leaves<D> {
-    /// The leaves along a Morton curve.
-    pub fn in_order(&self) -> Vec<Cell<D>> {
-        let mut cells: Vec<Cell<D>> = self.cells.iter().copied().collect();
+impl<const D: usize> OctreeLeaves<D> {
+    /// Leaves along a Morton curve.
+    pub fn in_order(&self) -> Vec<OctreeCell<D>> {
+        let mut cells: Vec<OctreeCell<D>> = self.cells.iter().copied().collect();
         cells.sort_by_cached_key(|cell| morton(&cell.at.map(|i| i << cell.level)));
         cells
     }
 
-    /// The corners of all leaves.
-    pub fn corners(&self) -> HashSet<Half<D>> {
+    /// Corners of all leaves, in half grid cells.
+    pub fn corners(&self) -> HashSet<HalfIndex<D>> {
         let corner =
-            |cell: &Cell<D>, end: [usize; D]| std::array::from_fn(|i| (2 * (cell.at[i] + end[i])) << cell.level);
+            |cell: &OctreeCell<D>, end: [usize; D]| std::array::from_fn(|i| (2 * (cell.at[i] + end[i])) << cell.level);
         self.cells.iter().flat_map(|cell| indices([2; D]).map(move |end| corner(cell, end))).collect()
     }
 
-    /// What a leaf meets along an axis.
-    pub fn beyond(&self, cell: &Cell<D>, axis: usize, up: bool) -> Beyond<D> {
+    /// Neighbour of a leaf across its lower or upper face along an axis.
+    pub fn face_neighbour(&self, cell: &OctreeCell<D>, axis: usize, up: bool) -> FaceNeighbour<D> {
         let mut offset = [1; D];
         offset[axis] = if up { 2 } else { 0 };
-        let Some(next) = self.neighbour(cell, offset) else { return Beyond::Outside };
-        self.leaf_over(next).map_or(Beyond::Smaller, Beyond::Leaf)
+        let Some(next) = self.neighbour(cell, offset) else { return FaceNeighbour::Outside };
+        self.leaf_over(next).map_or(FaceNeighbour::Smaller, FaceNeighbour::Leaf)
     }
 
-    /// The cell of the same level that is offset by so much less one along each axis, if it is in the box.
-    fn neighbour(&self, cell: &Cell<D>, offset: [usize; D]) -> Option<Cell<D>> {
+    /// Cell of the same level at index `at + offset − 1`, if it is in the box.
+    fn neighbour(&self, cell: &OctreeCell<D>, offset: [usize; D]) -> Option<OctreeCell<D>> {
         let mut at = cell.at;
         for (i, index) in at.iter_mut().enumerate() {
             *index = (*index + offset[i]).checked_sub(1).filter(|index| *index < self.counts[i] >> cell.level)?;
         }
-        Some(Cell { level: cell.level, at })
+        Some(OctreeCell { level: cell.level, at })
     }
 
-    /// The leaf that holds a cell, unless the cell is divided.
-    fn leaf_over(&self, cell: Cell<D>) -> Option<Cell<D>> {
-        (cell.level..=self.coarsest).map(|level| cell.above(level)).find(|above| self.cells.contains(above))
+    /// Leaf that contains a cell; none if the cell is divided.
+    fn leaf_over(&self, cell: OctreeCell<D>) -> Option<OctreeCell<D>> {
+        (cell.level..=self.coarsest).map(|level| cell.ancestor(level)).find(|above| self.cells.contains(above))
     }
 
-    /// Divides leaves that touch one of less than half their edge. The result does not depend on the order.
+    /// Divides leaves that touch a leaf of less than half their edge. The result is independent of the order.
     fn balance(&mut self) {
         let mut waiting = self.in_order();
         while let Some(cell) = waiting.pop() {
@@ -170,7 +172,7 @@ impl<const D: usize> Leaves<D> {
     }
 }
 
-/// All indices below these counts.
+/// All indices below `counts`, the first axis fastest.
 fn indices<const D: usize>(counts: [usize; D]) -> impl Iterator<Item = [usize; D]> {
     (0..counts.iter().product()).map(move |mut flat: usize| {
         counts.map(|count| {
@@ -186,20 +188,20 @@ mod tests {
     use super::super::uniform;
     use super::*;
 
-    fn levels<const D: usize>(leaves: &Leaves<D>) -> Vec<usize> {
+    fn levels<const D: usize>(leaves: &OctreeLeaves<D>) -> Vec<usize> {
         let count = |level: usize| leaves.cells.iter().filter(|cell| cell.level == level).count();
         (0..=leaves.coarsest).map(count).collect()
     }
 
-    fn is_balanced<const D: usize>(leaves: &Leaves<D>) -> bool {
-        let near = |cell: &Cell<D>| {
+    fn is_balanced<const D: usize>(leaves: &OctreeLeaves<D>) -> bool {
+        let near = |cell: &OctreeCell<D>| {
             let around: Vec<_> = indices([3; D]).filter_map(|offset| leaves.neighbour(cell, offset)).collect();
             around.into_iter().filter_map(|next| leaves.leaf_over(next)).all(|leaf| leaf.level <= cell.level + 1)
         };
         leaves.cells.iter().all(near)
     }
 
-    fn cells_of_the_grid<const D: usize>(leaves: &Leaves<D>) -> usize {
+    fn cells_of_the_grid<const D: usize>(leaves: &OctreeLeaves<D>) -> usize {
         levels(leaves).iter().enumerate().map(|(level, n)| n << (D * level)).sum()
     }
 

@@ -1,49 +1,57 @@
-//! Simplices that fill the leaves of a tree: nodes are their corners and middles, and nothing hangs.
+//! Conforming simplicial mesh of the leaves of a balanced octree, without hanging nodes: nodes are leaf corners and
+//! centres.
 //!
-//! A face between two leaves is that of the smaller one. In space its edges, halved where a smaller leaf has a corner, are
-//! joined to the middles on both sides: the line between these crosses the face inside, also where one leaf is twice as
-//! large, so that the tetrahedra around it fill the two pyramids over the face. On the boundary the face's own middle is the
-//! other end, and in the plane the edges are joined to the middle of their cell. Between leaves of one level this is the
-//! centred lattice.
+//! A face between two leaves is that of the smaller leaf. In space its edges, halved where a smaller leaf has a corner,
+//! are joined to the centres on both sides. The line between these centres crosses the face in its interior, also where
+//! one leaf is twice as large: the tetrahedra around it fill the two pyramids over the face. On the boundary the centre
+//! of the face replaces the second centre; in the plane edges are joined to the centre of their cell. Between leaves of
+//! one level this is the centred (body-centred cubic) lattice.
 
-use super::octree::{Beyond, Cell, Leaves};
-use super::structured::{Builder, Half, face_edges, shifted};
+use super::octree::{FaceNeighbour, OctreeCell, OctreeLeaves};
+use super::structured::{HalfIndex, MeshBuilder, face_edges, shifted};
 use std::collections::HashSet;
 
-/// Adds the simplices of all leaves.
-pub(super) fn fill<const D: usize>(builder: &mut Builder<'_, D>, leaves: &Leaves<D>) {
+/// Adds the simplices of all leaves to a mesh.
+pub(super) fn fill<const D: usize>(builder: &mut MeshBuilder<'_, D>, leaves: &OctreeLeaves<D>) {
     let corners = leaves.corners();
     for cell in leaves.in_order() {
         for (axis, up) in (0..D).flat_map(|axis| [(axis, false), (axis, true)]) {
-            let face = shifted(cell.middle(), axis, if up { cell.reach() } else { -cell.reach() });
-            let Some(end) = other_end(leaves, &cell, (axis, up, face)) else { continue };
-            for [a, b] in face_edges(face, axis, cell.reach()).into_iter().flat_map(|edge| halved(edge, &corners)) {
-                builder.simplex(&[cell.middle(), a, b, end][..=D]);
+            let face = shifted(cell.centre(), axis, if up { cell.reach() } else { -cell.reach() });
+            let Some(end) = second_apex(leaves, &cell, axis, up, face) else { continue };
+            for [a, b] in
+                face_edges(face, axis, cell.reach()).into_iter().flat_map(|edge| split_at_hanging_node(edge, &corners))
+            {
+                builder.add_simplex(&[cell.centre(), a, b, end][..=D]);
             }
         }
     }
 }
 
-/// The node beyond a face that its edges are joined to, if this leaf is the one to do it.
-fn other_end<const D: usize>(
-    leaves: &Leaves<D>,
-    cell: &Cell<D>,
-    (axis, up, face): (usize, bool, Half<D>),
-) -> Option<Half<D>> {
+/// Second apex over the edges of a face, if this leaf is the one to fill the face.
+fn second_apex<const D: usize>(
+    leaves: &OctreeLeaves<D>,
+    cell: &OctreeCell<D>,
+    axis: usize,
+    up: bool,
+    face: HalfIndex<D>,
+) -> Option<HalfIndex<D>> {
     if D == 2 {
         return Some(face);
     }
-    match leaves.beyond(cell, axis, up) {
-        Beyond::Outside => Some(face),
-        Beyond::Leaf(leaf) => (up || leaf.level > cell.level).then(|| leaf.middle()),
-        Beyond::Smaller => None,
+    match leaves.face_neighbour(cell, axis, up) {
+        FaceNeighbour::Outside => Some(face),
+        FaceNeighbour::Leaf(leaf) => (up || leaf.level > cell.level).then(|| leaf.centre()),
+        FaceNeighbour::Smaller => None,
     }
 }
 
-/// An edge, or its halves where its middle is a corner of a leaf.
-fn halved<const D: usize>([a, b]: [Half<D>; 2], corners: &HashSet<Half<D>>) -> Vec<[Half<D>; 2]> {
-    let middle = std::array::from_fn(|i| usize::midpoint(a[i], b[i]));
-    if corners.contains(&middle) { vec![[a, middle], [middle, b]] } else { vec![[a, b]] }
+/// Edge, or its two halves where its midpoint is a corner of a leaf.
+fn split_at_hanging_node<const D: usize>(
+    [a, b]: [HalfIndex<D>; 2],
+    corners: &HashSet<HalfIndex<D>>,
+) -> Vec<[HalfIndex<D>; 2]> {
+    let midpoint = std::array::from_fn(|i| usize::midpoint(a[i], b[i]));
+    if corners.contains(&midpoint) { vec![[a, midpoint], [midpoint, b]] } else { vec![[a, b]] }
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! How well shaped elements are.
+//! Shape quality of elements, and a bound on how far their nodes may travel before it degrades.
 
 use super::Simplex;
 use crate::math::{CLOSE, Vector, Vector3, cube_root, embed};
 
-/// The least angle of a simplex, degrees: between two sides of a triangle, between two faces of a tetrahedron.
+/// Least angle of a simplex, degrees: between two sides of a triangle, between two faces of a tetrahedron.
 #[must_use]
 pub fn least_angle<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     let normals = normals(x, simplex);
@@ -15,52 +15,53 @@ pub fn least_angle<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     pairs.map(angle).fold(180.0, f64::min)
 }
 
-/// How well shaped a simplex is: 4√3 A/Σ l² of a triangle, 12 (3V)^⅔/Σ l² of a tetrahedron; 1 of an equilateral one, and no more
-/// than 0 of one that is inverted (numerics 4.1).
+/// Mean-ratio quality of a simplex: 4√3 A/Σ l² of a triangle, 12 (3V)^⅔/Σ l² of a tetrahedron. An equilateral simplex
+/// has 1, an inverted one 0 or less (numerics 4.1).
 #[must_use]
 pub fn shape_quality<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
-    let (squares, measure) = extent(x, simplex);
+    let (squares, measure) = squares_and_measure(x, simplex);
     if D == 2 {
         return 4.0 * 3.0_f64.sqrt() * measure / squares;
     }
     12.0 * cube_root(3.0 * measure.abs()).powi(2).copysign(measure) / squares
 }
 
-/// Whether the quality of a simplex is less than that. What is clearly better is known without a root.
+/// Returns true if the shape quality of a simplex is less than `than`. A clearly better tetrahedron needs no cube root.
 #[must_use]
 pub fn is_worse<const D: usize>(x: &[Vector<D>], simplex: &Simplex, than: f64) -> bool {
     !(D == 3 && is_clearly_better(x, simplex, than)) && shape_quality(x, simplex) < than
 }
 
-/// The quality of a simplex, or if it is clearly better than `fair`, infinity.
+/// Shape quality of a simplex, or infinity if it is clearly better than `fair`.
 #[must_use]
 pub fn poor_quality<const D: usize>(x: &[Vector<D>], simplex: &Simplex, fair: f64) -> f64 {
     let is_fair = D == 3 && is_clearly_better(x, simplex, fair);
     if is_fair { f64::INFINITY } else { shape_quality(x, simplex) }
 }
 
-/// Whether the cube of the quality of a tetrahedron, 12³ · 9 V|V|/(Σ l²)³, is above that of another quality by more than rounding.
+/// Returns true if the cubed quality of a tetrahedron, 12³ · 9 V|V|/(Σ l²)³, exceeds `than`³ by more than rounding.
 fn is_clearly_better<const D: usize>(x: &[Vector<D>], simplex: &Simplex, than: f64) -> bool {
-    let (squares, volume) = extent(x, simplex);
+    let (squares, volume) = squares_and_measure(x, simplex);
     let cube = than * than * than;
     15_552.0 * volume * volume.abs() > (cube + CLOSE * cube.abs()) * (squares * squares * squares)
 }
 
-/// How far each node of a simplex may go, m, before its quality can be less than `than`, or its measure less than the part `least` of what
-/// it is now: of a ring, with its mean radius in it, at `radius`, else infinitely far out; both no less than 0. Nothing of one that is
-/// inverted.
+/// Travel bound of a simplex: the distance, m, that each node may move before quality or measure can fall below its
+/// limit. The limits are the quality `than` and the part `least` of the present measure, both clamped to 0 or more. The
+/// measure of a ring includes its mean radius `radius`; elsewhere pass infinity. An inverted simplex has the bound 0.
 ///
-/// With S² = Σ l² = (D + 1) Σ |x − c|², c the middle, where nodes go δ, S grows by (D + 1) δ at most. The measure falls by half the sum of the
-/// sides in the plane, at most S √3/2 δ, and by a third of that of the faces in space, at most S²/(6√3) δ (Weitzenböck). With the S that there
-/// may be at the end, δ being a twentieth of S at most, this is a straight line in δ, and what a quality asks for, c S^D, is below one that is
-/// as steep as it is there.
+/// Let S² = Σ l² = (D + 1) Σ |x − c|² with the centroid c. If nodes move by δ, S grows by at most (D + 1) δ. In the
+/// plane the measure falls by half the sum of the sides, at most S √3/2 δ. In space it falls by a third of the sum of
+/// the faces, at most S²/(6√3) δ (Weitzenböck's inequality). With δ limited to S/20, the greatest S reachable makes
+/// this bound linear in δ. The measure that a quality requires, c S^D, is convex in δ: its steepest slope bounds it by
+/// a line.
 #[must_use]
 pub fn leeway<const D: usize>(x: &[Vector<D>], simplex: &Simplex, (than, least): (f64, f64), radius: f64) -> f64 {
-    /// So far at most, in S, and so much less for rounding, of it and in S.
+    /// Greatest travel, in S, and the safety factor and absolute rounding allowance, in S, of the result.
     const FARTHEST: f64 = 0.05;
     const SAFE: f64 = 0.999;
     const ROUNDING: f64 = 1e-12;
-    let (squares, measure) = extent(x, simplex);
+    let (squares, measure) = squares_and_measure(x, simplex);
     let (than, least) = (than.max(0.0), least.max(0.0));
     let is_upright = measure > 0.0 && radius > 0.0;
     if !is_upright {
@@ -76,14 +77,14 @@ pub fn leeway<const D: usize>(x: &[Vector<D>], simplex: &Simplex, (than, least):
     (SAFE * shaped.min(filled).min(FARTHEST * span) - ROUNDING * span).max(0.0)
 }
 
-/// Σ l² and area or volume of a simplex.
-fn extent<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> (f64, f64) {
+/// Sum of squared edge lengths Σ l², and area or volume of a simplex.
+fn squares_and_measure<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> (f64, f64) {
     let pairs = (0..=D).flat_map(|i| (0..i).map(move |j| (i, j)));
     let squares = pairs.map(|(i, j)| (x[simplex[i].index()] - x[simplex[j].index()]).norm_squared()).sum();
     (squares, super::signed_volume(x, simplex))
 }
 
-/// Outward normals of the sides opposite each corner.
+/// Outward normals of the sides opposite the corners.
 fn normals<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> [Vector3; 4] {
     let corners: [Vector3; 4] = std::array::from_fn(|i| embed(&x[simplex[i % (D + 1)].index()]));
     std::array::from_fn(|i| outward::<D>(&corners, i))
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
     use crate::mesh::{NodeId, signed_volume};
 
-    /// These places, each moved by `way` to where `value` falls fastest.
+    /// Moves each position by `way` along the direction in which `value` falls fastest.
     fn moved<const D: usize>(x: &[Vector<D>], way: f64, value: impl Fn(&[Vector<D>]) -> f64) -> Vec<Vector<D>> {
         let slope = |a: usize, axis: usize| {
             let at = |step: f64| {

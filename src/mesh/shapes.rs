@@ -1,9 +1,9 @@
-//! The shapes a gel can have: block, cylinder and L-beam.
+//! Meshes of the gel shapes: block, cylinder, hollow half sphere and L-beam.
 
 use super::{Grid, Mesh, Split};
 use crate::math::Vector;
 
-/// How a face is held.
+/// Constrained directions of a held face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
     /// Along its normal only.
@@ -12,28 +12,28 @@ pub enum Hold {
     All,
 }
 
-/// A held face: all nodes whose coordinate along `axis` is the least (`high` false) or the greatest.
+/// Held face: all nodes at the least (`high` false) or greatest coordinate along `axis`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Face {
     /// Axis the face is normal to.
     pub axis: usize,
-    /// The face of greatest coordinate.
+    /// Selects the face of greatest coordinate.
     pub high: bool,
-    /// How it is held.
+    /// Constrained directions.
     pub hold: Hold,
 }
 
-/// A rectilinear block.
+/// Specification of a rectilinear block.
 pub struct Block<const D: usize> {
     /// Planes along each axis, ascending, m.
     pub planes: [Vec<f64>; D],
-    /// How cells are filled.
+    /// Subdivision of a cell into simplices.
     pub split: Split,
     /// Held faces.
     pub faces: Vec<Face>,
 }
 
-/// A block; also the half section of a cylinder in (r, z).
+/// Meshes a block; also the half section of a cylinder in (r, z).
 #[must_use]
 pub fn block<const D: usize>(block: Block<D>) -> Mesh<D> {
     let ends: [[f64; 2]; D] = std::array::from_fn(|i| [block.planes[i][0], block.planes[i][block.planes[i].len() - 1]]);
@@ -42,12 +42,12 @@ pub fn block<const D: usize>(block: Block<D>) -> Mesh<D> {
     let mut mesh = Mesh::new(points, elements);
     for face in block.faces {
         let plane = ends[face.axis][usize::from(face.high)];
-        hold(&mut mesh, face, |x| x[face.axis] == plane);
+        constrain_nodes(&mut mesh, face, |x| x[face.axis] == plane);
     }
     mesh
 }
 
-fn hold<const D: usize>(mesh: &mut Mesh<D>, face: Face, on_face: impl Fn(&Vector<D>) -> bool) {
+fn constrain_nodes<const D: usize>(mesh: &mut Mesh<D>, face: Face, on_face: impl Fn(&Vector<D>) -> bool) {
     for (_, held) in mesh.rest.iter().zip(&mut mesh.held).filter(|(x, _)| on_face(x)) {
         match face.hold {
             Hold::All => *held = [true; D],
@@ -56,19 +56,18 @@ fn hold<const D: usize>(mesh: &mut Mesh<D>, face: Face, on_face: impl Fn(&Vector
     }
 }
 
-/// A cylinder about z: the cross-section of a block of half width `radius` is rounded to a disc.
+/// Meshes a cylinder about z: the cross-section of a block of half width `radius` is mapped to a disc.
 ///
 /// A point of the square at (x, y) moves to radius R₀ = max(|x|, |y|) on its ray, blended with the square itself by
-/// (R₀/R)²: near the axis the grid stays square, at the mantle it is round.
-/// Faces of axis 0 stand for the mantle.
+/// (R₀/R)². The grid stays square near the axis and is round at the mantle. Faces of axis 0 denote the mantle.
 #[must_use]
 pub fn cylinder(radius: f64, square: Block<3>) -> Mesh<3> {
     let faces = square.faces.clone();
     let mut mesh = block(Block { faces: faces.iter().copied().filter(|f| f.axis == 2).collect(), ..square });
-    // The square's planes end at ±radius to the bit.
+    // The planes of the square end at ±radius bit for bit.
     let on_mantle = |x: &Vector<3>| x[0].abs().max(x[1].abs()) == radius;
     for face in faces.into_iter().filter(|f| f.axis == 0) {
-        hold(&mut mesh, face, on_mantle);
+        constrain_nodes(&mut mesh, face, on_mantle);
     }
     for x in &mut mesh.rest {
         let (square, r) = (x[0].abs().max(x[1].abs()), (x[0] * x[0] + x[1] * x[1]).sqrt());
@@ -82,8 +81,8 @@ pub fn cylinder(radius: f64, square: Block<3>) -> Mesh<3> {
     mesh
 }
 
-/// Radii from an inner to an outer sphere and angles of a quarter turn, rad: cells as long as they are wide, of this size at the
-/// inner sphere or a little less.
+/// Radii from an inner to an outer sphere, and angles of a quarter turn, rad. Cells are as long as they are wide; at
+/// the inner sphere they measure `size` or a little less.
 #[must_use]
 pub fn rays([inner, outer]: [f64; 2], size: f64) -> [Vec<f64>; 2] {
     let angles = super::uniform(0.0, std::f64::consts::FRAC_PI_2, size / inner);
@@ -92,7 +91,7 @@ pub fn rays([inner, outer]: [f64; 2], size: f64) -> [Vec<f64>; 2] {
     while radii[radii.len() - 1] * growth < outer {
         radii.push(radii[radii.len() - 1] * growth);
     }
-    // The last cell is what is left, or joins the one before it.
+    // The last cell takes the remainder; a remainder below half a cell is joined to the cell before it.
     let least = 0.5 * (growth - 1.0) * outer;
     if radii.len() > 1 && outer - radii[radii.len() - 1] < least {
         radii.pop();
@@ -101,8 +100,9 @@ pub fn rays([inner, outer]: [f64; 2], size: f64) -> [Vec<f64>; 2] {
     [radii, angles]
 }
 
-/// The half section of the lower half of a hollow sphere about the origin, in (r, z), from planes of radius and angle: 0 is the
-/// axis below, a quarter turn the plane z = 0. Faces of axis 0 are the spheres, those of axis 1 the axis and that plane.
+/// Meshes the half section, in (r, z), of the lower half of a hollow sphere about the origin. The planes are radii and
+/// angles: angle 0 is the axis below, a quarter turn the plane z = 0. Faces of axis 0 are the spheres, those of axis 1
+/// the axis and that plane.
 #[must_use]
 pub fn shell(rays: Block<2>) -> Mesh<2> {
     let (radii, angles) = (rays.planes[0].clone(), rays.planes[1].clone());
@@ -126,11 +126,12 @@ pub fn shell(rays: Block<2>) -> Mesh<2> {
     mesh
 }
 
-/// Two legs at a right angle with the outer corner at the origin: first in the axes of the legs, then turned by
-/// `angle` in the x–z plane and moved to `corner`. The first and the last planes run along the legs.
+/// Meshes an L-beam: two legs at a right angle with the outer corner at the origin. It is built in the axes of the
+/// legs, turned by `angle`, degrees, in the x–z plane and moved to `corner`. The first and the last planes run along
+/// the legs.
 ///
 /// # Panics
-/// If the legs are filled by a tree.
+/// If the split is an octree.
 #[must_use]
 pub fn l_beam<const D: usize>(legs: Block<D>, thickness: f64, (angle, corner): (f64, Vector<D>)) -> Mesh<D> {
     assert!(!matches!(legs.split, Split::Tree(_)), "a tree fills all of its box, a beam does not");

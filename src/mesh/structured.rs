@@ -1,57 +1,57 @@
-//! Simplices that fill the cells of a rectilinear grid.
+//! Simplicial meshes of rectilinear grids: centred (body-centred cubic) and Kuhn splits, and 2:1 balanced octrees.
 
 use super::{NodeId, Simplex, Tree, signed_volume};
 use crate::math::Vector;
 use std::collections::HashMap;
 
-/// How a cell is filled.
+/// Subdivision of a cell into simplices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Split {
-    /// Around a node in its middle: crossed triangles; in space the body-centred cubic lattice, whose tetrahedra join
-    /// the middles of two neighbouring cells to an edge of their common face.
+    /// Around a node at the cell centre: crossed triangles; in space the body-centred cubic lattice, whose tetrahedra
+    /// join the centres of two neighbouring cells to an edge of their common face.
     Centred,
-    /// Along one diagonal: two triangles, or the six tetrahedra of Kuhn, one for each order of the axes.
+    /// Kuhn triangulation along one diagonal: two triangles, or six tetrahedra, one for each order of the axes.
     Kuhn,
-    /// Centred, in cells that become larger away from the origin; of a grid that is filled everywhere.
+    /// Centred split of a graded octree whose cells grow away from the origin; the grid must be filled everywhere.
     Tree(Tree),
 }
 
-/// A rectilinear grid, some of whose cells are filled.
+/// Rectilinear grid with a predicate for its filled cells.
 pub struct Grid<const D: usize> {
     /// Planes along each axis, ascending, m.
     pub planes: [Vec<f64>; D],
-    /// Whether the cell at these indices is filled.
+    /// Predicate: true for the indices of a filled cell.
     pub filled: Box<dyn Fn([usize; D]) -> bool>,
 }
 
-/// A lattice point in half cells: even at planes, odd in the middle between two.
-pub(super) type Half<const D: usize> = [usize; D];
+/// Lattice point in half cells: even coordinates lie on planes, odd ones midway between two.
+pub(super) type HalfIndex<const D: usize> = [usize; D];
 
-/// Nodes and simplices as they are found.
-pub(super) struct Builder<'a, const D: usize> {
+/// Accumulator of nodes and simplices; a lattice point becomes a node at its first use.
+pub(super) struct MeshBuilder<'a, const D: usize> {
     planes: &'a [Vec<f64>; D],
-    ids: HashMap<Half<D>, NodeId>,
+    ids: HashMap<HalfIndex<D>, NodeId>,
     /// Positions of the nodes, m.
     pub points: Vec<Vector<D>>,
-    /// The simplices.
+    /// Elements.
     pub elements: Vec<Simplex>,
 }
 
 impl<const D: usize> Grid<D> {
-    /// Node positions and positively oriented simplices.
+    /// Returns node positions and positively oriented simplices.
     #[must_use]
     pub fn split(&self, split: Split) -> (Vec<Vector<D>>, Vec<Simplex>) {
-        let mut builder = Builder::new(&self.planes);
+        let mut builder = MeshBuilder::new(&self.planes);
         match split {
-            Split::Centred => self.cells().into_iter().for_each(|cell| builder.centred(self, cell)),
-            Split::Kuhn => self.cells().into_iter().for_each(|cell| builder.kuhn(cell)),
+            Split::Centred => self.filled_cells().into_iter().for_each(|cell| builder.add_centred_cell(self, cell)),
+            Split::Kuhn => self.filled_cells().into_iter().for_each(|cell| builder.add_kuhn_cell(cell)),
             Split::Tree(tree) => super::octree_templates::fill(&mut builder, &tree.leaves(&self.planes)),
         }
         (builder.points, builder.elements)
     }
 
-    /// Filled cells along a Morton curve, so that neighbours are near in memory.
-    fn cells(&self) -> Vec<[usize; D]> {
+    /// Filled cells along a Morton curve: neighbours are close in memory.
+    fn filled_cells(&self) -> Vec<[usize; D]> {
         let counts: [usize; D] = std::array::from_fn(|i| self.planes[i].len() - 1);
         let total: usize = counts.iter().product();
         let mut cells: Vec<[usize; D]> = (0..total)
@@ -68,14 +68,15 @@ impl<const D: usize> Grid<D> {
         cells
     }
 
-    fn is_filled(&self, cell: [usize; D], axis: usize, up: bool) -> Option<[usize; D]> {
+    /// Returns the filled neighbour across the lower or upper face along an axis.
+    fn filled_neighbour(&self, cell: [usize; D], axis: usize, up: bool) -> Option<[usize; D]> {
         let mut other = cell;
         other[axis] = if up { cell[axis] + 1 } else { cell[axis].checked_sub(1)? };
         (other[axis] + 1 < self.planes[axis].len() && (self.filled)(other)).then_some(other)
     }
 }
 
-/// Interleaved bits of the indices.
+/// Morton code: the interleaved bits of the indices.
 pub(super) fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
     (0..32).fold(0, |code, bit| {
         cell.iter()
@@ -84,12 +85,13 @@ pub(super) fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
     })
 }
 
-impl<'a, const D: usize> Builder<'a, D> {
+impl<'a, const D: usize> MeshBuilder<'a, D> {
     fn new(planes: &'a [Vec<f64>; D]) -> Self {
         Self { planes, ids: HashMap::new(), points: vec![], elements: vec![] }
     }
 
-    fn node(&mut self, half: Half<D>) -> NodeId {
+    /// Returns the node at a lattice point, creating it at first use.
+    fn node_at(&mut self, half: HalfIndex<D>) -> NodeId {
         let planes = self.planes;
         *self.ids.entry(half).or_insert_with(|| {
             self.points.push(Vector::<D>::from_fn(|i, _| {
@@ -101,10 +103,10 @@ impl<'a, const D: usize> Builder<'a, D> {
     }
 
     /// Adds the simplex with these corners, positively oriented.
-    pub fn simplex(&mut self, corners: &[Half<D>]) {
+    pub fn add_simplex(&mut self, corners: &[HalfIndex<D>]) {
         let mut nodes = [NodeId::default(); 4];
         for (node, corner) in nodes.iter_mut().zip(corners) {
-            *node = self.node(*corner);
+            *node = self.node_at(*corner);
         }
         if signed_volume(&self.points, &nodes) < 0.0 {
             nodes.swap(0, 1);
@@ -112,26 +114,27 @@ impl<'a, const D: usize> Builder<'a, D> {
         self.elements.push(nodes);
     }
 
-    /// One simplex for each order in which the axes can be walked from the low to the high corner.
-    fn kuhn(&mut self, cell: [usize; D]) {
-        for order in orders::<D>() {
+    /// Adds the Kuhn simplices of a cell: one for each order in which the axes lead from the low to the high corner.
+    fn add_kuhn_cell(&mut self, cell: [usize; D]) {
+        for order in axis_orders::<D>() {
             let mut corner = cell.map(|i| 2 * i);
             let mut corners = vec![corner];
             for axis in order {
                 corner[axis] += 2;
                 corners.push(corner);
             }
-            self.simplex(&corners);
+            self.add_simplex(&corners);
         }
     }
 
-    /// Per face of the cell: its edges (in the plane: itself) joined to the cell's middle and, in space, to the middle
-    /// of the neighbour, or of the face where there is no neighbour.
-    fn centred(&mut self, grid: &Grid<D>, cell: [usize; D]) {
+    /// Adds the centred simplices of a cell. The edges of each face (in the plane the face itself) are joined to the
+    /// cell centre and, in space, to the centre of the neighbour. At the boundary the centre of the face replaces that
+    /// of the neighbour.
+    fn add_centred_cell(&mut self, grid: &Grid<D>, cell: [usize; D]) {
         let middle = cell.map(|i| 2 * i + 1);
         for axis in 0..D {
             for up in [false, true] {
-                let neighbour = grid.is_filled(cell, axis, up);
+                let neighbour = grid.filled_neighbour(cell, axis, up);
                 if D == 3 && neighbour.is_some() && !up {
                     continue;
                 }
@@ -140,22 +143,22 @@ impl<'a, const D: usize> Builder<'a, D> {
                 for edge in face_edges(face, axis, 1) {
                     let [a, b] = edge;
                     let corners = [middle, a, b, beyond];
-                    self.simplex(&corners[..=D]);
+                    self.add_simplex(&corners[..=D]);
                 }
             }
         }
     }
 }
 
-pub(super) fn shifted<const D: usize>(mut half: Half<D>, axis: usize, by: isize) -> Half<D> {
+pub(super) fn shifted<const D: usize>(mut half: HalfIndex<D>, axis: usize, by: isize) -> HalfIndex<D> {
     half[axis] = half[axis].wrapping_add_signed(by);
     half
 }
 
-/// The four edges of a square face, or a face of the plane itself, given by its middle and half its edge.
-pub(super) fn face_edges<const D: usize>(face: Half<D>, axis: usize, reach: isize) -> Vec<[Half<D>; 2]> {
+/// The four edges of a square face, or in the plane the face itself; given are its centre and half its edge.
+pub(super) fn face_edges<const D: usize>(face: HalfIndex<D>, axis: usize, reach: isize) -> Vec<[HalfIndex<D>; 2]> {
     let others: Vec<usize> = (0..D).filter(|i| *i != axis).collect();
-    let ends = |half: Half<D>, along: usize| [shifted(half, along, -reach), shifted(half, along, reach)];
+    let ends = |half: HalfIndex<D>, along: usize| [shifted(half, along, -reach), shifted(half, along, reach)];
     match others[..] {
         [a] => vec![ends(face, a)],
         [a, b] => {
@@ -165,7 +168,7 @@ pub(super) fn face_edges<const D: usize>(face: Half<D>, axis: usize, reach: isiz
     }
 }
 
-fn orders<const D: usize>() -> Vec<[usize; D]> {
+fn axis_orders<const D: usize>() -> Vec<[usize; D]> {
     let all: &[[usize; 3]] = match D {
         2 => &[[0, 1, 2], [1, 0, 2]],
         _ => &[[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]],

@@ -1,18 +1,18 @@
-//! Who is next to whom. Never reads positions.
+//! Connectivity of a mesh: boundary, face neighbours and node incidence. Positions are never read.
 
 use super::{ElementId, Facet, NodeId, Simplex};
 
-/// Facets that belong to one element only, in the order of the elements, outward oriented.
+/// Boundary facets: those of one element only, in the order of the elements, outward oriented.
 #[must_use]
 pub fn boundary<const D: usize>(elements: &[Simplex]) -> Vec<Facet> {
-    let sides = sides::<D>(elements);
+    let sides = element_sides::<D>(elements);
     let mut outer: Vec<u32> =
         sides.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|same| same[0].1).collect();
     outer.sort_unstable();
     outer.into_iter().map(|side| facet::<D>(&elements[side as usize / 4], side as usize % 4)).collect()
 }
 
-/// The same where the neighbours are known.
+/// Boundary facets where the face neighbours are known; equal to [`boundary`].
 #[must_use]
 pub fn outer<const D: usize>(elements: &[Simplex], across: &[[Option<ElementId>; 4]]) -> Vec<Facet> {
     let bare = |(simplex, across): (&'_ Simplex, &'_ [Option<ElementId>; 4])| {
@@ -22,18 +22,17 @@ pub fn outer<const D: usize>(elements: &[Simplex], across: &[[Option<ElementId>;
     elements.iter().zip(across).flat_map(bare).collect()
 }
 
-/// The facets of all elements, equal ones beside each other, and whose side each is: 4 × element + opposite node.
-fn sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
+/// Lists the sides of all elements as (sorted facet, 4 × element + opposite node); equal facets are adjacent.
+fn element_sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
     let of = |(e, simplex)| (0..=D).map(move |k| (sorted::<D>(facet::<D>(simplex, k)), (4 * e + k) as u32));
-    in_order(&|| elements.iter().enumerate().flat_map(of), |side: &(Facet, u32)| side.0[0].index())
+    sort_by_bucket(&|| elements.iter().enumerate().flat_map(of), |side: &(Facet, u32)| side.0[0].index())
 }
 
-/// These in ascending order, of which their numbers are the first part: counted into the places of their numbers, and sorted
-/// within them only.
+/// Sorts items by a leading integer key: a counting sort into buckets, then a comparison sort within each bucket.
 ///
 /// # Panics
-/// Unless the same ones come each time that they are asked for.
-fn in_order<T: Copy + Default + Ord, I: Iterator<Item = T>>(
+/// Unless `all` yields the same items at each call.
+fn sort_by_bucket<T: Copy + Default + Ord, I: Iterator<Item = T>>(
     all: &dyn Fn() -> I,
     number: impl Fn(&T) -> usize,
 ) -> Vec<T> {
@@ -57,10 +56,10 @@ fn in_order<T: Copy + Default + Ord, I: Iterator<Item = T>>(
     sorted
 }
 
-/// The corners of the face of a tetrahedron opposite each corner, outward oriented.
+/// Corners of the tetrahedron face opposite each corner, outward oriented.
 pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// The facet of a positively oriented simplex opposite one of its nodes, outward oriented.
+/// Facet of a positively oriented simplex opposite one of its nodes, outward oriented.
 pub(crate) fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet {
     let facets: &[[usize; 3]] = match D {
         2 => &[[1, 2, 2], [2, 0, 0], [0, 1, 1]],
@@ -69,7 +68,7 @@ pub(crate) fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet
     facets[opposite].map(|corner| simplex[corner])
 }
 
-/// The nodes of a facet in a form that does not depend on where it begins or which way it faces.
+/// Canonical form of a facet: its nodes in ascending order, independent of start and orientation.
 pub(crate) fn sorted<const D: usize>(facet: Facet) -> Facet {
     let mut key = facet;
     key[..D].sort_unstable();
@@ -79,11 +78,11 @@ pub(crate) fn sorted<const D: usize>(facet: Facet) -> Facet {
     key
 }
 
-/// The neighbour of each element across the facet opposite each of its nodes; none at the boundary.
+/// Face neighbours: the element across the facet opposite each node; none at the boundary.
 #[must_use]
 pub fn neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId>; 4]> {
     let mut across = vec![[None; 4]; elements.len()];
-    for pair in sides::<D>(elements).chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
+    for pair in element_sides::<D>(elements).chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
         let [(e, i), (f, j)] = [pair[0], pair[1]].map(|(_, side)| (side / 4, side as usize % 4));
         across[e as usize][i] = Some(ElementId(f));
         across[f as usize][j] = Some(ElementId(e));
@@ -91,7 +90,7 @@ pub fn neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId
     across
 }
 
-/// Which groups (elements, facets) each node belongs to, in ascending order.
+/// Node incidence in compressed rows: the groups (elements, facets) that contain each node, in ascending order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Incidence {
     start: Vec<u32>,
@@ -99,7 +98,7 @@ pub struct Incidence {
 }
 
 impl Incidence {
-    /// From the groups of nodes, `n_nodes` in all.
+    /// Builds the incidence of `n_nodes` nodes from the nodes of each group.
     pub fn new<'a>(n_nodes: usize, groups: impl Iterator<Item = &'a [NodeId]> + Clone) -> Self {
         let mut start = vec![0_u32; n_nodes + 1];
         for node in groups.clone().flatten() {
@@ -119,7 +118,7 @@ impl Incidence {
         Self { start, members }
     }
 
-    /// The groups of a node.
+    /// Groups that contain a node.
     #[must_use]
     #[inline]
     pub fn of(&self, node: NodeId) -> &[ElementId] {

@@ -1,120 +1,121 @@
-//! Whether a new mesh may take the place of the old one.
+//! Acceptance test of a new mesh: quality, conserved measure and unchanged topology.
 
 use super::boundary_loops::crossing;
 use super::{Moved, Proposal};
 use crate::math::{Vector, ordered_sum};
 use crate::mesh::{Facet, NodeId, Simplex, boundary, shape_quality, signed_volume};
 
-/// What a new mesh must satisfy.
+/// Limits that a new mesh must satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acceptance {
-    /// Greatest |change of area, in space of volume| but for what was cleared, as a share of what it was.
+    /// Greatest relative change of area or volume, apart from the measure cleared.
     pub measure: f64,
     /// Least quality ([`shape_quality`]).
     pub quality: f64,
 }
 
-/// How good a new mesh is.
+/// Quality of a new mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// Least quality of an element ([`shape_quality`]).
     pub least: f64,
-    /// Change of area, in space of volume, as a share of what it was.
+    /// Relative change of area or volume.
     pub change: f64,
-    /// Connected parts of the body.
+    /// Connected components of the body.
     pub parts: usize,
-    /// Connected parts of its boundary.
+    /// Connected components of the boundary.
     pub loops: usize,
 }
 
-/// Why a new mesh may not take the place of the old one.
+/// Reason why a new mesh is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Rejected {
     /// No elements.
     #[error("the new mesh has no elements")]
     Empty,
-    /// An element that is flat or inverted.
+    /// Degenerate or inverted element.
     #[error("element {element} of the new mesh is flat or inside out: its area, m², or volume, m³, is {measure:.3e}")]
     Inverted {
-        /// Which.
+        /// Element of the new mesh.
         element: usize,
-        /// Its area, m², or volume, m³.
+        /// Area, m², or volume, m³, of the element.
         measure: f64,
     },
-    /// An element below the quality asked for.
+    /// Element below the quality limit.
     #[error("an element of the new mesh has the quality {found:.3}, less than {least:.3}")]
     Poor {
-        /// The least quality found.
+        /// Least quality of the new mesh.
         found: f64,
-        /// The least allowed.
+        /// Least quality allowed.
         least: f64,
     },
-    /// The area, or in space the volume, has changed.
+    /// Change of area or volume above the limit.
     #[error("the area or volume of the body changes by {change:.3e} of itself, more than {most:.3e}")]
     Measure {
-        /// Change, as a share.
+        /// Relative change.
         change: f64,
-        /// The greatest allowed.
+        /// Greatest relative change allowed.
         most: f64,
     },
-    /// Parts of the body were joined, divided or lost.
+    /// Changed number of components of the body.
     #[error("the body had {before} parts and has {after}")]
     Parts {
-        /// In the old mesh.
+        /// Components of the old mesh.
         before: usize,
-        /// In the new one.
+        /// Components of the new mesh.
         after: usize,
     },
-    /// Parts of the boundary were joined, divided or lost.
+    /// Changed number of components of the boundary.
     #[error("the boundary had {before} parts and has {after}: a wall was welded or a hole closed")]
     Loops {
-        /// In the old mesh.
+        /// Components of the old mesh.
         before: usize,
-        /// In the new one.
+        /// Components of the new mesh.
         after: usize,
     },
-    /// Handles or pinches of the boundary were made or lost.
+    /// Changed Euler characteristic of the boundary: handles or pinches were made or lost.
     #[error(
         "the Euler characteristic of the boundary was {before} and is {after}: a tunnel was opened or closed, or walls touch"
     )]
     Genus {
-        /// In the old mesh.
+        /// V − F/2 of the old boundary.
         before: isize,
-        /// In the new one.
+        /// V − F/2 of the new boundary.
         after: isize,
     },
-    /// The boundary crosses itself.
+    /// Self-intersection of the boundary.
     #[error("the new boundary crosses itself: edge {:?} crosses edge {:?}", edges[0].map(|n| n.0), edges[1].map(|n| n.0))]
     Crossing {
-        /// The edges, by nodes of the new mesh.
+        /// Crossing edges, by nodes of the new mesh.
         edges: [[NodeId; 2]; 2],
     },
 }
 
-/// Measures a new mesh against the old one where that is.
+/// Tests a new mesh against the old one in its deformed configuration.
 ///
-/// In the plane the boundary is searched for crossings. In space it is not: there its Euler characteristic must be what it was.
+/// In the plane the boundary is tested for self-intersection. In space its Euler characteristic must be unchanged
+/// instead.
 ///
 /// # Errors
-/// The first thing it does not satisfy.
+/// The first criterion that the new mesh violates.
 pub fn judge<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, limits: &Acceptance) -> Result<Quality, Rejected> {
     let shapes: Vec<f64> = new.elements.iter().map(|e| shape_quality(&new.position, e)).collect();
     judge_known(old, new, (limits, &Known { shapes: &shapes, facets: &boundary::<D>(&new.elements) }))
 }
 
-/// What is known of a new mesh before it is judged.
+/// Properties of a new mesh that are known before the test.
 #[derive(Debug, Clone, Copy)]
 pub struct Known<'a> {
-    /// The quality of each element ([`shape_quality`]), infinite of those that are better than some others.
+    /// Quality of each element ([`shape_quality`]); infinity for elements that are clearly better than others.
     pub shapes: &'a [f64],
-    /// The boundary ([`boundary`]).
+    /// Boundary facets ([`boundary`]).
     pub facets: &'a [Facet],
 }
 
-/// The same where that is known.
+/// Tests a new mesh whose qualities and boundary are known; see [`judge`].
 ///
 /// # Errors
-/// The first thing that the new mesh does not satisfy.
+/// The first criterion that the new mesh violates.
 pub fn judge_known<const D: usize>(
     old: &Moved<'_, D>,
     new: &Proposal<D>,
@@ -143,8 +144,9 @@ pub fn judge_known<const D: usize>(
     Ok(Quality { least, change, parts, loops })
 }
 
-/// The numbers of parts of the body and of its boundary, if they are those of the old mesh, and the boundary is free of
-/// crossings, or in space has the handles that it had.
+/// Compares the topology with that of the old mesh and returns the numbers of components of the body and of its
+/// boundary. Components must be equal; the plane boundary must not cross itself, the surface in space must keep its
+/// handles.
 fn compare<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, facets: &[Facet]) -> Result<[usize; 2], Rejected> {
     let count = |elements: &[Simplex], n_nodes: usize| components(elements.iter().map(|e| &e[..=D]), n_nodes);
     let parts = [count(&old.mesh.elements, old.position.len()), count(&new.elements, new.position.len())];
@@ -167,7 +169,7 @@ fn compare<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, facets: &[Face
     Ok([parts[1], loops[1]])
 }
 
-/// Whether no edge of a boundary of the plane crosses another.
+/// Checks that no edge of a plane boundary crosses another.
 fn free_of_crossings<const D: usize>(facets: &[Facet], x: &[Vector<D>]) -> Result<(), Rejected> {
     let edges: Vec<[usize; 2]> = facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
     let flat: Vec<Vector<2>> = x.iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
@@ -177,8 +179,8 @@ fn free_of_crossings<const D: usize>(facets: &[Facet], x: &[Vector<D>]) -> Resul
     }
 }
 
-/// V − F/2 of a closed surface of triangles: its Euler characteristic V − E + F, 2 of a ball's and 0 of a torus, because there
-/// are 3/2 edges per triangle; where it touches itself along edges these count as often as it passes there.
+/// Euler characteristic V − E + F = V − F/2 of a closed triangulated surface with 3/2 edges per triangle: 2 for a ball,
+/// 0 for a torus. An edge along which the surface touches itself counts once per passage.
 fn characteristic(facets: &[Facet]) -> isize {
     let mut nodes: Vec<NodeId> = facets.iter().flatten().copied().collect();
     nodes.sort_unstable();
@@ -186,7 +188,7 @@ fn characteristic(facets: &[Facet]) -> isize {
     nodes.len().cast_signed() - (facets.len() / 2).cast_signed()
 }
 
-/// Number of groups of nodes that these groups connect; nodes in none do not count.
+/// Number of connected components of the groups of nodes; isolated nodes do not count.
 fn components<'a>(groups: impl Iterator<Item = &'a [NodeId]>, n_nodes: usize) -> usize {
     let mut above: Vec<usize> = vec![usize::MAX; n_nodes];
     let mut count = 0;
@@ -210,7 +212,7 @@ fn components<'a>(groups: impl Iterator<Item = &'a [NodeId]>, n_nodes: usize) ->
     count
 }
 
-/// The node that stands for all that are connected to this one.
+/// Root of a node in the union-find forest.
 fn root(above: &mut [usize], mut node: usize) -> usize {
     while above[node] != node {
         above[node] = above[above[node]];
@@ -222,11 +224,11 @@ fn root(above: &mut [usize], mut node: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::super::test_meshes::{rings, square};
-    use super::super::{Moved, Origin};
+    use super::super::{Moved, NodeOrigin};
     use super::*;
     use crate::mesh::{Grid, Mesh, Split, uniform};
 
-    /// A cube of 3 × 3 × 3 cells without these.
+    /// Cube of 3 × 3 × 3 cells without the cells in `empty`.
     fn cubes(empty: &'static [[usize; 3]]) -> Mesh<3> {
         let axis = || uniform(0.0, 3.0, 1.0);
         let filled = |cell: [usize; 3]| !empty.contains(&cell);
@@ -237,7 +239,7 @@ mod tests {
     const STRICT: Acceptance = Acceptance { measure: 1e-12, quality: 0.5 };
 
     fn same<const D: usize>(mesh: &Mesh<D>) -> Proposal<D> {
-        let origin = (0..mesh.rest.len() as u32).map(|n| Origin::Kept(NodeId(n))).collect();
+        let origin = (0..mesh.rest.len() as u32).map(|n| NodeOrigin::Kept(NodeId(n))).collect();
         Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone(), over: vec![], cleared: 0.0 }
     }
 

@@ -1,22 +1,22 @@
-//! Who is next to whom in a new mesh: as in the old one where that stays, and looked for where it does not.
+//! Face adjacency of a new mesh, updated from that of the old one.
 
 use super::correspondence::Pairing;
 use crate::mesh::{ElementId, Facet, Simplex, facet, sorted};
 
-/// By element, its neighbours across the facets opposite its nodes.
+/// Face neighbours of each element, across the facets opposite its nodes.
 pub type Neighbours = Vec<[Option<ElementId>; 4]>;
 
-/// The neighbours of each new element, those of the old ones being known: what [`crate::mesh::neighbours`] finds from nothing.
+/// Computes the face neighbours of the new elements from those of the old ones; equal to [`crate::mesh::neighbours`].
 ///
-/// An element that is an old one has the neighbours that it had, where these are there again. All other sides are matched: those
-/// of new elements, those that have lost their neighbour, and those of the old boundary between nodes of new elements.
+/// An unchanged element keeps its neighbours that are unchanged too. All other sides are matched: sides of new
+/// elements, sides that lost their neighbour, and old boundary sides between nodes of new elements.
 #[must_use]
 pub fn neighbours_after<const D: usize>(
     elements: &[Simplex],
     pairing: &Pairing,
     old: &[[Option<ElementId>; 4]],
 ) -> Neighbours {
-    let new_of = successors(pairing, old.len());
+    let new_of = new_indices(pairing, old.len());
     let is_touched = touched::<D>(elements, pairing);
     let mut across = vec![[None; 4]; elements.len()];
     let mut open: Vec<(Facet, u32)> = vec![];
@@ -40,8 +40,8 @@ pub fn neighbours_after<const D: usize>(
     across
 }
 
-/// By old element, the new one that it is.
-fn successors(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
+/// New index of each old element.
+fn new_indices(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
     let mut new_of = vec![None; n_old];
     for (new, same) in (0..).map(ElementId).zip(&pairing.same) {
         if let Some(same) = same {
@@ -51,7 +51,7 @@ fn successors(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
     new_of
 }
 
-/// The nodes of elements that are not old ones.
+/// Marks the nodes of changed elements.
 fn touched<const D: usize>(elements: &[Simplex], pairing: &Pairing) -> Vec<bool> {
     let mut touched = vec![false; pairing.unchanged.len()];
     pairing.changed().flat_map(|e| &elements[e][..=D]).for_each(|node| touched[node.index()] = true);
@@ -60,14 +60,14 @@ fn touched<const D: usize>(elements: &[Simplex], pairing: &Pairing) -> Vec<bool>
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_bodies::Random;
+    use super::super::test_bodies::TestRandom;
     use super::super::{Moved, Rules, propose, propose_in_space, test_meshes};
     use super::*;
     use crate::math::{Vector, Vector3};
     use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours, outer, uniform};
     use crate::remesh::Proposal;
 
-    /// What is found from the old neighbours is what is found from nothing; how many elements stay.
+    /// Checks that the updated adjacency equals one built from scratch, and returns the number of unchanged elements.
     fn check<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>) -> usize {
         let pairing = Pairing::of(mesh, new);
         let found = neighbours_after::<D>(&new.elements, &pairing, &neighbours::<D>(&mesh.elements));
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn neighbours_after_an_exchange_are_those_found_from_nothing() {
-        let mut random = Random::new(17);
+        let mut random = TestRandom::new(17);
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
         let solid = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
         let flat = test_meshes::square(12);

@@ -1,38 +1,38 @@
-//! An element where it is, a triangle or a tetrahedron, and the weights of points in it.
+//! Barycentric coordinates of a triangle or tetrahedron in its deformed configuration.
 
-use super::bounds::Bounds;
-use super::point_location::Place;
+use super::bounds::BoundingBox;
+use super::point_location::ElementLocation;
 use crate::math::{Tensor, Vector, cofactor, det};
 use crate::mesh::Simplex;
 
-/// An element where it is.
+/// Element in its deformed configuration, with the gradients of its barycentric coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Cell<const D: usize> {
-    /// Its corners, m; a triangle has its third twice.
+pub(super) struct DeformedElement<const D: usize> {
+    /// Corners, m; a triangle repeats its third corner.
     pub corners: [Vector<D>; 4],
-    /// Gradients of the weights of all corners but the first, 1/m; zero if it is not upright.
+    /// Gradients of the barycentric coordinates of all corners but the first, 1/m; zero if the element is not upright.
     gradients: [Vector<D>; 3],
-    /// Whether it is positively oriented and has a measure that can be divided by.
+    /// True if the element is positively oriented and its measure is a valid divisor.
     pub is_upright: bool,
 }
 
-/// The edges of a triangle, and of a tetrahedron.
+/// Edges of a tetrahedron; the first three are those of a triangle.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
-/// The faces of a tetrahedron.
+/// Faces of a tetrahedron.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
 
-/// The edges of an element, by its corners.
+/// Edges of an element, by its corners.
 pub(super) fn edges<const D: usize>() -> &'static [[usize; 2]] {
     if D == 2 { &EDGES[..3] } else { &EDGES }
 }
 
-/// The sum of values with weights, of as many as an element has corners.
-pub(super) fn weighed<const D: usize>(values: &[Vector<D>; 4], weights: &[f64; 4]) -> Vector<D> {
+/// Interpolates corner values with barycentric weights.
+pub(super) fn interpolate<const D: usize>(values: &[Vector<D>; 4], weights: &[f64; 4]) -> Vector<D> {
     (1..=D).fold(values[0] * weights[0], |sum, a| sum + values[a] * weights[a])
 }
 
-impl<const D: usize> Cell<D> {
-    /// That of an element.
+impl<const D: usize> DeformedElement<D> {
+    /// Builds the element from node positions.
     pub fn of(x: &[Vector<D>], nodes: &Simplex) -> Self {
         let corners = std::array::from_fn(|a: usize| x[nodes[a.min(D)].index()]);
         let sides = Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]);
@@ -44,12 +44,12 @@ impl<const D: usize> Cell<D> {
         Self { corners, gradients: std::array::from_fn(gradient), is_upright }
     }
 
-    /// The box around it.
-    pub fn bounds(&self) -> Bounds<D> {
-        Bounds::around(&self.corners[..=D])
+    /// Bounding box.
+    pub fn bounds(&self) -> BoundingBox<D> {
+        BoundingBox::around(&self.corners[..=D])
     }
 
-    /// Weights of a point: x = Σ λ_a x_a, Σ λ_a = 1; negative beyond a side.
+    /// Barycentric coordinates of a point: x = Σ λ_a x_a, Σ λ_a = 1; negative beyond a side.
     pub fn weights(&self, p: &Vector<D>) -> [f64; 4] {
         let r = p - self.corners[0];
         let mut weights = [1.0, 0.0, 0.0, 0.0];
@@ -60,8 +60,8 @@ impl<const D: usize> Cell<D> {
         weights
     }
 
-    /// Weights of the corners of another element; none if one of the sides has all of them beyond it or on it, and none in an
-    /// element that is not upright.
+    /// Barycentric coordinates of the corners of another element. None if one side separates the elements, or if this
+    /// one is not upright.
     pub fn weights_of(&self, other: &Self) -> Option<[[f64; 4]; 4]> {
         let mut weights = [[1.0, 0.0, 0.0, 0.0]; 4];
         for (a, gradient) in self.gradients[..D].iter().enumerate() {
@@ -80,7 +80,7 @@ impl<const D: usize> Cell<D> {
         (!is_apart).then_some(weights)
     }
 
-    /// Whether one of the sides has all corners of another element beyond it, but for a part of the height over it.
+    /// Returns true if one side separates this element from another, up to `part` of the height over that side.
     pub fn is_beside(&self, other: &Self, part: f64) -> bool {
         let mut most = [f64::MIN; 4];
         for corner in &other.corners[..=D] {
@@ -91,21 +91,21 @@ impl<const D: usize> Cell<D> {
         most[..=D].iter().any(|weight| *weight <= part)
     }
 
-    /// Square of the longest edge, m².
+    /// Squared longest edge, m².
     pub fn longest_edge_squared(&self) -> f64 {
         let square = |[a, b]: &[usize; 2]| (self.corners[*b] - self.corners[*a]).norm_squared();
         edges::<D>().iter().map(square).fold(0.0, f64::max)
     }
 
-    /// The place of a point in this element, called `cell`; none if it lies outside.
-    pub fn place(&self, p: &Vector<D>, cell: usize) -> Option<Place> {
+    /// Location of a point in this element, called `cell`; none if the point lies outside.
+    pub fn place(&self, p: &Vector<D>, cell: usize) -> Option<ElementLocation> {
         let weights = self.weights(p);
         let is_inside = self.is_upright && weights.iter().all(|w| *w >= 0.0);
-        is_inside.then_some(Place { cell, weights, distance: 0.0 })
+        is_inside.then_some(ElementLocation { cell, weights, distance: 0.0 })
     }
 
-    /// The place of this element, called `cell`, that is nearest to a point.
-    pub fn nearest(&self, p: &Vector<D>, cell: usize) -> Place {
+    /// Closest point of this element, called `cell`, to a point.
+    pub fn nearest(&self, p: &Vector<D>, cell: usize) -> ElementLocation {
         if let Some(inside) = self.place(p, cell) {
             return inside;
         }
@@ -115,7 +115,7 @@ impl<const D: usize> Cell<D> {
         let none = ([0.0; 4], f64::INFINITY);
         let (weights, distance) =
             on_faces.chain(on_edges).fold(none, |best, next| if next.1 < best.1 { next } else { best });
-        Place { cell, weights, distance }
+        ElementLocation { cell, weights, distance }
     }
 
     fn nearest_of_edge(&self, [a, b]: [usize; 2], p: &Vector<D>) -> ([f64; 4], f64) {
@@ -127,7 +127,7 @@ impl<const D: usize> Cell<D> {
         (weights, (self.corners[a] + along * s - p).norm_squared())
     }
 
-    /// The foot of a point on a face; none if that is not inside the face.
+    /// Foot of the perpendicular on a face; none if it is not inside the face.
     fn nearest_of_face(&self, [a, b, c]: [usize; 3], p: &Vector<D>) -> Option<([f64; 4], f64)> {
         let (u, v) = (self.corners[b] - self.corners[a], self.corners[c] - self.corners[a]);
         let r = p - self.corners[a];
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn the_nearest_place_of_a_triangle_is_inside_or_on_a_side_or_a_corner() {
         let x = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]].map(Vector::<2>::from);
-        let triangle = Cell::of(&x, &[0, 1, 2, 0].map(NodeId));
+        let triangle = DeformedElement::of(&x, &[0, 1, 2, 0].map(NodeId));
         for (p, [a, b, c], distance) in [
             ([0.5, 1.0], [0.25, 0.25, 0.5], 0.0),
             ([1.0, -3.0], [0.5, 0.5, 0.0], 9.0),
@@ -158,14 +158,14 @@ mod tests {
             ([-1.0, -1.0], [1.0, 0.0, 0.0], 2.0),
         ] {
             let place = triangle.nearest(&Vector::<2>::from(p), 7);
-            assert_eq!(place, Place { cell: 7, weights: [a, b, c, 0.0], distance });
+            assert_eq!(place, ElementLocation { cell: 7, weights: [a, b, c, 0.0], distance });
         }
     }
 
     #[test]
     fn the_nearest_place_of_a_tetrahedron_is_inside_or_on_a_face_or_an_edge_or_a_corner() {
         let x = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]].map(Vector::<3>::from);
-        let tetrahedron = Cell::of(&x, &[0, 1, 2, 3].map(NodeId));
+        let tetrahedron = DeformedElement::of(&x, &[0, 1, 2, 3].map(NodeId));
         for (p, weights, distance) in [
             ([0.5, 0.5, 0.25], [0.375, 0.25, 0.25, 0.125], 0.0),
             ([0.5, 1.0, -3.0], [0.25, 0.25, 0.5, 0.0], 9.0),
@@ -174,7 +174,7 @@ mod tests {
             ([-1.0, -1.0, 3.0], [0.0, 0.0, 0.0, 1.0], 3.0),
         ] {
             let place = tetrahedron.nearest(&Vector::<3>::from(p), 7);
-            assert_eq!(place, Place { cell: 7, weights, distance });
+            assert_eq!(place, ElementLocation { cell: 7, weights, distance });
         }
         let beyond = tetrahedron.nearest(&Vector::<3>::repeat(1.0), 0);
         assert!((beyond.distance - 1.0 / 3.0).abs() < 1e-15 && beyond.weights[0].abs() < 1e-15);
@@ -183,10 +183,10 @@ mod tests {
     #[test]
     fn elements_without_measure_have_a_nearest_place_too() {
         let x = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]].map(Vector::<2>::from);
-        let place = Cell::of(&x, &[0, 1, 2, 0].map(NodeId)).nearest(&Vector::<2>::new(1.5, 1.0), 0);
+        let place = DeformedElement::of(&x, &[0, 1, 2, 0].map(NodeId)).nearest(&Vector::<2>::new(1.5, 1.0), 0);
         assert_eq!(place.distance, 1.0);
         let x = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [1.0, 1.0, 0.0]].map(Vector::<3>::from);
-        let place = Cell::of(&x, &[0, 1, 2, 3].map(NodeId)).nearest(&Vector::<3>::new(0.5, 0.5, 2.0), 0);
+        let place = DeformedElement::of(&x, &[0, 1, 2, 3].map(NodeId)).nearest(&Vector::<3>::new(0.5, 0.5, 2.0), 0);
         assert_eq!(place.distance, 4.0);
     }
 }

@@ -1,76 +1,76 @@
-//! The boundary of the new mesh: that of the old one, with long edges split and nodes that nobody needs left out.
+//! Resampling of the plane boundary: long edges are split, and needless nodes are left out.
 
-use super::bounds::Bounds;
-use super::box_tree::Near;
-use super::point_set::Cloud;
-use super::triangle::{Point, cross, distance, do_cross};
-use super::untangle::Cuttings;
-use super::{Moved, Origin, RemeshError, Rules};
+use super::bounds::BoundingBox;
+use super::box_tree::BoxTree;
+use super::point_set::PointSet;
+use super::triangle::{PlanarPoint, cross, distance, do_cross};
+use super::untangle::BoundaryCuts;
+use super::{Moved, NodeOrigin, RemeshError, Rules};
 use crate::mesh::{Incidence, NodeId};
 
-/// An edge longer than this many target sizes is split evenly, and one shorter than `SHORT` joined to the next before that. Parts
-/// of an edge that was just split are longer than 0.7 sizes: neither undoes the other.
-/// With edges of 0.45 sizes and circles of 0.9, angles at the boundary are at least asin(0.45 / 1.8) = 14°.
+/// Length, in target sizes, above which an edge is split evenly; an edge shorter than `SHORT` is first joined to the
+/// next. Parts of a split edge are longer than 0.7 sizes: neither operation undoes the other. With edges of 0.45 sizes
+/// and circumradii of 0.9, boundary angles are at least asin(0.45 / 1.8) = 14°.
 const LONG: f64 = 1.4;
 const SHORT: f64 = 0.45;
-/// Cosine of the turn beyond which a node is a corner of the body, 30°.
+/// Cosine of the turning angle, 30°, beyond which a node is a corner of the body.
 pub(super) const CORNER: f64 = 0.866;
-/// A new point is put clear of a body by less than so many of its sizes.
+/// Greatest displacement of a new point by the projection out of a body, in target sizes.
 const NEAR: f64 = 0.2;
-/// Walks along the boundary that leave out nodes: each can halve the number of edges.
+/// Greatest number of coarsening passes along the boundary: each can halve the number of edges.
 const WALKS: usize = 12;
 
-/// The boundary of the new mesh.
+/// Boundary of the new mesh.
 #[derive(Debug, Clone)]
-pub(super) struct Surface {
-    /// Its edges, the body on their left.
+pub(super) struct NewBoundary {
+    /// Edges, the body on their left.
     pub edges: Vec<[usize; 2]>,
-    /// Edges of the old boundary that are not edges of the new one.
+    /// Edges of the old boundary that the new one lacks.
     pub lost: Vec<[usize; 2]>,
-    /// The new edges by place.
-    pub near: Near<2>,
-    /// What the area is less by because loops and needles were cut off and new points put clear of bodies, m².
+    /// Search tree over the new edges.
+    pub near: BoxTree<2>,
+    /// Loss of area, m², by cutting off loops and needles and by moving new points out of bodies.
     pub cleared: f64,
 }
 
-/// The place nearest to a point that is in no body.
-pub(super) type Cleared<'a> = &'a dyn Fn(&Point) -> Point;
+/// Projection of a point to the nearest position outside all bodies.
+pub(super) type ClearProjection<'a> = &'a dyn Fn(&PlanarPoint) -> PlanarPoint;
 
-/// The old boundary as chains: the nodes before and after each node that has one of each.
-pub(super) struct Chain<'a> {
+/// Boundary loops of the old mesh as linked lists: the nodes before and after each node with exactly two edges.
+pub(super) struct BoundaryLoops<'a> {
     pub old: &'a Moved<'a, 2>,
     pub edges: Vec<[usize; 2]>,
     pub first_after: Vec<Option<usize>>,
     pub before: Vec<Option<usize>>,
     pub after: Vec<Option<usize>>,
     pub can_go: Vec<bool>,
-    /// Whether there is a surface at rest.
+    /// True if the body has a surface at rest.
     rests: bool,
-    /// Where loaded faces end.
+    /// Loads that end at each node.
     ends: Vec<u8>,
     pub members: Vec<usize>,
-    near: Near<2>,
+    near: BoxTree<2>,
 }
 
-/// Why a node of the boundary must stay.
+/// Reason why a boundary node must stay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Feature {
-    /// A corner of the body at rest, unless it flows, a fork, or the last node that is held in a direction or loaded.
+pub(super) enum BoundaryFeature {
+    /// Corner of the body at rest, unless it flows; fork; or last node that is held in a direction or loaded.
     Always,
-    /// A corner where the boundary is now.
+    /// Corner of the deformed boundary.
     Now,
 }
 
-/// The nodes of the boundary that must stay, in their order.
-pub(super) fn features(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, Feature)> {
-    let chain = Chain::new(old, true);
+/// Iterates over the boundary nodes that must stay, in their order.
+pub(super) fn features(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, BoundaryFeature)> {
+    let chain = BoundaryLoops::new(old, true);
     let members = chain.members.clone();
     members.into_iter().filter_map(move |node| Some((node, chain.feature(node)?)))
 }
 
-/// By how much the boundary turns at each of its nodes that has one before and one after it, rad.
+/// Iterates over the turning angles of the boundary, rad, at nodes with exactly one edge before and one after.
 pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
-    let chain = Chain::new(old, true);
+    let chain = BoundaryLoops::new(old, true);
     let members = chain.members.clone();
     members.into_iter().filter_map(move |node| {
         let [before, at, after] = [chain.before[node]?, node, chain.after[node]?].map(|n| &chain.old.position[n]);
@@ -79,26 +79,26 @@ pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
     })
 }
 
-/// Chooses the points of the new boundary; new ones are put where `cleared` says.
+/// Resamples the boundary; new points are projected by `cleared`.
 ///
 /// # Errors
-/// If two edges of the old boundary cross.
+/// [`RemeshError`] if two edges of the old boundary cross.
 pub(super) fn resample(
     old: &Moved<'_, 2>,
-    cloud: &mut Cloud,
-    (rules, cleared): (&Rules, Cleared<'_>),
-) -> Result<Surface, RemeshError> {
-    let mut chain = Chain::new(old, rules.rests);
+    cloud: &mut PointSet,
+    (rules, cleared): (&Rules, ClearProjection<'_>),
+) -> Result<NewBoundary, RemeshError> {
+    let mut chain = BoundaryLoops::new(old, rules.rests);
     chain.members.iter().for_each(|&node| cloud.chosen[node] = true);
-    let mut cut = Cuttings::default();
-    // A pit that a tip beside it is pushed through looks like a needle; what crosses and cannot be cut off may be at one.
-    let _ = chain.unknot(cloud, &mut cut);
-    (0..WALKS).any(|_| !chain.blunt(cloud, &mut cut));
-    chain.unknot(cloud, &mut cut)?;
+    let mut cut = BoundaryCuts::default();
+    // A pit pierced by a neighbouring tip looks like a needle; an inseparable crossing may be located at such a pit.
+    let _ = chain.untangle(cloud, &mut cut);
+    (0..WALKS).any(|_| !chain.cut_needles(cloud, &mut cut));
+    chain.untangle(cloud, &mut cut)?;
     if rules.sag > 0.0 {
-        (0..WALKS).any(|_| !chain.leave_out(cloud, rules.sag));
+        (0..WALKS).any(|_| !chain.coarsen(cloud, rules.sag));
     }
-    let mut surface = Surface { edges: vec![], lost: cut.edges, near: Near::new(&[]), cleared: 0.0 };
+    let mut surface = NewBoundary { edges: vec![], lost: cut.edges, near: BoxTree::new(&[]), cleared: 0.0 };
     for &edge in &chain.edges {
         if cloud.chosen[edge[0]] {
             surface.take(&chain.stretch(edge), cloud);
@@ -106,17 +106,17 @@ pub(super) fn resample(
     }
     surface.clear(cloud, &old.mesh.held, cleared);
     surface.cleared += cut.area;
-    surface.near = Near::segments(&surface.edges, &cloud.position);
+    surface.near = BoxTree::segments(&surface.edges, &cloud.position);
     Ok(surface)
 }
 
-/// Two segments that cross, if there are any.
-pub(super) fn crossing(edges: &[[usize; 2]], x: &[Point]) -> Option<[[usize; 2]; 2]> {
-    let near = Near::segments(edges, x);
+/// Finds two segments that cross.
+pub(super) fn crossing(edges: &[[usize; 2]], x: &[PlanarPoint]) -> Option<[[usize; 2]; 2]> {
+    let near = BoxTree::segments(edges, x);
     edges.iter().enumerate().find_map(|(i, edge)| {
         let ends = edge.map(|n| &x[n]);
         let mut other = None;
-        near.any(&Bounds::around(ends), |j| {
+        near.any(&BoundingBox::around(ends), |j| {
             let crosses = j > i && do_cross(ends, edges[j].map(|n| &x[n]));
             other = crosses.then_some(edges[j]);
             crosses
@@ -125,7 +125,7 @@ pub(super) fn crossing(edges: &[[usize; 2]], x: &[Point]) -> Option<[[usize; 2];
     })
 }
 
-impl<'a> Chain<'a> {
+impl<'a> BoundaryLoops<'a> {
     fn new(old: &'a Moved<'a, 2>, rests: bool) -> Self {
         let edges: Vec<[usize; 2]> = old.mesh.facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
         let groups = old.mesh.facets.iter().map(|f| &f[..2]);
@@ -137,7 +137,7 @@ impl<'a> Chain<'a> {
             after: vec![None; old.position.len()],
             can_go: vec![false; old.position.len()],
             members: (0..old.position.len()).filter(|&n| !incidence.of(NodeId(n as u32)).is_empty()).collect(),
-            near: Near::new(&[]),
+            near: BoxTree::new(&[]),
             rests,
             ends: super::load_markers::ends(old.mesh),
             edges,
@@ -148,14 +148,14 @@ impl<'a> Chain<'a> {
             chain.before[b] = is_simple(b).then_some(a);
         }
         chain.first_after = chain.after.clone();
-        chain.near = Near::points(chain.members.iter().map(|&n| old.position[n]));
+        chain.near = BoxTree::points(chain.members.iter().map(|&n| old.position[n]));
         for &node in &chain.members {
             chain.can_go[node] = chain.feature(node).is_none();
         }
         chain
     }
 
-    /// The old nodes from the start of this edge to the next one that stays.
+    /// Old nodes from the start of an edge to the next node that stays.
     fn stretch(&self, [start, next]: [usize; 2]) -> Vec<usize> {
         let mut nodes = vec![start, next];
         let mut at = next;
@@ -166,24 +166,26 @@ impl<'a> Chain<'a> {
         nodes
     }
 
-    /// Whether and why a node must stay.
-    pub fn feature(&self, node: usize) -> Option<Feature> {
-        let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return Some(Feature::Always) };
+    /// Reason why a node must stay, if it must.
+    pub fn feature(&self, node: usize) -> Option<BoundaryFeature> {
+        let (Some(before), Some(after)) = (self.before[node], self.after[node]) else {
+            return Some(BoundaryFeature::Always);
+        };
         let held = &self.old.mesh.held;
-        let is_corner = |x: &[Point]| {
+        let is_corner = |x: &[PlanarPoint]| {
             let (u, v) = (x[node] - x[before], x[after] - x[node]);
             u.dot(&v) < CORNER * u.norm() * v.norm()
         };
         let ends = |other: usize| (0..2).any(|i| held[node][i] && !held[other][i]);
         let is_end = self.ends.get(node).is_some_and(|loads| *loads != 0);
         if ends(before) || ends(after) || is_end || self.rests && is_corner(&self.old.mesh.rest) {
-            return Some(Feature::Always);
+            return Some(BoundaryFeature::Always);
         }
-        is_corner(self.old.position).then_some(Feature::Now)
+        is_corner(self.old.position).then_some(BoundaryFeature::Now)
     }
 
-    /// Leaves out nodes, no two beside each other; whether there were any.
-    fn leave_out(&mut self, cloud: &mut Cloud, sag: f64) -> bool {
+    /// Leaves out needless nodes, no two of them adjacent. Returns true if any was left out.
+    fn coarsen(&mut self, cloud: &mut PointSet, sag: f64) -> bool {
         let mut waits = vec![false; self.can_go.len()];
         let mut any = false;
         for i in 0..self.members.len() {
@@ -201,8 +203,8 @@ impl<'a> Chain<'a> {
         any
     }
 
-    /// Whether the boundary is nearly the same without this node, and it is not needed for its size.
-    fn is_needless(&self, node: usize, cloud: &Cloud, sag: f64) -> bool {
+    /// Returns true if the boundary is nearly unchanged without a node, and its target size does not need it.
+    fn is_needless(&self, node: usize, cloud: &PointSet, sag: f64) -> bool {
         let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return false };
         let x = self.old.position;
         let size = cloud.size[node];
@@ -220,8 +222,8 @@ impl<'a> Chain<'a> {
             && !self.is_inside_another([before, node, after], cloud)
     }
 
-    /// Whether all old nodes of a stretch are within so much, m, of its chord.
-    fn is_straight(&self, [from, to]: [usize; 2], x: &[Point], sag: f64) -> bool {
+    /// Returns true if all old nodes of a stretch are within `sag`, m, of its chord.
+    fn is_straight(&self, [from, to]: [usize; 2], x: &[PlanarPoint], sag: f64) -> bool {
         let chord = distance(&x[from], &x[to]);
         let mut node = self.first_after[from];
         while let Some(at) = node.filter(|&at| at != to) {
@@ -233,11 +235,11 @@ impl<'a> Chain<'a> {
         chord > 0.0
     }
 
-    /// Whether another node of the boundary is in the triangle that is cut off or filled.
-    pub fn is_inside_another(&self, corners: [usize; 3], cloud: &Cloud) -> bool {
+    /// Returns true if another boundary node lies in the triangle that is cut off or filled.
+    pub fn is_inside_another(&self, corners: [usize; 3], cloud: &PointSet) -> bool {
         let [a, b, c] = corners.map(|n| &self.old.position[n]);
         let orientation = cross(a, b, c).signum();
-        self.near.any(&Bounds::around([a, b, c]), |i| {
+        self.near.any(&BoundingBox::around([a, b, c]), |i| {
             let node = self.members[i];
             let p = &self.old.position[node];
             let is_in = [cross(a, b, p), cross(b, c, p), cross(c, a, p)].iter().all(|s| s * orientation >= 0.0);
@@ -246,10 +248,10 @@ impl<'a> Chain<'a> {
     }
 }
 
-impl Surface {
-    /// Puts the new points where `cleared` says, if that is near: a chord of a wall that lies around a body runs through it.
-    fn clear(&mut self, cloud: &mut Cloud, held: &[[bool; 2]], cleared: Cleared<'_>) {
-        let area = |edges: &[[usize; 2]], x: &[Point]| -> f64 {
+impl NewBoundary {
+    /// Projects new points by `cleared` where that is near: a chord of a wall that lies around a body crosses the body.
+    fn clear(&mut self, cloud: &mut PointSet, held: &[[bool; 2]], cleared: ClearProjection<'_>) {
+        let area = |edges: &[[usize; 2]], x: &[PlanarPoint]| -> f64 {
             edges.iter().map(|[a, b]| 0.5 * (x[*a][0] * x[*b][1] - x[*a][1] * x[*b][0])).sum()
         };
         let before = area(&self.edges, &cloud.position);
@@ -267,10 +269,10 @@ impl Surface {
         self.cleared = before - area(&self.edges, &cloud.position);
     }
 
-    /// Takes over a stretch of the old boundary, given by its nodes: as one edge, or split evenly along it.
-    fn take(&mut self, stretch: &[usize], cloud: &mut Cloud) {
+    /// Adds a stretch of the old boundary, given by its nodes, as one edge or split evenly.
+    fn take(&mut self, stretch: &[usize], cloud: &mut PointSet) {
         let [Some(&first), Some(&last)] = [stretch.first(), stretch.last()] else { return };
-        let length = |[a, b]: [usize; 2], cloud: &Cloud| distance(&cloud.position[a], &cloud.position[b]);
+        let length = |[a, b]: [usize; 2], cloud: &PointSet| distance(&cloud.position[a], &cloud.position[b]);
         let sizes = [first, last].map(|n| cloud.size[n]);
         let size = 0.5 * (sizes[0] + sizes[1]);
         let edges = || stretch.windows(2).map(|w| [w[0], w[1]]);
@@ -287,7 +289,7 @@ impl Surface {
                 let share = (whole * at - walked) / along;
                 let position = (1.0 - share) * cloud.position[a] + share * cloud.position[b];
                 let ends = [a, b, b].map(|n| NodeId(n as u32));
-                let origin = Origin::Surface(ends, [1.0 - share, share, 0.0]);
+                let origin = NodeOrigin::Surface(ends, [1.0 - share, share, 0.0]);
                 let to = cloud.add(position, (1.0 - at) * sizes[0] + at * sizes[1], origin);
                 self.edges.push([from, to]);
                 (from, part) = (to, part + 1);
@@ -308,7 +310,7 @@ mod tests {
     #[test]
     fn edges_of_straight_sides_end_up_near_their_size() {
         let mesh = square(12);
-        let position = moved(&mesh, |x| Point::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
+        let position = moved(&mesh, |x| PlanarPoint::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
         let old = Moved { mesh: &mesh, position: &position };
         for size in [0.03, 0.1, 0.2, 0.4] {
             let new = propose(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
@@ -323,29 +325,31 @@ mod tests {
 
     #[test]
     fn no_node_is_left_out_across_another_wall() {
-        // A wall with a dent, and close to it another one with a tip, which is held, in the dent.
+        // A wall with a dent, and a neighbouring wall with a held tip in the dent.
         let mut mesh = rings(2, 0.25);
-        let (dent, tip) = (Point::new(3.0, 1.5), Point::new(4.0, 1.5));
-        let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - Point::new(0.995, 0.0) } else { *x });
+        let (dent, tip) = (PlanarPoint::new(3.0, 1.5), PlanarPoint::new(4.0, 1.5));
+        let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - PlanarPoint::new(0.995, 0.0) } else { *x });
         for (n, x) in mesh.rest.iter().enumerate() {
             if *x == dent {
-                position[n] = Point::new(2.98, 1.5);
+                position[n] = PlanarPoint::new(2.98, 1.5);
             } else if *x == tip {
-                position[n] = Point::new(2.99, 1.5);
+                position[n] = PlanarPoint::new(2.99, 1.5);
                 mesh.held[n] = [true; 2];
             }
         }
         let sizes = vec![1.2; position.len()];
-        let proposed = |position: &[Point]| {
+        let proposed = |position: &[PlanarPoint]| {
             let old = Moved { mesh: &mesh, position };
             let new = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
             judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
-            new.position.contains(&Point::new(2.98, 1.5))
+            new.position.contains(&PlanarPoint::new(2.98, 1.5))
         };
         assert!(proposed(&position));
-        // Without the tip in it the dent is filled.
-        let apart: Vec<Point> =
-            position.iter().map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + Point::new(0.5, 0.0) } else { *x }).collect();
+        // Without the tip the dent is filled.
+        let apart: Vec<PlanarPoint> = position
+            .iter()
+            .map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + PlanarPoint::new(0.5, 0.0) } else { *x })
+            .collect();
         assert!(!proposed(&apart));
     }
 }

@@ -1,57 +1,57 @@
-//! Upright rectangles and boxes, and the order of points along a curve that stays near itself.
+//! Axis-aligned bounding boxes, and Morton order of points.
 
 use crate::math::Vector;
 
-/// An upright rectangle, or box in space.
+/// Axis-aligned bounding rectangle or box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds<const D: usize> {
-    /// The corner of least coordinates, m.
+pub(super) struct BoundingBox<const D: usize> {
+    /// Lower corner, m.
     pub low: Vector<D>,
-    /// The corner of greatest coordinates, m.
+    /// Upper corner, m.
     pub high: Vector<D>,
 }
 
-impl<const D: usize> Bounds<D> {
-    /// Contains no point: the start of a union.
+impl<const D: usize> BoundingBox<D> {
+    /// Empty box: the neutral element of the union.
     pub const NONE: Self = Self { low: all(f64::MAX), high: all(-f64::MAX) };
 
-    /// The smallest box around these points.
+    /// Smallest box around points.
     pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector<D>>) -> Self {
         points.into_iter().fold(Self::NONE, |all, p| Self { low: all.low.inf(p), high: all.high.sup(p) })
     }
 
-    /// The square or cube about a point, `reach` to every side.
+    /// Square or cube about a point, `reach` to every side.
     pub fn about(point: &Vector<D>, reach: f64) -> Self {
         let reach = Vector::<D>::repeat(reach);
         Self { low: point - reach, high: point + reach }
     }
 
-    /// The smallest box around both.
+    /// Union of two boxes.
     pub fn joined(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// Whether they have a point in common.
+    /// Returns true if two boxes have a point in common.
     pub fn meets(&self, other: &Self) -> bool {
         (0..D).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
-    /// Squared distance of a point, m²; 0 inside.
+    /// Squared distance of a point, m²; 0 inside the box.
     pub fn distance_squared(&self, p: &Vector<D>) -> f64 {
         (self.low - p).sup(&(p - self.high)).sup(&Vector::<D>::zeros()).norm_squared()
     }
 }
 
-/// The vector of equal components.
+/// Vector of equal components.
 const fn all<const D: usize>(component: f64) -> Vector<D> {
     Vector::<D>::from_array_storage(nalgebra::ArrayStorage([[component; D]]))
 }
 
-/// The order of points along a Morton curve over the square or cube around them.
-pub(super) fn along_curve<const D: usize>(points: &[Vector<D>]) -> Vec<u32> {
-    // A key of 64 bits has 32 of each coordinate of the plane, and 21 of each in space.
+/// Order of points along a Morton curve over the square or cube around them.
+pub(super) fn morton_order<const D: usize>(points: &[Vector<D>]) -> Vec<u32> {
+    // A 64-bit key holds 32 bits of each coordinate in the plane, 21 in space.
     let most = if D == 2 { u32::MAX } else { (1 << 21) - 1 };
-    let bounds = Bounds::around(points);
+    let bounds = BoundingBox::around(points);
     let edge = (bounds.high - bounds.low).max().max(f64::MIN_POSITIVE);
     let cell = |p: &Vector<D>| -> [u32; D] { ((p - bounds.low) / edge * f64::from(most)).map(|x| x as u32).into() };
     let mut keyed: Vec<(u64, u32)> = points.iter().enumerate().map(|(i, p)| (morton(cell(p)), i as u32)).collect();
@@ -59,13 +59,13 @@ pub(super) fn along_curve<const D: usize>(points: &[Vector<D>]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// The bits of these numbers in turn.
+/// Interleaves the bits of the numbers.
 fn morton<const D: usize>(numbers: [u32; D]) -> u64 {
     let spread = if D == 2 { twice } else { thrice };
     numbers.iter().zip(0..).fold(0, |bits, (number, axis): (&u32, u32)| bits | spread(*number) << axis)
 }
 
-/// Every bit of a number moved to twice its place.
+/// Moves every bit of a number to twice its position.
 fn twice(number: u32) -> u64 {
     let steps = [
         (16, 0x0000_ffff_0000_ffff),
@@ -77,7 +77,7 @@ fn twice(number: u32) -> u64 {
     steps.iter().fold(u64::from(number), |bits, (by, mask)| (bits | bits << by) & mask)
 }
 
-/// Every bit of a number of 21 bits moved to three times its place.
+/// Moves every bit of a 21-bit number to three times its position.
 fn thrice(number: u32) -> u64 {
     let steps = [
         (32, 0x001f_0000_0000_ffff),

@@ -1,50 +1,51 @@
-//! What is near what: boxes packed along a Morton curve into a tree of boxes.
+//! Packed bounding box hierarchy (R-tree) along a Morton curve.
 
-use super::bounds::{Bounds, along_curve};
+use super::bounds::{BoundingBox, morton_order};
 use crate::math::Vector;
 
-/// Boxes under one box above them.
+/// Fan-out of the hierarchy.
 const FAN: usize = 8;
 
-/// Rectangles, or boxes in space, by place.
+/// Packed hierarchy of rectangles or boxes.
 #[derive(Debug, Clone)]
-pub(super) struct Near<const D: usize> {
-    /// Which of them stands where along the curve.
+pub(super) struct BoxTree<const D: usize> {
+    /// Indices of the items along the curve.
     order: Vec<u32>,
-    /// All of them along the curve, then those above, level by level up to one.
-    levels: Vec<Vec<Bounds<D>>>,
+    /// Boxes along the curve, then those of the upper levels up to a single one.
+    levels: Vec<Vec<BoundingBox<D>>>,
 }
 
-impl<const D: usize> Near<D> {
-    /// The tree over these boxes.
-    pub fn new(boxes: &[Bounds<D>]) -> Self {
+impl<const D: usize> BoxTree<D> {
+    /// Builds the hierarchy over boxes.
+    pub fn new(boxes: &[BoundingBox<D>]) -> Self {
         let middle: Vec<Vector<D>> = boxes.iter().map(|b| 0.5 * (b.low + b.high)).collect();
-        let order = along_curve(&middle);
+        let order = morton_order(&middle);
         let mut levels = vec![order.iter().map(|&i| boxes[i as usize]).collect::<Vec<_>>()];
         while let Some(below) = levels.last().filter(|below| below.len() > 1) {
-            let above = below.chunks(FAN).map(|some| some.iter().fold(Bounds::NONE, |all, b| all.joined(b))).collect();
+            let above =
+                below.chunks(FAN).map(|some| some.iter().fold(BoundingBox::NONE, |all, b| all.joined(b))).collect();
             levels.push(above);
         }
         Self { order, levels }
     }
 
-    /// The tree over points.
+    /// Builds the hierarchy over points.
     pub fn points(points: impl IntoIterator<Item = Vector<D>>) -> Self {
-        Self::new(&points.into_iter().map(|p| Bounds { low: p, high: p }).collect::<Vec<_>>())
+        Self::new(&points.into_iter().map(|p| BoundingBox { low: p, high: p }).collect::<Vec<_>>())
     }
 
-    /// The tree over line segments.
+    /// Builds the hierarchy over line segments.
     pub fn segments(segments: &[[usize; 2]], x: &[Vector<D>]) -> Self {
-        Self::new(&segments.iter().map(|s| Bounds::around(s.iter().map(|&i| &x[i]))).collect::<Vec<_>>())
+        Self::new(&segments.iter().map(|s| BoundingBox::around(s.iter().map(|&i| &x[i]))).collect::<Vec<_>>())
     }
 
-    /// Whether one of the boxes that meet `area` is what is sought; they are shown until one is.
-    pub fn any(&self, area: &Bounds<D>, mut is_sought: impl FnMut(usize) -> bool) -> bool {
+    /// Returns true if an item whose box overlaps `area` satisfies `is_sought`; the search stops at the first.
+    pub fn any(&self, area: &BoundingBox<D>, mut is_sought: impl FnMut(usize) -> bool) -> bool {
         self.descend((self.levels.len() - 1, 0), area, &mut is_sought)
     }
 
-    /// The item nearest to a point, and its distance, m: `distance` is that of an item from the point, which is no less than that
-    /// of its box. Of equal ones always the same; none if there is none.
+    /// Finds the item nearest to a point and its distance, m; none if the tree is empty. `distance` is that of an item,
+    /// at least the distance of its box. Ties are resolved deterministically.
     pub fn nearest(&self, point: &Vector<D>, distance: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
         let mut best = None;
         self.approach((self.levels.len() - 1, 0), (point, &distance), &mut best);
@@ -80,7 +81,7 @@ impl<const D: usize> Near<D> {
     fn descend(
         &self,
         (level, first): (usize, usize),
-        area: &Bounds<D>,
+        area: &BoundingBox<D>,
         is_sought: &mut impl FnMut(usize) -> bool,
     ) -> bool {
         let boxes = &self.levels[level];
@@ -107,16 +108,17 @@ mod tests {
     fn the_tree_finds_what_a_walk_through_all_points_finds() {
         let points: Vec<Vector<2>> =
             (0..500).map(|i| Vector::<2>::new(f64::from(i * i % 97), f64::from(i * 7 % 61))).collect();
-        let near = Near::points(points.iter().copied());
+        let near = BoxTree::points(points.iter().copied());
         for i in 0..40 {
-            let area = Bounds::about(&Vector::<2>::new(f64::from(i) * 2.5, f64::from(i * 5 % 61)), f64::from(i % 9));
+            let area =
+                BoundingBox::about(&Vector::<2>::new(f64::from(i) * 2.5, f64::from(i * 5 % 61)), f64::from(i % 9));
             let mut found = vec![];
             assert!(!near.any(&area, |i| {
                 found.push(i);
                 false
             }));
             found.sort_unstable();
-            let inside = |p: &Vector<2>| area.meets(&Bounds { low: *p, high: *p });
+            let inside = |p: &Vector<2>| area.meets(&BoundingBox { low: *p, high: *p });
             let walked: Vec<usize> = (0..points.len()).filter(|&i| inside(&points[i])).collect();
             assert_eq!(found, walked);
         }
@@ -126,7 +128,7 @@ mod tests {
     fn the_nearest_is_what_a_walk_through_all_points_finds() {
         let points: Vec<Vector<2>> =
             (0..500).map(|i| Vector::<2>::new(f64::from(i * i % 97), f64::from(i * 7 % 61))).collect();
-        let near = Near::points(points.iter().copied());
+        let near = BoxTree::points(points.iter().copied());
         for i in 0..60 {
             let sought = Vector::<2>::new(f64::from(i) * 2.5 - 20.0, f64::from(i * 5 % 83) + 0.3);
             let found = near.nearest(&sought, |i| (points[i] - sought).norm()).unwrap();
@@ -137,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_tree_of_nothing_finds_nothing() {
-        assert_eq!(Near::<2>::new(&[]).nearest(&Vector::<2>::zeros(), |_| 0.0), None);
-        assert!(!Near::<2>::new(&[]).any(&Bounds::about(&Vector::<2>::zeros(), 1.0), |_| true));
+        assert_eq!(BoxTree::<2>::new(&[]).nearest(&Vector::<2>::zeros(), |_| 0.0), None);
+        assert!(!BoxTree::<2>::new(&[]).any(&BoundingBox::about(&Vector::<2>::zeros(), 1.0), |_| true));
     }
 }

@@ -1,10 +1,10 @@
-//! What of a triangulation is inside: an odd number of edges away from the far field.
+//! Carving of a triangulation: removal of the triangles outside the body.
 
-use super::delaunay::{Triangle, Triangles};
+use super::delaunay::{SiteTriangulation, TriangleFace};
 use spade::Triangulation;
 
-/// The triangles that an odd number of constraint edges separates from the outside, in the order of the triangulation.
-pub(super) fn inside(triangles: &Triangles) -> impl Iterator<Item = Triangle<'_>> {
+/// Iterates over the triangles inside the body: an odd number of constraint edges separates them from the outside.
+pub(super) fn inside_triangles(triangles: &SiteTriangulation) -> impl Iterator<Item = TriangleFace<'_>> {
     let mut parity = vec![None; triangles.num_all_faces()];
     let mut open = vec![];
     for edge in triangles.convex_hull() {

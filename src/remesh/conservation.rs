@@ -1,76 +1,76 @@
-//! What a transfer keeps and what it does not.
+//! Conservation report of a field transfer: mass, momentum, angular momentum and kinetic energy.
 
 use crate::math::{Tensor3, Vector, Vector3, cofactor, det, embed, ordered_sum, restrict};
 
-/// What moving masses have in all.
+/// Totals of moving masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Books<const D: usize> {
     /// Mass, kg.
     pub mass: f64,
-    /// Momentum, N·s; in an axisymmetric body only its part along z is one.
+    /// Momentum, N·s; in an axisymmetric body only its z component is meaningful.
     pub momentum: Vector<D>,
-    /// Angular momentum about the origin, Σ m x × v, N·m·s: in the plane that about y; of an axisymmetric body it means
-    /// nothing.
+    /// Angular momentum about the origin, Σ m x × v, N·m·s: in the plane that about y; meaningless in an axisymmetric
+    /// body.
     pub angular: Vector3,
     /// Kinetic energy, J.
     pub kinetic: f64,
 }
 
-/// What a transfer did to the books.
+/// Conservation defects of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Defects<const D: usize> {
-    /// What the old mesh had.
+    /// Totals of the old mesh.
     pub before: Books<D>,
-    /// What the new one had before any correction.
+    /// Totals of the new mesh before any correction.
     pub raw: Books<D>,
-    /// What it has after the correction of the angular momentum.
+    /// Totals of the new mesh after the correction of the angular momentum.
     pub after: Books<D>,
-    /// Momentum that held nodes took, N·s: `raw.momentum` is `before.momentum` less this, up to rounding.
+    /// Momentum absorbed by held nodes, N·s: `before.momentum − raw.momentum`, up to rounding.
     pub held_momentum: Vector<D>,
-    /// Angular momentum about the origin that held nodes took, N·m·s; the correction does not give it back.
+    /// Angular momentum about the origin absorbed by held nodes, N·m·s; the correction does not restore it.
     pub held_angular: Vector3,
-    /// Old mass that no new element lies over, and new elements lie over twice, kg: laid down at the nearest place.
+    /// Old mass that new elements leave uncovered or cover twice, kg; it is deposited at the nearest position.
     pub stray_mass: f64,
-    /// Part of the new elements that are old ones.
+    /// Fraction of new elements that are unchanged old elements.
     pub unchanged: f64,
-    /// Nodes found outside the old mesh: they took over what is at the nearest place in it.
+    /// Number of new nodes outside the old mesh; they take the fields of its nearest point.
     pub misses: usize,
-    /// Nodes without mass: a new mesh that has one must be refused.
+    /// Number of nodes without mass; a mesh that has one must be rejected.
     pub massless: usize,
 }
 
 impl<const D: usize> Books<D> {
-    /// Of nodes where they are, with their masses and velocities.
+    /// Computes the totals of nodes with masses and velocities.
     #[must_use]
     pub fn of(x: &[Vector<D>], mass: &[f64], velocity: &[Vector<D>]) -> Self {
         let n = mass.len();
         Self {
             mass: ordered_sum(n, 0.0, |i| mass[i]),
             momentum: ordered_sum(n, Vector::zeros(), |i| velocity[i] * mass[i]),
-            angular: ordered_sum(n, Vector3::zeros(), |i| moment(&x[i], &velocity[i]) * mass[i]),
+            angular: ordered_sum(n, Vector3::zeros(), |i| moment_about_origin(&x[i], &velocity[i]) * mass[i]),
             kinetic: ordered_sum(n, 0.0, |i| 0.5 * mass[i] * velocity[i].norm_squared()),
         }
     }
 }
 
-/// Moment of a vector at a place, x × v.
-fn moment<const D: usize>(x: &Vector<D>, v: &Vector<D>) -> Vector3 {
+/// Moment of a vector about the origin, x × v.
+fn moment_about_origin<const D: usize>(x: &Vector<D>, v: &Vector<D>) -> Vector3 {
     embed(x).cross(&embed(v))
 }
 
-/// Some moving nodes of a planar or spatial body.
-pub(super) struct Group<'a, const D: usize> {
+/// Group of moving nodes of a planar or spatial body.
+pub(super) struct NodeGroup<'a, const D: usize> {
     pub x: &'a [Vector<D>],
     pub mass: &'a [f64],
-    /// Which of the nodes they are.
+    /// Indices of the nodes.
     pub members: &'a [usize],
 }
 
-impl<const D: usize> Group<'_, D> {
-    /// Adds the rigid rotation about their centre of mass that has this angular momentum, N·m·s.
+impl<const D: usize> NodeGroup<'_, D> {
+    /// Adds the rigid rotation about the centre of mass that has this angular momentum, N·m·s.
     ///
-    /// It has no momentum. Nodes without extent do not turn, nor do nodes of space on one line.
-    pub fn turn(&self, velocity: &mut [Vector<D>], angular: &Vector3) {
+    /// The rotation carries no momentum. Coincident nodes do not turn, nor do collinear nodes in space.
+    pub fn add_rotation(&self, velocity: &mut [Vector<D>], angular: &Vector3) {
         let sum = |term: &dyn Fn(usize) -> f64| ordered_sum(self.members.len(), 0.0, |k| term(self.members[k]));
         let mass = sum(&|i| self.mass[i]);
         let centre = Vector::<D>::from_fn(|axis, _| sum(&|i| self.mass[i] * self.x[i][axis]) / mass);
@@ -83,7 +83,7 @@ impl<const D: usize> Group<'_, D> {
         }
     }
 
-    /// ω of Θ ω = L, Θ = Σ m (|r|² 1 − r ⊗ r) about the centre: in the plane ω_y = L_y/Σ m |r|².
+    /// Angular velocity ω of Θ ω = L, Θ = Σ m (|r|² 1 − r ⊗ r) about the centre; in the plane ω_y = L_y/Σ m |r|².
     fn rate(&self, centre: &Vector<D>, angular: &Vector3) -> Vector3 {
         let arm = |k: usize| (self.mass[self.members[k]], embed(&(self.x[self.members[k]] - centre)));
         let n = self.members.len();
@@ -98,31 +98,33 @@ impl<const D: usize> Group<'_, D> {
 }
 
 impl<const D: usize> Defects<D> {
-    /// |Δm|/m before any mass was laid down where nothing lay over it.
+    /// Relative mass defect |Δm|/m before uncovered mass was deposited.
     #[must_use]
     pub fn relative_mass(&self) -> f64 {
         self.stray_mass / self.before.mass
     }
 
-    /// Momentum that appeared before any correction and that no held node gave, N·s: rounding, unless a node has no mass.
+    /// Momentum defect, N·s, before any correction and beyond the momentum of held nodes: rounding, unless a node has
+    /// no mass.
     #[must_use]
     pub fn momentum_defect(&self) -> Vector<D> {
         self.raw.momentum + self.held_momentum - self.before.momentum
     }
 
-    /// Angular momentum about the origin that appeared before any correction and that no held node gave, N·m·s.
+    /// Angular momentum defect about the origin, N·m·s, before any correction and beyond that of held nodes.
     #[must_use]
     pub fn angular_defect(&self) -> Vector3 {
         self.raw.angular + self.held_angular - self.before.angular
     }
 
-    /// Kinetic energy that was lost, as a part of what there was.
+    /// Relative loss of kinetic energy.
     #[must_use]
     pub fn relative_loss(&self) -> f64 {
         1.0 - self.after.kinetic / self.before.kinetic
     }
 
-    /// Of the books before and after, and what held nodes took; nothing is corrected yet.
+    /// Builds the report from the totals before and after, and the momentum that held nodes absorbed; nothing is
+    /// corrected yet.
     pub(super) fn new(before: Books<D>, raw: Books<D>, (x, taken): (&[Vector<D>], &[Vector<D>])) -> Self {
         let n = taken.len();
         Self {
@@ -130,7 +132,7 @@ impl<const D: usize> Defects<D> {
             raw,
             after: raw,
             held_momentum: ordered_sum(n, Vector::zeros(), |i| taken[i]),
-            held_angular: ordered_sum(n, Vector3::zeros(), |i| moment(&x[i], &taken[i])),
+            held_angular: ordered_sum(n, Vector3::zeros(), |i| moment_about_origin(&x[i], &taken[i])),
             stray_mass: 0.0,
             unchanged: 0.0,
             misses: 0,

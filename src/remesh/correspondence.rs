@@ -1,31 +1,32 @@
-//! Which elements of a new mesh are those of the old one, and which old ones are gone.
+//! Correspondence of two meshes: unchanged, changed and removed elements.
 
-use super::{Origin, Proposal};
+use super::{NodeOrigin, Proposal};
 use crate::mesh::{ElementId, Incidence, Mesh, NodeId, Simplex};
 
-/// An old element that a new one is again.
+/// Unchanged element: an old element that reappears in the new mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Same {
-    /// The old element.
+    /// Old element.
     pub element: ElementId,
-    /// Corner c of the new one is corner `corners[c]` of the old one: an even permutation, which in the plane leaves the fourth.
+    /// Permutation: corner c of the new element is corner `corners[c]` of the old one. It is even; in the plane it
+    /// fixes the fourth.
     pub corners: [u8; 4],
 }
 
 impl Same {
-    /// An old element, its corners in their order.
+    /// Builds the identity correspondence of an old element.
     #[must_use]
     pub fn in_order(element: ElementId) -> Self {
         Self { element, corners: [0, 1, 2, 3] }
     }
 
-    /// What belongs to the corners of the old element, in the order of the new one.
+    /// Permutes corner values of the old element to the order of the new one.
     #[must_use]
     pub fn turned<T: Copy>(&self, corners: &[T; 4]) -> [T; 4] {
         self.corners.map(|c| corners[usize::from(c)])
     }
 
-    /// An old element, if a new one has these of the old nodes and turns the same way.
+    /// Matches an old element with the old nodes of a new one, if the nodes and the orientation agree.
     fn of<const D: usize>(element: ElementId, old: &Simplex, nodes: &[NodeId; 4]) -> Option<Self> {
         let mut corners = [0, 1, 2, 3];
         for (corner, node) in corners[..=D].iter_mut().zip(nodes) {
@@ -37,25 +38,25 @@ impl Same {
     }
 }
 
-/// How two meshes agree.
+/// Correspondence of an old and a new mesh.
 #[derive(Debug, Clone)]
 pub struct Pairing {
-    /// By new element, the old one that it is.
+    /// Old element of each unchanged new element.
     pub same: Vec<Option<Same>>,
-    /// The old elements that are gone.
+    /// Old elements that the new mesh lacks.
     pub gone: Vec<ElementId>,
-    /// By new node, the old one whose elements are all there again, and no others.
+    /// Old node of each new node whose set of elements is unchanged.
     pub unchanged: Vec<Option<NodeId>>,
 }
 
-/// How many old elements beyond the last one found are looked at before an element is looked for among all that are left.
+/// Old elements inspected beyond the last match before the search covers all remaining ones.
 const AHEAD: usize = 256;
 
 impl Pairing {
-    /// Of an old mesh and a new one: an element is the same if its nodes are the same and turn the same way.
+    /// Matches an old and a new mesh: an element is unchanged if its nodes and its orientation are.
     #[must_use]
     pub fn of<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> Self {
-        // Most that stay stand in their old order.
+        // Most unchanged elements keep their old order.
         let mut next = 0;
         let mut in_order = |nodes: &Simplex| {
             let kept = kept(new, nodes)?;
@@ -64,7 +65,7 @@ impl Pairing {
             Some(Same::in_order(ElementId(next as u32 - 1)))
         };
         let mut same: Vec<Option<Same>> = new.elements.iter().map(&mut in_order).collect();
-        let left = Left::of(old, &gone(&same, old.elements.len()));
+        let left = RemainingElements::of(old, &gone(&same, old.elements.len()));
         for (nodes, same) in new.elements.iter().zip(&mut same).filter(|(_, same)| same.is_none()) {
             *same = kept(new, nodes).and_then(|kept| left.same(&kept));
         }
@@ -81,7 +82,7 @@ impl Pairing {
         Self { same, gone, unchanged }
     }
 
-    /// What is known of the old elements, of those that are there again with their corners in the same order; the rest is made.
+    /// Carries known values to the unchanged elements with unpermuted corners; the others are made.
     pub fn carried<T: Copy>(&self, known: &[T], mut made: impl FnMut(usize) -> T) -> Vec<T> {
         let one = |(e, same): (usize, &Option<Same>)| match same {
             Some(Same { element, corners: [0, 1, 2, 3] }) => known[element.index()],
@@ -90,37 +91,37 @@ impl Pairing {
         self.same.iter().enumerate().map(one).collect()
     }
 
-    /// The new elements that are not old ones.
+    /// Iterates over the changed elements of the new mesh.
     pub fn changed(&self) -> impl Iterator<Item = usize> + '_ {
         self.same.iter().enumerate().filter(|(_, same)| same.is_none()).map(|(e, _)| e)
     }
 }
 
-/// The old nodes of a new element all of whose nodes are old ones.
+/// Old nodes of a new element if all its nodes are old.
 fn kept<const D: usize>(new: &Proposal<D>, nodes: &Simplex) -> Option<[NodeId; 4]> {
     let mut kept = [NodeId::default(); 4];
     for (kept, node) in kept.iter_mut().zip(&nodes[..=D]) {
-        let Origin::Kept(old) = new.origin[node.index()] else { return None };
+        let NodeOrigin::Kept(old) = new.origin[node.index()] else { return None };
         *kept = old;
     }
     Some(kept)
 }
 
-/// Old elements by their nodes.
-struct Left<'a, const D: usize> {
+/// Remaining old elements, searchable by their nodes.
+struct RemainingElements<'a, const D: usize> {
     old: &'a Mesh<D>,
-    /// The nodes of each, ascending, and which it is; in that order.
+    /// Sorted list of (ascending nodes, element).
     all: Vec<([NodeId; 4], ElementId)>,
 }
 
-impl<'a, const D: usize> Left<'a, D> {
+impl<'a, const D: usize> RemainingElements<'a, D> {
     fn of(old: &'a Mesh<D>, elements: &[ElementId]) -> Self {
         let mut all: Vec<_> = elements.iter().map(|e| (ascending::<D>(&old.elements[e.index()]), *e)).collect();
         all.sort_unstable();
         Self { old, all }
     }
 
-    /// That which a new element with these of the old nodes is.
+    /// Finds the unchanged element with these old nodes.
     fn same(&self, nodes: &[NodeId; 4]) -> Option<Same> {
         let key = ascending::<D>(nodes);
         let first = self.all.partition_point(|(nodes, _)| *nodes < key);
@@ -129,7 +130,7 @@ impl<'a, const D: usize> Left<'a, D> {
     }
 }
 
-/// The nodes of an element in ascending order; of a fourth in the plane the first one.
+/// Nodes of an element in ascending order; in the plane the first entry replaces the fourth.
 fn ascending<const D: usize>(nodes: &Simplex) -> [NodeId; 4] {
     let mut ascending = [NodeId::default(); 4];
     ascending[..=D].copy_from_slice(&nodes[..=D]);
@@ -145,9 +146,10 @@ fn gone(same: &[Option<Same>], n_old: usize) -> Vec<ElementId> {
     (0..n_old as u32).map(ElementId).filter(|e| is_gone[e.index()]).collect()
 }
 
-/// The elements across the facets of what is gone. Where no element of the new mesh is new nothing was put in its place, and what it
-/// carries is laid on them. Where some are it is laid on the nearest of those, however far: with heirs then, too, the splash of
-/// `hydro-drag` on cells of R/12 was drawn to slivers at which no mesh was good enough, and three of four runs stopped, none without.
+/// Heirs of removed mass: the elements across the facets of removed elements. They exist only if no new element is
+/// changed: nothing replaces the removed elements, and their fields are deposited on the heirs. Otherwise the nearest
+/// changed elements receive them, however far. Heirs in that case drew the eroded gel of `hydro-drag` (cells of R/12)
+/// to slivers, and three of four runs failed for want of an acceptable mesh; without heirs none did.
 fn heirs<const D: usize>(old: &Mesh<D>, gone: &[ElementId]) -> Vec<ElementId> {
     if gone.is_empty() {
         return vec![];
@@ -165,7 +167,7 @@ fn heirs<const D: usize>(old: &Mesh<D>, gone: &[ElementId]) -> Vec<ElementId> {
     heirs
 }
 
-/// The old nodes around which no old element is gone and no new one is new.
+/// Old node of each new node around which no element was removed or added.
 fn unchanged<const D: usize>(
     (old, new): (&Mesh<D>, &Proposal<D>),
     same: &[Option<Same>],
@@ -179,9 +181,9 @@ fn unchanged<const D: usize>(
     for (nodes, _) in new.elements.iter().zip(same).filter(|(_, same)| same.is_none()) {
         nodes[..=D].iter().for_each(|node| has_new[node.index()] = true);
     }
-    let whole = |(origin, has_new): (&Origin, bool)| match origin {
-        Origin::Kept(node) if !has_new && !has_lost[node.index()] => Some(*node),
-        Origin::Kept(_) | Origin::Surface(..) | Origin::Inside => None,
+    let whole = |(origin, has_new): (&NodeOrigin, bool)| match origin {
+        NodeOrigin::Kept(node) if !has_new && !has_lost[node.index()] => Some(*node),
+        NodeOrigin::Kept(_) | NodeOrigin::Surface(..) | NodeOrigin::Inside => None,
     };
     new.origin.iter().zip(has_new).map(whole).collect()
 }

@@ -1,7 +1,7 @@
-//! How far the fields on a mesh bend from element to element.
+//! Curvature indicator: the angle by which nodal fields bend from element to element.
 //!
-//! The components of two fields are looked at side by side, eight numbers at a time, by loops that the widest vector unit of the machine
-//! does at once.
+//! The components of two fields are processed side by side, eight numbers at a time, in loops for the widest vector
+//! unit of the machine.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "numbers side by side, as in the equations")]
@@ -12,17 +12,18 @@ use crate::mesh::{self, ElementId, Simplex, neighbours};
 use fearless_simd::{Level, dispatch};
 use std::f64::consts::FRAC_PI_2;
 
-/// Numbers side by side, one of each component of two fields.
+/// Lanes: one number for each component of two fields.
 const WIDE: usize = 8;
-type Wide = [f64; WIDE];
-/// s ∇f of the components of two fields over an element: row i holds the i-th of each; 0 where there is no component.
-type Slopes<const D: usize> = [Wide; D];
+type ComponentLanes = [f64; WIDE];
+/// Scaled gradients s ∇f of the components of two fields over an element: row i holds the i-th component of each
+/// gradient; 0 where there is no component.
+type ElementSlopes<const D: usize> = [ComponentLanes; D];
 
-/// How far nodal fields bend at each element, rad (numerics 4.3).
+/// Computes the bend angle of nodal fields at each element, rad (numerics 4.3).
 ///
-/// Over an element a component f of a field is a plane, in space a hyperplane, with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
-/// body: without units. The bend is the greatest angle between its normal and that of a neighbour, of all components. A component
-/// whose range is below 1e-9 of its magnitude is constant.
+/// Over an element a field component f is a plane, in space a hyperplane, with normal (−s ∇f, 1). The scale s =
+/// L/range(f), with the extent L of the body, makes it dimensionless. The bend is the greatest angle to the normal of a
+/// neighbour, over all components. A component whose range is below 1e-9 of its magnitude is constant.
 ///
 /// # Panics
 /// Unless every field has one value per node.
@@ -31,8 +32,8 @@ pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec
     bends_within(old, fields, (&neighbours::<D>(&old.mesh.elements), [0.0, FRAC_PI_2]))
 }
 
-/// The same with these neighbours, where only so much is asked for: of an element that bends by less than the first angle, rad, some
-/// angle below that, and of one by more than the second, some angle above that.
+/// Computes the bend angles with known neighbours and only within an interval of interest. An element below the first
+/// angle, rad, gets some angle below it; an element above the second gets some angle above it.
 ///
 /// # Panics
 /// Unless every field has one value per node, and the angles are between 0 and π/2.
@@ -43,7 +44,7 @@ pub fn bends_within<const D: usize>(
     (across, [least, most]): (&[[Option<ElementId>; 4]], [f64; 2]),
 ) -> Vec<f64> {
     assert!((0.0..=FRAC_PI_2).contains(&least) && (least..=FRAC_PI_2).contains(&most), "angles are acute");
-    let mut bends = vec![Bend { angle: 0.0, tangent: square_of_tangent(least) * (1.0 - CLOSE) }; across.len()];
+    let mut bends = vec![ElementBend { angle: 0.0, tangent: square_of_tangent(least) * (1.0 - CLOSE) }; across.len()];
     let most = if most < FRAC_PI_2 { square_of_tangent(most) * (1.0 + CLOSE) } else { f64::INFINITY };
     for pair in fields.chunks(2) {
         assert!(pair.iter().all(|field| field.len() == old.position.len()), "one value per node is needed");
@@ -53,12 +54,12 @@ pub fn bends_within<const D: usize>(
     bends.into_iter().map(|bend| bend.angle).collect()
 }
 
-/// How far an element bends.
+/// Bend of an element found so far.
 #[derive(Clone, Copy)]
-struct Bend {
-    /// The greatest angle found, rad.
+struct ElementBend {
+    /// Greatest angle so far, rad.
     angle: f64,
-    /// tan² of it, or of the least that is asked for; infinite if it is not acute.
+    /// tan² of the angle, or of the least angle of interest; infinite if the angle is not acute.
     tangent: f64,
 }
 
@@ -67,10 +68,14 @@ fn square_of_tangent(angle: f64) -> f64 {
     tangent * tangent
 }
 
-/// Raises the bend of each element to the greatest angle between its normals and those of a neighbour, until its tan² is `most`; each
-/// pair is seen once.
+/// Raises the bend of each element to the greatest angle to a neighbour's normals, until its tan² is `most`; each pair
+/// is visited once.
 #[inline(always)]
-fn raise<const D: usize>(bends: &mut [Bend], slopes: &[Slopes<D>], (across, most): (&[[Option<ElementId>; 4]], f64)) {
+fn raise<const D: usize>(
+    bends: &mut [ElementBend],
+    slopes: &[ElementSlopes<D>],
+    (across, most): (&[[Option<ElementId>; 4]], f64),
+) {
     let steepest: Vec<f64> = slopes.iter().map(|slopes| squares(slopes).into_iter().fold(0.0, f64::max)).collect();
     for (e, around) in across.iter().enumerate() {
         for other in around.iter().flatten().map(|other| other.index()).filter(|other| *other > e) {
@@ -89,8 +94,8 @@ fn raise<const D: usize>(bends: &mut [Bend], slopes: &[Slopes<D>], (across, most
     }
 }
 
-/// Takes down an angle between the normals of two elements, unless that is clearly less than what is known of both.
-fn note(bends: &mut [Bend], pair: [usize; 2], (apart, along): (f64, f64)) {
+/// Records the angle between the normals of two elements, unless it is clearly below the bends of both.
+fn note(bends: &mut [ElementBend], pair: [usize; 2], (apart, along): (f64, f64)) {
     let known = bends[pair[0]].tangent.min(bends[pair[1]].tangent);
     if along > 0.0 && apart <= known * (along * along) * (1.0 - CLOSE) {
         return;
@@ -99,21 +104,21 @@ fn note(bends: &mut [Bend], pair: [usize; 2], (apart, along): (f64, f64)) {
     let tangent = if along > 0.0 { apart / (along * along) } else { f64::INFINITY };
     for element in pair {
         let bend = &mut bends[element];
-        *bend = Bend { angle: bend.angle.max(angle), tangent: bend.tangent.max(tangent) };
+        *bend = ElementBend { angle: bend.angle.max(angle), tangent: bend.tangent.max(tangent) };
     }
 }
 
-/// Whether no normals of graphs with at most this slope, squared, can have an angle whose tan² is more: |a − b|² ≤ 4|a|²,
-/// |a × b|² ≤ |a|⁴ and a·b ≥ −|a|², if |a| ≥ |b|.
+/// Returns true if two normals of graphs with at most this squared slope cannot enclose an angle of greater tan². For
+/// |a| ≥ |b|: |a − b|² ≤ 4|a|², |a × b|² ≤ |a|⁴ and a·b ≥ −|a|².
 #[inline(always)]
 fn is_flat(steepest: f64, tangent: f64) -> bool {
     let along = 1.0 - steepest;
     along > 0.0 && steepest * (4.0 + steepest) <= tangent * (along * along) * (1.0 - CLOSE)
 }
 
-/// Whether no angle has a tan² above that.
+/// Returns true if no angle has a tan² above `tangent`.
 #[inline(always)]
-fn is_known(tangent: f64, (apart, along): (&Wide, &Wide)) -> bool {
+fn is_known(tangent: f64, (apart, along): (&ComponentLanes, &ComponentLanes)) -> bool {
     let mut known = true;
     for k in 0..WIDE {
         known &= along[k] > 0.0 && apart[k] <= tangent * (along[k] * along[k]) * (1.0 - CLOSE);
@@ -121,10 +126,10 @@ fn is_known(tangent: f64, (apart, along): (&Wide, &Wide)) -> bool {
     known
 }
 
-/// Of the normals (−a, 1) and (−b, 1) of two graphs what their angle θ follows from, tan²θ = apart/along²:
-/// |a − b|² + |a × b|² and a·b + 1, of each component.
+/// Terms of the angle θ between the normals (−a, 1) and (−b, 1) of two graphs, tan²θ = apart/along²: |a − b|² + |a ×
+/// b|² and a·b + 1, for each component.
 #[inline(always)]
-fn normals<const D: usize>(a: &Slopes<D>, b: &Slopes<D>) -> (Wide, Wide) {
+fn normals<const D: usize>(a: &ElementSlopes<D>, b: &ElementSlopes<D>) -> (ComponentLanes, ComponentLanes) {
     let mut away = [[0.0; WIDE]; D];
     let mut along = [0.0; WIDE];
     for i in 0..D {
@@ -149,9 +154,9 @@ fn normals<const D: usize>(a: &Slopes<D>, b: &Slopes<D>) -> (Wide, Wide) {
     (apart, along)
 }
 
-/// Σ over the rows of their squares.
+/// Sum over the rows of their squares.
 #[inline(always)]
-fn squares<const D: usize>(rows: &Slopes<D>) -> Wide {
+fn squares<const D: usize>(rows: &ElementSlopes<D>) -> ComponentLanes {
     let mut sums = [0.0; WIDE];
     for row in rows {
         for k in 0..WIDE {
@@ -161,8 +166,9 @@ fn squares<const D: usize>(rows: &Slopes<D>) -> Wide {
     sums
 }
 
-/// s ∇f of the components of two fields, or one, over each element; none over flat elements and of constant ones.
-fn slopes<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<Slopes<D>> {
+/// Scaled gradients s ∇f of the components of one or two fields over each element; zero for degenerate elements and
+/// constant components.
+fn slopes<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<ElementSlopes<D>> {
     let ends = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::MAX, -f64::MAX], |[low, high], v| [low.min(v), high.max(v)])
     };
@@ -183,9 +189,13 @@ fn slopes<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<Sl
     dispatch!(Level::new(), _simd => sloped(old, &values, &scales))
 }
 
-/// The same from the values at each node and the scale of each component.
+/// Scaled gradients from nodal values and the scale of each component.
 #[inline(always)]
-fn sloped<const D: usize>(old: &Moved<'_, D>, values: &[Wide], scales: &Wide) -> Vec<Slopes<D>> {
+fn sloped<const D: usize>(
+    old: &Moved<'_, D>,
+    values: &[ComponentLanes],
+    scales: &ComponentLanes,
+) -> Vec<ElementSlopes<D>> {
     let mut all = Vec::with_capacity(old.mesh.elements.len());
     for nodes in &old.mesh.elements {
         all.push(slope((&mesh::edges(old.position, nodes), nodes), values, scales));
@@ -193,9 +203,13 @@ fn sloped<const D: usize>(old: &Moved<'_, D>, values: &[Wide], scales: &Wide) ->
     all
 }
 
-/// Those of one element with these edges.
+/// Scaled gradient of one element with these edges.
 #[inline(always)]
-fn slope<const D: usize>((sides, nodes): (&Tensor<D>, &Simplex), values: &[Wide], scales: &Wide) -> Slopes<D> {
+fn slope<const D: usize>(
+    (sides, nodes): (&Tensor<D>, &Simplex),
+    values: &[ComponentLanes],
+    scales: &ComponentLanes,
+) -> ElementSlopes<D> {
     let (cofactor, det) = (cofactor(sides), det(sides));
     let first = &values[nodes[0].index()];
     let mut slopes = [[0.0; WIDE]; D];
@@ -227,8 +241,8 @@ mod tests {
     use crate::math::{Vector3, embed};
     use crate::mesh::{Grid, Mesh, Split, uniform};
 
-    /// The angle of each component, rad.
-    fn between<const D: usize>(a: &Slopes<D>, b: &Slopes<D>) -> [f64; WIDE] {
+    /// Angle between the normals of each component, rad.
+    fn between<const D: usize>(a: &ElementSlopes<D>, b: &ElementSlopes<D>) -> [f64; WIDE] {
         let (apart, along) = normals(a, b);
         std::array::from_fn(|k| libm::atan2(apart[k].sqrt(), along[k]))
     }
@@ -243,7 +257,7 @@ mod tests {
         let across = neighbours::<3>(&mesh.elements);
         for steep in [1e-3, 0.1, 1.0, 20.0] {
             let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
-            // One node far away leaves the others a small part of the range.
+            // One distant node reduces the others to a small part of the range.
             let mut field: Vec<Vector3> = mesh.rest.iter().map(wavy).collect();
             field[7] = Vector3::repeat(10.0 / steep);
             let slopes = slopes(&old, &[&field]);
@@ -271,7 +285,7 @@ mod tests {
         let [n, m] = [a, b].map(|a| Vector3::new(-a[0], -a[1], 1.0));
         let [flat, other] = [a, b].map(|a| [[a[0]; WIDE], [a[1]; WIDE]]);
         assert!((between(&flat, &other)[0] - n.angle(&m)).abs() < 1e-14);
-        // In space as in the plane, where both slopes lie in one.
+        // In space the angle is the same if both slopes lie in one plane.
         let [a, b] = [a, b].map(|a| embed(&a)).map(|a| [[a.x; WIDE], [a.y; WIDE], [a.z; WIDE]]);
         assert!((between(&a, &b)[3] - n.angle(&m)).abs() < 1e-14);
     }

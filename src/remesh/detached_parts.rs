@@ -1,12 +1,13 @@
-//! What goes with elements that break off: the parts of the body that hung on them.
+//! Detached parts of a body after erosion.
 
 use crate::mesh::ElementId;
 
-/// These elements, and of what each body of the mesh is left in without them all parts but the heaviest that have at most this part of
-/// the mass of the whole: what is heavier goes on as a body of its own. None, if nothing would be left, or if the elements themselves
-/// have more than that part. `across` has the neighbours of each element, `mass` their masses, kg.
+/// Adds to the eroded elements the parts that they detach. Of the remainder of each body the heaviest part stays, and
+/// so does every part above `most` of the total mass, as a body of its own. Nothing is eroded if nothing would remain,
+/// or if the eroded elements alone exceed `most` of the mass. `across` holds the face neighbours of each element,
+/// `mass` the masses, kg.
 ///
-/// Bodies that meet in a node or an edge only are two.
+/// Parts that touch only in a node or an edge are separate.
 #[must_use]
 pub fn with_what_hangs_on(across: &[[Option<ElementId>; 4]], mass: &[f64], gone: &[bool], most: f64) -> Vec<bool> {
     let light = most * mass.iter().sum::<f64>();
@@ -22,7 +23,7 @@ pub fn with_what_hangs_on(across: &[[Option<ElementId>; 4]], mass: &[f64], gone:
     left.iter().map(|part| part.is_none_or(|part| !stays(part))).collect()
 }
 
-/// Which part of what is left each element is in, if it is left; parts are numbered by their first elements.
+/// Part of each remaining element; parts are numbered by their first elements.
 fn parts(across: &[[Option<ElementId>; 4]], gone: &[bool]) -> Vec<Option<usize>> {
     let (mut part, mut n) = (vec![None; gone.len()], 0);
     for start in 0..gone.len() {
@@ -51,7 +52,7 @@ fn weights(part: &[Option<usize>], mass: &[f64]) -> Vec<f64> {
     weights
 }
 
-/// Which parts are the heaviest of what is left of their bodies.
+/// Marks the heaviest remaining part of each body.
 fn heaviest(bodies: &[Option<usize>], left: &[Option<usize>], weights: &[f64]) -> Vec<bool> {
     let mut of_body: Vec<Option<usize>> = vec![None; bodies.len()];
     for (body, part) in bodies.iter().zip(left).filter_map(|(body, part)| Some(((*body)?, (*part)?))) {
@@ -68,7 +69,7 @@ fn heaviest(bodies: &[Option<usize>], left: &[Option<usize>], weights: &[f64]) -
 mod tests {
     use super::*;
 
-    /// Elements in rows: neighbours are those before and after, within a row.
+    /// Rows of elements: neighbours are those before and after within a row.
     fn rows(lengths: &[usize]) -> Vec<[Option<ElementId>; 4]> {
         let mut across = vec![];
         for length in lengths {

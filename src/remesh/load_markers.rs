@@ -1,11 +1,11 @@
-//! Which loads act on the facets of a new mesh: those of the old facets that they take the place of.
+//! Load markers of the facets of a new mesh, inherited from the old facets.
 
-use super::Origin;
+use super::NodeOrigin;
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, Facet, Incidence, Mesh, NodeId};
 
-/// The loads of each node that act on some of its facets and not on others; empty where there are no loads. Where one is named
-/// the loaded face ends, and the surface may not be made of other facets across it.
+/// Loads of each node that act on some of its facets only; empty where there are no loads. At such a node the loaded
+/// face ends, and its facets may not be remade across it.
 pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
     if mesh.marks.is_empty() {
         return vec![];
@@ -20,21 +20,26 @@ pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
     found.into_iter().map(|(some, all)| some & !all).collect()
 }
 
-/// The marks of new facets, whose nodes come from there and were at rest there; empty where there are no loads.
+/// Computes the load markers of new facets from the origin and rest positions of their nodes; empty where there are no
+/// loads.
 ///
-/// A facet has the mark of the old one that its middle was nearest to at rest, among those that its nodes lie on and that face
-/// as it does.
+/// A facet inherits the marker of the old facet nearest to its centroid at rest, among those that contain its nodes and
+/// face the same way.
 #[must_use]
-pub fn marks<const D: usize>(old: &Mesh<D>, (facets, rest): (&[Facet], &[Vector<D>]), origin: &[Origin]) -> Vec<u8> {
+pub fn marks<const D: usize>(
+    old: &Mesh<D>,
+    (facets, rest): (&[Facet], &[Vector<D>]),
+    origin: &[NodeOrigin],
+) -> Vec<u8> {
     if old.marks.is_empty() {
         return vec![];
     }
     let around = Incidence::new(old.rest.len(), old.facets.iter().map(|facet| &facet[..D]));
     let corners = |facet: &Facet, x: &[Vector<D>]| facet.map(|node| embed(&x[node.index()]));
     let mark = |facet: &Facet| {
-        let own = Face::<D>(corners(facet, rest));
+        let own = FacetCorners::<D>(corners(facet, rest));
         let distance = |old_facet: ElementId| {
-            let face = Face::<D>(corners(&old.facets[old_facet.index()], &old.rest));
+            let face = FacetCorners::<D>(corners(&old.facets[old_facet.index()], &old.rest));
             let apart = face.distance(&own.middle());
             (face.normal().dot(&own.normal()) <= 0.0, apart, old_facet)
         };
@@ -47,30 +52,30 @@ pub fn marks<const D: usize>(old: &Mesh<D>, (facets, rest): (&[Facet], &[Vector<
     facets.iter().map(mark).collect()
 }
 
-/// The old facets that a new node lies on.
-fn lies_on<const D: usize>(origin: &Origin, (old, around): (&Mesh<D>, &Incidence)) -> Vec<ElementId> {
+/// Old facets that contain a new node.
+fn lies_on<const D: usize>(origin: &NodeOrigin, (old, around): (&Mesh<D>, &Incidence)) -> Vec<ElementId> {
     let (first, others): (NodeId, Vec<NodeId>) = match *origin {
-        Origin::Kept(node) => (node, vec![]),
-        Origin::Surface(nodes, weights) => {
+        NodeOrigin::Kept(node) => (node, vec![]),
+        NodeOrigin::Surface(nodes, weights) => {
             let mut parents = nodes.into_iter().zip(weights).filter(|(_, weight)| *weight > 0.0).map(|(node, _)| node);
             let Some(first) = parents.next() else { return vec![] };
             (first, parents.collect())
         }
-        Origin::Inside => return vec![],
+        NodeOrigin::Inside => return vec![],
     };
     let has_all = |facet: &&ElementId| others.iter().all(|node| old.facets[facet.index()][..D].contains(node));
     around.of(first).iter().filter(has_all).copied().collect()
 }
 
-/// A facet by its corners; an edge of the plane has the third where the second is.
-struct Face<const D: usize>([Vector3; 3]);
+/// Corners of a facet; an edge of the plane repeats its second corner.
+struct FacetCorners<const D: usize>([Vector3; 3]);
 
-impl<const D: usize> Face<D> {
+impl<const D: usize> FacetCorners<D> {
     fn middle(&self) -> Vector3 {
         self.0[..D].iter().sum::<Vector3>() / D as f64
     }
 
-    /// Along the outward normal; not of length 1.
+    /// Normal in the outward direction, not normalised.
     fn normal(&self) -> Vector3 {
         let [a, b, c] = &self.0;
         if D == 2 { Vector3::y().cross(&(b - a)) } else { (b - a).cross(&(c - a)) }
@@ -112,12 +117,14 @@ mod tests {
         mesh
     }
 
-    /// What loads act on, at rest, and what a new mesh makes of it: its measure by load.
+    /// Measure at rest that each load acts on after a remesh.
     fn loaded<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> [f64; 2] {
-        let rest = |origin: &Origin| match origin {
-            Origin::Kept(node) => old.rest[node.index()],
-            Origin::Surface(nodes, weights) => nodes.iter().zip(weights).map(|(n, w)| old.rest[n.index()] * *w).sum(),
-            Origin::Inside => Vector::<D>::zeros(),
+        let rest = |origin: &NodeOrigin| match origin {
+            NodeOrigin::Kept(node) => old.rest[node.index()],
+            NodeOrigin::Surface(nodes, weights) => {
+                nodes.iter().zip(weights).map(|(n, w)| old.rest[n.index()] * *w).sum()
+            }
+            NodeOrigin::Inside => Vector::<D>::zeros(),
         };
         let (facets, rest) = (boundary::<D>(&new.elements), new.origin.iter().map(rest).collect::<Vec<_>>());
         let marks = marks(old, (&facets, &rest), &new.origin);

@@ -1,11 +1,13 @@
-//! A new mesh for a gel that has moved, and what it carries over: pure functions from a mesh where its nodes are to another one.
+//! Remeshing of a deformed gel, and the transfer of its nodal fields: pure functions from a deformed mesh to a new
+//! mesh.
 //!
-//! In the plane the old surface and the old nodes stay where they are good, and so do the elements between them. What is left
-//! is filled anew: long edges of the boundary are split, needless nodes left out ([`propose`]), middles of a quadtree's cells
-//! put where no point is near, joined by a constrained Delaunay triangulation, and trimmed to the boundary.
+//! In the plane the old boundary and the old nodes stay where they are good, and so do the elements between them. The
+//! rest is remeshed: long boundary edges are split and needless boundary nodes are left out ([`propose`]). Centres of
+//! quadtree cells are inserted where no point is near. A constrained Delaunay triangulation joins the points and is
+//! carved to the boundary.
 //!
-//! How fine a mesh should be ([`curved`], [`graded`]), whether a new one may be taken ([`judge`]) and what it carries over
-//! ([`transfer()`]) is the same in the plane and in space.
+//! Target sizes ([`curved`], [`graded`]), acceptance of a new mesh ([`judge`]) and field transfer ([`transfer()`]) are
+//! the same in the plane and in space.
 
 mod acceptance;
 mod adjacency;
@@ -55,12 +57,12 @@ mod wave_tests;
 
 use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Simplex, facet_measure, signed_volume};
-use boundary_loops::Surface;
-use bounds::Bounds;
-use point_insertion::{Limits, Part};
-use point_set::Cloud;
-use quadtree::Square;
-use retained_region::Parts;
+use boundary_loops::NewBoundary;
+use bounds::BoundingBox;
+use point_insertion::{OpenRegion, QualityLimits};
+use point_set::PointSet;
+use quadtree::RootSquare;
+use retained_region::RegionDivision;
 
 pub use acceptance::{Acceptance, Known, Quality, Rejected, judge, judge_known};
 pub use adjacency::{Neighbours, neighbours_after};
@@ -70,7 +72,8 @@ pub use curvature::{bends, bends_within};
 pub use detached_parts::with_what_hangs_on;
 pub use error::RemeshError;
 pub use immersed::{
-    Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
+    BackgroundCell, BackgroundMesh, ImmersedMesh, Steps, cells, cut_out, distances, immerse, rounding, snapped,
+    triangulated,
 };
 pub use load_markers::marks;
 pub use nodal_fields::{Carried, Symmetry, Transferred, corner_masses, lightest, nodal_masses};
@@ -81,61 +84,63 @@ pub use supermesh::Source;
 pub use thin_features::{sheets, thinned};
 pub use transfer::{transfer, transfer_paired};
 
-/// A mesh where its nodes are.
+/// Mesh in its deformed configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Moved<'a, const D: usize> {
-    /// The mesh at rest.
+    /// Mesh with its rest positions.
     pub mesh: &'a Mesh<D>,
-    /// Where its nodes are, m.
+    /// Current positions of the nodes, m.
     pub position: &'a [Vector<D>],
 }
 
-/// Where a node of a new mesh comes from.
+/// Origin of a node of a new mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Origin {
-    /// A node of the old mesh, where it was.
+pub enum NodeOrigin {
+    /// Node of the old mesh at its current position.
     Kept(NodeId),
-    /// A point of the old boundary, as weights of the nodes of one of its facets, none negative and of sum 1. An edge of the
-    /// plane has two of them: the third stands there again, and weighs nothing.
+    /// Point of the old boundary, as weights of the nodes of one of its facets: none negative, of sum 1. An edge of the
+    /// plane repeats its second node with weight 0.
     Surface([NodeId; 3], [f64; 3]),
-    /// A point inside.
+    /// Point in the interior.
     Inside,
 }
 
-/// A new mesh of the same body, and nothing on it yet.
+/// Proposed mesh of the same body, without fields.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal<const D: usize> {
-    /// Where the nodes are, m.
+    /// Positions of the nodes, m.
     pub position: Vec<Vector<D>>,
-    /// Where they come from.
-    pub origin: Vec<Origin>,
-    /// The elements, positively oriented there.
+    /// Origins of the nodes.
+    pub origin: Vec<NodeOrigin>,
+    /// Elements, positively oriented at `position`.
     pub elements: Vec<Simplex>,
-    /// By element, the old elements that it can lie over, ascending; none named where any can, and not at all where that is so of all.
-    /// Where a body passes through itself, what is near need not be what an element is made of.
+    /// Old elements that each new element may overlap, ascending. An empty entry, or an empty list, admits all old
+    /// elements. The restriction matters where a body overlaps itself: a nearby old element need not be the source of a
+    /// new one.
     pub over: Vec<Vec<ElementId>>,
-    /// What the area or volume is less by because loops and needles of the boundary were cut off, and new points of it put clear of
-    /// bodies, m² or m³.
+    /// Loss of area or volume, m² or m³, by cutting off loops and needles of the boundary and by moving new boundary
+    /// points out of bodies.
     pub cleared: f64,
 }
 
-/// What a new mesh is made by.
+/// Rules of remeshing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Elements of at least this quality, q = 4√3 A/Σl², stay as they are if those around them do. Right-angled halves of a
-    /// square have 0.87, triangles with the angles 30°, 30° and 120° have 0.6.
+    /// Quality, q = 4√3 A/Σl², from which an element is kept if its neighbours are good too. Right-angled halves of a
+    /// square have 0.87, triangles with angles 30°, 30° and 120° have 0.6.
     pub good: f64,
-    /// Nodes inside whose worst element is no better than this are given up. A needle of 10° has 0.3.
+    /// Quality of the worst element up to which an interior node is given up. A needle of 10° has 0.3.
     pub poor: f64,
-    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and, if it rests, at rest, and
-    /// within as many of the longest edges there may be; 0 leaves all of them in.
+    /// Sagitta limit for leaving out a boundary node: a fraction of the new chord, now and, if `rests`, at rest, and of
+    /// the longest permitted edge. 0 keeps all nodes.
     pub sag: f64,
-    /// In space, points of the surface go along it to where their elements are better, off its facets by so many target lengths
-    /// at most; 0 leaves them where they are.
+    /// Greatest distance, in target lengths, that a surface point in space may slide off its facets to improve its
+    /// elements; 0 disables sliding.
     pub slide: f64,
-    /// Whether the gel has a surface at rest, whose corners stay and along which a new one lies. What flows has none.
+    /// True for a gel with a surface at rest, whose corners stay and along which a new surface lies. A flowing gel has
+    /// none.
     pub rests: bool,
-    /// Points of a mesh at most.
+    /// Greatest number of points of a mesh.
     pub most: usize,
 }
 
@@ -145,15 +150,16 @@ impl Default for Rules {
     }
 }
 
-/// A new mesh of a plane body with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
+/// Proposes a mesh of a plane body with these target sizes, m, by node. The old mesh stays where it is good and of
+/// these sizes.
 ///
-/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the
-/// old boundary, then those inside; elements of the old mesh come first and in their old order, then new ones.
+/// The sizes should satisfy the growth limit of [`graded`]. Kept nodes come first and in their old order, then points
+/// of the old boundary, then interior points; kept elements come first and in their old order, then new ones.
 ///
-/// New points of the boundary are put where `cleared` says, if that is near.
+/// New boundary points are projected by `cleared` where that moves them little.
 ///
 /// # Errors
-/// If sizes or positions are no numbers to mesh with, or the boundary meets itself.
+/// [`RemeshError`] for invalid sizes or positions, or if the boundary crosses or touches itself.
 pub fn propose(
     old: &Moved<'_, 2>,
     size: &[f64],
@@ -161,25 +167,26 @@ pub fn propose(
     cleared: &dyn Fn(&Vector<2>) -> Vector<2>,
 ) -> Result<Proposal<2>, RemeshError> {
     check(old, size, rules)?;
-    let limits = Limits { poor: rules.poor, good: rules.good };
+    let limits = QualityLimits { poor: rules.poor, good: rules.good };
     let worst = retained_region::worst(old);
-    let mut cloud = Cloud::new(old, size);
+    let mut cloud = PointSet::new(old, size);
     let surface = boundary_loops::resample(old, &mut cloud, (rules, cleared))?;
     point_insertion::keep(old, &worst, &limits, &mut cloud, &surface);
-    let parts = retained_region::divide(old, &worst, &limits, &cloud, &surface);
+    let parts = retained_region::divide_regions(old, &worst, &limits, &cloud, &surface);
     let filled = if parts.edges.is_empty() { vec![] } else { fill(old, (size, rules.most), &parts, &mut cloud)? };
     Ok(Proposal { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
 }
 
-/// A new mesh of a body in space with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
+/// Proposes a mesh of a body in space with these target sizes, m, by node. The old mesh stays where it is good and of
+/// these sizes.
 ///
-/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the old
-/// surface, then those inside; elements of the old mesh come first and in their old order, then new ones.
+/// The sizes should satisfy the growth limit of [`graded`]. Kept nodes come first and in their old order, then points
+/// of the old surface, then interior points; kept elements come first and in their old order, then new ones.
 ///
-/// New points of the surface are put where `cleared` says, if the elements around them bear it.
+/// New surface points are projected by `cleared` if the elements around them stay good enough.
 ///
 /// # Errors
-/// If sizes or positions are no numbers to mesh with.
+/// [`RemeshError`] for invalid sizes or positions.
 pub fn propose_in_space(
     old: &Moved<'_, 3>,
     size: &[f64],
@@ -187,22 +194,23 @@ pub fn propose_in_space(
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Result<Proposal<3>, RemeshError> {
     check(old, size, rules)?;
-    // Without a surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
+    // A flowing gel has no surface at rest that a new one must lie along: treat the current configuration as the rest
+    // configuration.
     let flown = (!rules.rests).then(|| Mesh { rest: old.position.to_vec(), ..old.mesh.clone() });
     let old = flown.as_ref().map_or(*old, |mesh| Moved { mesh, position: old.position });
     Ok(space::propose(&old, size, rules, cleared))
 }
 
-/// The new elements between those that stay.
+/// Fills the open region with new elements.
 fn fill(
     old: &Moved<'_, 2>,
     (size, most): (&[f64], usize),
-    parts: &Parts,
-    cloud: &mut Cloud,
+    parts: &RegionDivision,
+    cloud: &mut PointSet,
 ) -> Result<Vec<[usize; 3]>, RemeshError> {
     let open = parts.open.iter().map(|e| old.mesh.elements[e.index()]).collect();
-    let part = Part::new(old, size, open);
-    let around = Surface::around(parts.edges.clone(), cloud);
+    let part = OpenRegion::new(old, size, open);
+    let around = NewBoundary::around(parts.edges.clone(), cloud);
     point_insertion::fill(&part, (&square(old), most), cloud, &around)?;
     let sites = sites(&part, &around, cloud, old.position.len());
     delaunay::triangulate(&sites, &around, &part, cloud)
@@ -227,7 +235,8 @@ fn at_most(points: f64, most: usize) -> Result<(), RemeshError> {
     if points <= most as f64 { Ok(()) } else { Err(RemeshError::TooMany { points, most }) }
 }
 
-/// About how many points a mesh of these sizes has: areas, or volumes, and those of the boundary over those of a point.
+/// Estimates the number of points of a mesh of these sizes from areas or volumes, and from the boundary measure, each
+/// over that of a point.
 fn estimate<const D: usize>(old: &Moved<'_, D>, size: &[f64]) -> f64 {
     let least = |nodes: &[NodeId]| nodes.iter().map(|n| size[n.index()]).fold(f64::MAX, f64::min);
     let power = |size: f64, n: usize| (0..n).map(|_| size).product::<f64>();
@@ -236,14 +245,14 @@ fn estimate<const D: usize>(old: &Moved<'_, D>, size: &[f64]) -> f64 {
     old.mesh.elements.iter().map(inside).sum::<f64>() + old.mesh.facets.iter().map(along).sum::<f64>()
 }
 
-/// The square around the body.
-fn square(old: &Moved<'_, 2>) -> Square {
-    let Bounds { low, high } = Bounds::around(old.position);
-    Square { corner: low, edge: (high - low).max() }
+/// Root square of the quadtree around the body.
+fn square(old: &Moved<'_, 2>) -> RootSquare {
+    let BoundingBox { low, high } = BoundingBox::around(old.position);
+    RootSquare { corner: low, edge: (high - low).max() }
 }
 
-/// The points that the new part is made of: ends of its edges, and chosen ones inside.
-fn sites(part: &Part<'_>, around: &Surface, cloud: &Cloud, n_old: usize) -> Vec<usize> {
+/// Sites of the triangulation of the open region: ends of its edges, and chosen interior points.
+fn sites(part: &OpenRegion<'_>, around: &NewBoundary, cloud: &PointSet, n_old: usize) -> Vec<usize> {
     let mut is_site = vec![false; cloud.position.len()];
     part.nodes().chain(n_old..cloud.position.len()).for_each(|p| is_site[p] = cloud.chosen[p]);
     around.edges.iter().flatten().for_each(|&p| is_site[p] = true);

@@ -1,62 +1,62 @@
-//! What a mesh carries, and what a new one carries after it.
+//! Nodal fields of a mesh before and after a transfer.
 
 use super::{Defects, Same, Source};
 use crate::math::Vector;
 use crate::mesh::Simplex;
 
-/// What a mesh stands for.
+/// Symmetry of the body that the mesh represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symmetry {
-    /// A slice of a prism: (x, z).
+    /// Slice of a prism: (x, z).
     Planar,
-    /// A body of revolution: (r, z), every element a ring.
+    /// Body of revolution: (r, z), every element a ring.
     Axisymmetric,
-    /// The body itself.
+    /// Body in space.
     Spatial,
 }
 
-/// What a mesh carries at an instant.
+/// Fields of a mesh at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Carried<'a, const D: usize> {
-    /// What the mesh stands for.
+    /// Symmetry of the body.
     pub symmetry: Symmetry,
-    /// Masses of the nodes, kg: the sums of the corner masses around them.
+    /// Nodal masses, kg: the sums of the adjacent corner masses.
     pub mass: &'a [f64],
-    /// Corner masses of the elements, kg ([`corner_masses`] at first, [`Transferred::corner_mass`] after a transfer).
+    /// Corner masses of the elements, kg: [`corner_masses`] initially, [`Transferred::corner_mass`] after a transfer.
     pub corner_mass: &'a [[f64; 4]],
-    /// Velocities of the nodes, m/s.
+    /// Nodal velocities, m/s.
     pub velocity: &'a [Vector<D>],
-    /// Whether the density of what is gone is drawn to its mean where it would be below nothing; momentum stays.
+    /// True to limit negative densities of removed elements towards their mean; momentum is conserved.
     pub is_level: bool,
 }
 
-/// What a new mesh carries.
+/// Fields of a new mesh after a transfer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transferred<const D: usize> {
-    /// Where the nodes were at rest, m.
+    /// Rest positions of the nodes, m.
     pub rest: Vec<Vector<D>>,
-    /// Masses of the nodes, m_i = ∫ρ N_i, kg.
+    /// Nodal masses, m_i = ∫ρ N_i, kg.
     pub mass: Vec<f64>,
-    /// Corner masses of the elements, kg; 0 of a fourth corner in the plane.
+    /// Corner masses of the elements, kg; the fourth is 0 in the plane.
     pub corner_mass: Vec<[f64; 4]>,
-    /// Velocities of the nodes, m/s.
+    /// Nodal velocities, m/s.
     pub velocity: Vec<Vector<D>>,
-    /// Which directions of a node are held.
+    /// Held directions of the nodes.
     pub held: Vec<[bool; D]>,
-    /// By new element, the old one that it is.
+    /// Old element of each unchanged new element.
     pub same: Vec<Option<Same>>,
-    /// What the other new elements are made of, in their order.
+    /// Sources of the changed elements, in their order.
     pub sources: Vec<Source>,
-    /// What was lost on the way.
+    /// Conservation defects of the transfer.
     pub defects: Defects<D>,
 }
 
-/// Corner masses σ_a = ∫ρ N_a of elements with given masses, kg: m/3, m (r_a + 3r̄)/(12r̄) of a ring, and m/4 in space; 0 of a
-/// fourth corner in the plane.
+/// Corner masses σ_a = ∫ρ N_a of elements with given masses, kg: m/3, m (r_a + 3r̄)/(12r̄) of a ring, and m/4 in space;
+/// the fourth is 0 in the plane.
 ///
-/// As many corner masses as there are corners stand for a density that is linear in its element. That of a ring of one
-/// material grows with its radius. With `x` at rest their sums are the lumped masses of the engine (numerics A1); with `x`
-/// where the nodes are now, the density per volume is constant now.
+/// The corner masses represent a density that is linear in the element; that of a homogeneous ring grows with its
+/// radius. With `x` at rest their sums are the lumped masses of the solver (numerics A1); with current positions `x`
+/// the current volumetric density is constant.
 #[must_use]
 pub fn corner_masses<const D: usize>(
     x: &[Vector<D>],
@@ -77,32 +77,32 @@ pub fn corner_masses<const D: usize>(
     elements.iter().zip(mass).map(|(nodes, m)| shares(nodes).map(|share| m * share)).collect()
 }
 
-/// Corner masses of the same whole whose density is nowhere below nothing, if that weighs something: where it would be, it is drawn to its
-/// mean until it is nothing at the worst corner. The mass stays, its centre does not. What weighs nothing or less stays as it is: its mean
-/// is no better.
-pub(super) fn levelled<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
+/// Limits corner masses to a nowhere negative density if their sum is positive: the density is scaled about its mean
+/// until its minimum is zero. Mass is conserved, the centre of mass is not. An element of zero or negative mass is left
+/// unchanged.
+pub(super) fn limited_corner_masses<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
     let mut level = *corner_mass;
-    if let Some(part) = bearable_part::<D>(corner_mass) {
+    if let Some(part) = limiting_scale::<D>(corner_mass) {
         let mean = corner_mass[..=D].iter().sum::<f64>() / (D + 1) as f64;
         level[..=D].iter_mut().for_each(|corner| *corner = mean + part * (*corner - mean));
     }
     level
 }
 
-/// The part of what corners differ from their mean by that leaves a density below nothing at none of them, h̄/(h̄ − min h); nothing if
-/// all of it does, or the whole weighs nothing or less.
-pub(super) fn bearable_part<const D: usize>(corner_mass: &[f64; 4]) -> Option<f64> {
-    // The mean of the density times measure is the mass.
+/// Greatest scale about the mean that leaves no corner density negative, h̄/(h̄ − min h); none if no scaling is needed
+/// or the mass is not positive.
+pub(super) fn limiting_scale<const D: usize>(corner_mass: &[f64; 4]) -> Option<f64> {
+    // The mean of density times measure is the mass.
     let (whole, least) = (corner_mass[..=D].iter().sum::<f64>(), least_height::<D>(corner_mass));
     (whole > 0.0 && least < 0.0).then(|| whole / (whole - least))
 }
 
-/// The least density at a corner of an element times its measure, kg.
+/// Least corner density times the measure of the element, kg.
 pub(super) fn least_height<const D: usize>(corner_mass: &[f64; 4]) -> f64 {
     heights::<D>(corner_mass)[..=D].iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Masses of the nodes, kg: the sums of the corner masses around them.
+/// Nodal masses, kg: the sums of the adjacent corner masses.
 #[must_use]
 pub fn nodal_masses<const D: usize>(n_nodes: usize, elements: &[Simplex], corner_mass: &[[f64; 4]]) -> Vec<f64> {
     let mut mass = vec![0.0; n_nodes];
@@ -114,8 +114,8 @@ pub fn nodal_masses<const D: usize>(n_nodes: usize, elements: &[Simplex], corner
     mass
 }
 
-/// The least mass of a node of a changed element, as a part of an even share of what its elements weigh; 0 if a changed element weighs
-/// nothing or less: its nodes have the mass of others around them then, and none as soon as those are gone.
+/// Least mass of a node of a changed element, relative to an even share of its elements' masses. It is 0 if a changed
+/// element has no positive mass: its nodes then borrow mass from their neighbours, and lose it when those are removed.
 #[must_use]
 pub fn lightest<const D: usize>(elements: &[Simplex], new: &Transferred<D>) -> f64 {
     let even = |own: &[f64; 4]| [own[..=D].iter().sum::<f64>() / (D + 1) as f64; 4];
@@ -129,8 +129,8 @@ pub fn lightest<const D: usize>(elements: &[Simplex], new: &Transferred<D>) -> f
     changed.map(|(nodes, even)| if even[0] > 0.0 { least(nodes) } else { 0.0 }).fold(f64::INFINITY, f64::min)
 }
 
-/// The density at the corners of an element times its measure, kg, from its corner masses: h_a = (D + 1)[(D + 2)σ_a − Σσ]; 0
-/// of a fourth corner in the plane.
+/// Corner densities times measure, kg, from corner masses: h_a = (D + 1)[(D + 2)σ_a − Σσ]; the fourth is 0 in the
+/// plane.
 pub(super) fn heights<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
     let [n, more] = [(D + 1) as f64, (D + 2) as f64];
     let sum: f64 = corner_mass[..=D].iter().sum();

@@ -1,60 +1,64 @@
-//! Which old elements can lie under a new one: those of its own part of the body, where that passes through itself.
+//! Overlap candidates: the removed old elements that a new element may overlap.
 
 use super::Moved;
 use super::Proposal;
-use super::barycentric::Cell;
-use super::bounds::Bounds;
+use super::barycentric::DeformedElement;
+use super::bounds::BoundingBox;
 use super::correspondence::Pairing;
-use super::point_location::{Locator, Place};
+use super::point_location::{ElementLocation, ElementLocator};
 use super::supermesh::cells;
 use crate::math::Vector;
 use crate::mesh::ElementId;
 
-/// The old elements that are gone, as places for new ones.
-pub(super) struct Under<'a, const D: usize> {
-    cells: &'a [Cell<D>],
-    /// The boxes around them.
-    bounds: Vec<Bounds<D>>,
-    locator: Locator<'a, D>,
-    /// By new element, those that it can lie over; all where none are named.
+/// Removed old elements with their bounding boxes.
+pub(super) struct OverlapCandidates<'a, const D: usize> {
+    cells: &'a [DeformedElement<D>],
+    /// Bounding boxes of the removed elements.
+    bounds: Vec<BoundingBox<D>>,
+    locator: ElementLocator<'a, D>,
+    /// Old elements that each new element may overlap; an empty entry admits all.
     over: &'a [Vec<ElementId>],
-    /// By old element, which of the gone ones it is.
+    /// Index of each old element among the removed ones.
     rank: Vec<Option<u32>>,
 }
 
-/// The cells of the old elements that are gone.
-pub(super) fn gone<const D: usize>(old: &Moved<'_, D>, pairing: &Pairing) -> Vec<Cell<D>> {
+/// Collects the removed old elements in their deformed configuration.
+pub(super) fn gone<const D: usize>(old: &Moved<'_, D>, pairing: &Pairing) -> Vec<DeformedElement<D>> {
     cells(old.position, pairing.gone.iter().map(|e| &old.mesh.elements[e.index()]))
 }
 
-impl<'a, const D: usize> Under<'a, D> {
-    /// Of a new mesh, and of the cells of what is gone.
-    pub fn new(old: &Moved<'_, D>, new: &'a Proposal<D>, (pairing, cells): (&Pairing, &'a [Cell<D>])) -> Self {
+impl<'a, const D: usize> OverlapCandidates<'a, D> {
+    /// Builds the candidates of a new mesh from the removed elements.
+    pub fn new(
+        old: &Moved<'_, D>,
+        new: &'a Proposal<D>,
+        (pairing, cells): (&Pairing, &'a [DeformedElement<D>]),
+    ) -> Self {
         let mut rank = vec![];
         if !new.over.is_empty() {
             rank = vec![None; old.mesh.elements.len()];
             pairing.gone.iter().zip(0..).for_each(|(e, t)| rank[e.index()] = Some(t));
         }
-        let bounds = cells.iter().map(Cell::bounds).collect();
-        Self { cells, bounds, locator: Locator::new(cells), over: &new.over, rank }
+        let bounds = cells.iter().map(DeformedElement::bounds).collect();
+        Self { cells, bounds, locator: ElementLocator::new(cells), over: &new.over, rank }
     }
 
-    /// Visits what can lie under a new element with these bounds.
-    pub fn near(&self, element: usize, wanted: &Bounds<D>, mut visit: impl FnMut(usize)) {
+    /// Visits the candidates of a new element that overlap its box.
+    pub fn near(&self, element: usize, wanted: &BoundingBox<D>, mut visit: impl FnMut(usize)) {
         match self.own(element) {
             Some(own) => own.filter(|t| self.bounds[*t].meets(wanted)).for_each(visit),
             None => self.locator.near(wanted, &mut visit),
         }
     }
 
-    /// The nearest place to a point that is a node of this new element.
-    pub fn nearest(&self, element: usize, p: &Vector<D>) -> Option<Place> {
+    /// Nearest location to a node of a new element among its candidates.
+    pub fn nearest(&self, element: usize, p: &Vector<D>) -> Option<ElementLocation> {
         let Some(own) = self.own(element) else { return self.locator.nearest(p) };
-        let mut nearest: Option<Place> = None;
+        let mut nearest: Option<ElementLocation> = None;
         for place in own.map(|t| self.cells[t].nearest(p, t)) {
             nearest =
                 Some(nearest.filter(|nearest| nearest.distance.total_cmp(&place.distance).is_le()).unwrap_or(place));
-            // Nothing is nearer.
+            // No candidate is nearer.
             if place.distance == 0.0 {
                 break;
             }

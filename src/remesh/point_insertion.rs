@@ -1,18 +1,18 @@
-//! Points inside: old nodes that are good where they are, and middles of tree cells where nothing is near.
+//! Interior points: old nodes that are good, and quadtree cell centres where no point is near.
 
-use super::boundary_loops::Surface;
-use super::bounds::Bounds;
-use super::box_tree::Near;
-use super::point_set::Cloud;
-use super::quadtree::{Square, leaves};
-use super::triangle::{Point, clearance, distance, shares};
-use super::{Moved, Origin, RemeshError};
+use super::boundary_loops::NewBoundary;
+use super::bounds::BoundingBox;
+use super::box_tree::BoxTree;
+use super::point_set::PointSet;
+use super::quadtree::{RootSquare, leaves};
+use super::triangle::{PlanarPoint, barycentric, clearance, distance};
+use super::{Moved, NodeOrigin, RemeshError};
 use crate::mesh::Simplex;
 
-/// No old node stays if another point is nearer than this many target sizes, and no new point is put where one is nearer than
-/// `NEW`; to the boundary the limits are `KEPT_INSIDE` and `NEW_INSIDE`. Old nodes are given more room to vary than new ones,
-/// so that a mesh that was just made is not made again. Right-angled lattices have their nodes 0.71 cells apart and half a
-/// cell from the boundary: limits above these would thin them out.
+/// Least distances between points in target sizes: `KEPT` for old nodes, `NEW` for new points, `KEPT_INSIDE` and
+/// `NEW_INSIDE` to the boundary. Old nodes may vary more than new points, so that a fresh mesh is not remeshed.
+/// Right-angled lattices have nodes 0.71 cells apart and half a cell from the boundary: greater limits would thin them
+/// out.
 const KEPT: f64 = 0.6;
 /// See `KEPT`.
 pub(super) const NEW: f64 = 0.75;
@@ -20,17 +20,23 @@ const KEPT_INSIDE: f64 = 0.4;
 /// See `KEPT`.
 const NEW_INSIDE: f64 = 0.5;
 
-/// How good the elements of each old node are.
+/// Quality limits for old nodes.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
-pub(super) struct Limits {
-    /// Nodes of elements below this quality do not stay inside.
+pub(super) struct QualityLimits {
+    /// Quality of an element below which its interior nodes are removed.
     pub poor: f64,
-    /// Nodes all of whose elements are at least this good choose first.
+    /// Quality of all elements of a node from which it is chosen first.
     pub good: f64,
 }
 
-/// Chooses old nodes inside by the worst quality of their elements, the good ones first; nodes that are held stay.
-pub(super) fn keep(old: &Moved<'_, 2>, worst: &[f64], limits: &Limits, cloud: &mut Cloud, surface: &Surface) {
+/// Chooses old interior nodes by the worst quality of their elements, the good ones first; held nodes stay.
+pub(super) fn keep(
+    old: &Moved<'_, 2>,
+    worst: &[f64],
+    limits: &QualityLimits,
+    cloud: &mut PointSet,
+    surface: &NewBoundary,
+) {
     let x = old.position;
     let is_held = |n: usize| old.mesh.held[n] != [false; 2];
     let mut is_boundary = vec![false; x.len()];
@@ -39,7 +45,7 @@ pub(super) fn keep(old: &Moved<'_, 2>, worst: &[f64], limits: &Limits, cloud: &m
     let inside: Vec<usize> = (0..x.len()).filter(can_stay).collect();
     let bound = (0..cloud.position.len()).filter(|&p| cloud.chosen[p]);
     let all: Vec<usize> = bound.chain(inside.iter().copied()).collect();
-    let near = Near::points(all.iter().map(|&p| cloud.position[p]));
+    let near = BoxTree::points(all.iter().map(|&p| cloud.position[p]));
     let is_good = |n: &usize| worst[*n] >= limits.good;
     let ranks: [&dyn Fn(&usize) -> bool; 3] =
         [&|n| is_held(*n), &|n| !is_held(*n) && is_good(n), &|n| !is_held(*n) && !is_good(n)];
@@ -48,103 +54,109 @@ pub(super) fn keep(old: &Moved<'_, 2>, worst: &[f64], limits: &Limits, cloud: &m
             let reach = KEPT * cloud.size[node];
             let is_taken = |i: usize| cloud.chosen[all[i]] && distance(&x[node], &cloud.position[all[i]]) < reach;
             cloud.chosen[node] = is_held(node)
-                || !near.any(&Bounds::about(&x[node], reach), is_taken)
+                || !near.any(&BoundingBox::about(&x[node], reach), is_taken)
                     && !surface.is_near(&cloud.position, &x[node], KEPT_INSIDE * cloud.size[node]);
         }
     }
 }
 
-/// Chooses middles of tree cells in the part of the body that is filled anew, of so many cells at most.
+/// Inserts centres of quadtree cells in the open region, at most `most` cells.
 ///
 /// # Errors
-/// [`RemeshError::TooMany`] if there would be more.
+/// [`RemeshError::TooMany`] if there would be more cells.
 pub(super) fn fill(
-    part: &Part<'_>,
-    (square, most): (&Square, usize),
-    cloud: &mut Cloud,
-    limits: &Surface,
+    part: &OpenRegion<'_>,
+    (square, most): (&RootSquare, usize),
+    cloud: &mut PointSet,
+    limits: &NewBoundary,
 ) -> Result<(), RemeshError> {
     let leaves = leaves(square, |middle, half| part.least(middle, half), most)?;
-    let candidates: Vec<(Point, f64)> =
+    let candidates: Vec<(PlanarPoint, f64)> =
         leaves.into_iter().filter_map(|(middle, _)| part.size(&middle).map(|size| (middle, size))).collect();
-    let taken: Vec<Point> = (0..cloud.position.len()).filter(|&p| cloud.chosen[p]).map(|p| cloud.position[p]).collect();
+    let taken: Vec<PlanarPoint> =
+        (0..cloud.position.len()).filter(|&p| cloud.chosen[p]).map(|p| cloud.position[p]).collect();
     scatter(&candidates, &taken, cloud, limits);
     Ok(())
 }
 
-/// Adds those of the candidates, places and sizes, that are near none of the points taken, none before them and no edge; gives
-/// their numbers.
-pub(super) fn scatter(candidates: &[(Point, f64)], taken: &[Point], cloud: &mut Cloud, limits: &Surface) -> Vec<usize> {
+/// Adds the candidates, positions with sizes, that are near no taken point, no earlier candidate and no edge. Returns
+/// their indices.
+pub(super) fn scatter(
+    candidates: &[(PlanarPoint, f64)],
+    taken: &[PlanarPoint],
+    cloud: &mut PointSet,
+    limits: &NewBoundary,
+) -> Vec<usize> {
     let place = |i: usize| taken.get(i).copied().unwrap_or_else(|| candidates[i - taken.len()].0);
     let all = taken.len() + candidates.len();
-    let near = Near::points((0..all).map(place));
+    let near = BoxTree::points((0..all).map(place));
     let mut chosen = vec![true; taken.len()];
     let mut numbers = vec![];
     chosen.resize(all, false);
     for (i, (middle, size)) in (taken.len()..).zip(candidates) {
         let reach = NEW * size;
         let is_taken = |j: usize| chosen[j] && distance(middle, &place(j)) < reach;
-        chosen[i] = !near.any(&Bounds::about(middle, reach), is_taken)
+        chosen[i] = !near.any(&BoundingBox::about(middle, reach), is_taken)
             && !limits.is_near(&cloud.position, middle, NEW_INSIDE * size);
         if chosen[i] {
-            numbers.push(cloud.add(*middle, *size, Origin::Inside));
+            numbers.push(cloud.add(*middle, *size, NodeOrigin::Inside));
         }
     }
     numbers
 }
 
-impl Surface {
-    /// Whether a point is nearer than `reach` to one of its edges.
-    pub fn is_near(&self, x: &[Point], point: &Point, reach: f64) -> bool {
-        self.near.any(&Bounds::about(point, reach), |i| clearance(self.edges[i].map(|n| &x[n]), point) < reach)
+impl NewBoundary {
+    /// Returns true if a point is nearer than `reach` to one of the edges.
+    pub fn is_near(&self, x: &[PlanarPoint], point: &PlanarPoint, reach: f64) -> bool {
+        self.near.any(&BoundingBox::about(point, reach), |i| clearance(self.edges[i].map(|n| &x[n]), point) < reach)
     }
 }
 
-/// The old elements that are not taken over, and the sizes on them.
-pub(super) struct Part<'a> {
-    x: &'a [Point],
+/// Open region: the old elements that are remeshed, with their target sizes.
+pub(super) struct OpenRegion<'a> {
+    x: &'a [PlanarPoint],
     size: &'a [f64],
     elements: Vec<Simplex>,
-    near: Near<2>,
+    near: BoxTree<2>,
 }
 
-impl<'a> Part<'a> {
-    /// The part of these elements, in the order of their mesh.
+impl<'a> OpenRegion<'a> {
+    /// Builds the region from elements in the order of their mesh.
     pub fn new(old: &Moved<'a, 2>, size: &'a [f64], elements: Vec<Simplex>) -> Self {
-        let bounds: Vec<Bounds<2>> =
-            elements.iter().map(|e| Bounds::around(e[..3].iter().map(|n| &old.position[n.index()]))).collect();
-        Self { x: old.position, size, near: Near::new(&bounds), elements }
+        let bounds: Vec<BoundingBox<2>> =
+            elements.iter().map(|e| BoundingBox::around(e[..3].iter().map(|n| &old.position[n.index()]))).collect();
+        Self { x: old.position, size, near: BoxTree::new(&bounds), elements }
     }
 
-    /// The nodes of its elements.
+    /// Nodes of its elements.
     pub fn nodes(&self) -> impl Iterator<Item = usize> {
         self.elements.iter().flat_map(|e| &e[..3]).map(|n| n.index())
     }
 
     /// Target size at a point, m, linear over its element; none outside.
-    pub fn size(&self, point: &Point) -> Option<f64> {
+    pub fn size(&self, point: &PlanarPoint) -> Option<f64> {
         let mut size = None;
-        self.near.any(&Bounds::about(point, 0.0), |e| {
+        self.near.any(&BoundingBox::about(point, 0.0), |e| {
             size = self.size_in(e, point);
             size.is_some()
         });
         size
     }
 
-    fn size_in(&self, e: usize, point: &Point) -> Option<f64> {
-        let (shares, sizes) = (self.shares(e, point), self.sizes(e));
-        let is_inside = shares.iter().all(|share| *share >= 0.0);
-        is_inside.then(|| sizes.iter().zip(shares).map(|(h, share)| h * share).sum())
+    fn size_in(&self, e: usize, point: &PlanarPoint) -> Option<f64> {
+        let (barycentric, sizes) = (self.barycentric(e, point), self.sizes(e));
+        let is_inside = barycentric.iter().all(|share| *share >= 0.0);
+        is_inside.then(|| sizes.iter().zip(barycentric).map(|(h, share)| h * share).sum())
     }
 
-    /// The least of the sizes on the elements about a square, m: of each that at its middle, within those of its nodes. None
-    /// where there are no elements.
-    pub fn least(&self, middle: &Point, half: f64) -> Option<f64> {
+    /// Least target size on the elements about a square, m. Each element is evaluated at the centre, clamped to its
+    /// nodal sizes. None where there are no elements.
+    pub fn least(&self, middle: &PlanarPoint, half: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
-        self.near.any(&Bounds::about(middle, half), |e| {
-            let (shares, sizes) = (self.shares(e, middle), self.sizes(e));
+        self.near.any(&BoundingBox::about(middle, half), |e| {
+            let (barycentric, sizes) = (self.barycentric(e, middle), self.sizes(e));
             let [low, high] = [sizes.iter().copied().fold(f64::MAX, f64::min), sizes.into_iter().fold(0.0, f64::max)];
-            let there: f64 = sizes.iter().zip(shares).map(|(h, share)| h * share).sum();
+            let there: f64 = sizes.iter().zip(barycentric).map(|(h, share)| h * share).sum();
             let there = if there.is_finite() { there.clamp(low, high) } else { low };
             least = Some(least.map_or(there, |least| least.min(there)));
             there < 2.0 * half
@@ -152,8 +164,8 @@ impl<'a> Part<'a> {
         least
     }
 
-    fn shares(&self, e: usize, point: &Point) -> [f64; 3] {
-        shares([0, 1, 2].map(|k| &self.x[self.elements[e][k].index()]), point)
+    fn barycentric(&self, e: usize, point: &PlanarPoint) -> [f64; 3] {
+        barycentric([0, 1, 2].map(|k| &self.x[self.elements[e][k].index()]), point)
     }
 
     fn sizes(&self, e: usize) -> [f64; 3] {

@@ -1,36 +1,36 @@
-//! Which elements are near: boxes in a binary tree along a Morton curve, so that grading does no harm.
+//! Point location: a binary bounding box tree along a Morton curve; its cost is independent of the mesh grading.
 
-use super::barycentric::Cell;
-use super::bounds::{Bounds, along_curve};
+use super::barycentric::DeformedElement;
+use super::bounds::{BoundingBox, morton_order};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
 
-/// A point so far out of an element, in its size, is in it.
+/// Distance outside an element, relative to its size, up to which a point counts as inside.
 const ROUNDING: f64 = 1e-9;
 /// Elements per leaf.
 const LEAF: usize = 4;
 
-/// A place in an element: x = Σ weights x_a.
+/// Location in an element: x = Σ weights x_a.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
-    /// Which of the elements.
+pub(super) struct ElementLocation {
+    /// Index of the element.
     pub cell: usize,
-    /// Weights of its corners, none negative, of sum 1; a triangle has three.
+    /// Barycentric weights, none negative, of sum 1; a triangle has three.
     pub weights: [f64; 4],
-    /// Squared distance from the point that was asked for, m².
+    /// Squared distance from the query point, m².
     pub distance: f64,
 }
 
-/// The element of a mesh with its nodes at `x` that is nearest to a point, and the weights of its corners there; of those that hold it
-/// the first. None if there is no element.
+/// Finds the element nearest to a point, with the barycentric weights there; nodes are at `x`. Of several elements that
+/// contain the point the first is taken. None if there is no element.
 #[must_use]
 pub fn nearest<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vector<D>) -> Option<(ElementId, [f64; 4])> {
-    let places = elements.iter().enumerate().map(|(cell, nodes)| Cell::of(x, nodes).nearest(p, cell));
+    let places = elements.iter().enumerate().map(|(cell, nodes)| DeformedElement::of(x, nodes).nearest(p, cell));
     let place = places.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
     Some((ElementId(place.cell as u32), place.weights))
 }
 
-/// Whether a point is in an element of a mesh with its nodes at `x`, but for rounding.
+/// Returns true if a point is in an element of a mesh with its nodes at `x`, up to rounding.
 #[must_use]
 pub fn is_inside<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vector<D>) -> bool {
     let Some((element, weights)) = nearest(x, elements, p) else { return false };
@@ -40,27 +40,27 @@ pub fn is_inside<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vect
     (there - p).norm() <= ROUNDING * size
 }
 
-/// A search tree over elements.
-pub(super) struct Locator<'a, const D: usize> {
-    cells: &'a [Cell<D>],
-    /// The elements along the curve.
+/// Search tree over elements.
+pub(super) struct ElementLocator<'a, const D: usize> {
+    cells: &'a [DeformedElement<D>],
+    /// Elements along the curve.
     order: Vec<u32>,
-    /// Their boxes, in that order.
-    own: Vec<Bounds<D>>,
-    /// Box of every node of the tree: node k has the children 2k and 2k + 1, and the leaves stand last.
-    boxes: Vec<Bounds<D>>,
+    /// Boxes of the elements, in the same order.
+    own: Vec<BoundingBox<D>>,
+    /// Box of every node of the tree: node k has the children 2k and 2k + 1; the leaves come last.
+    boxes: Vec<BoundingBox<D>>,
 }
 
-impl<'a, const D: usize> Locator<'a, D> {
-    /// Of these elements.
-    pub fn new(cells: &'a [Cell<D>]) -> Self {
-        let middle = |cell: &Cell<D>| cell.corners[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64;
-        let order = along_curve(&cells.iter().map(middle).collect::<Vec<_>>());
-        let own: Vec<Bounds<D>> = order.iter().map(|cell| cells[*cell as usize].bounds()).collect();
+impl<'a, const D: usize> ElementLocator<'a, D> {
+    /// Builds the tree over elements.
+    pub fn new(cells: &'a [DeformedElement<D>]) -> Self {
+        let middle = |cell: &DeformedElement<D>| cell.corners[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64;
+        let order = morton_order(&cells.iter().map(middle).collect::<Vec<_>>());
+        let own: Vec<BoundingBox<D>> = order.iter().map(|cell| cells[*cell as usize].bounds()).collect();
         let leaves = order.len().div_ceil(LEAF).next_power_of_two();
-        let mut boxes = vec![Bounds::NONE; 2 * leaves];
+        let mut boxes = vec![BoundingBox::NONE; 2 * leaves];
         for (bounds, members) in boxes[leaves..].iter_mut().zip(own.chunks(LEAF)) {
-            *bounds = members.iter().fold(Bounds::NONE, |all, member| all.joined(member));
+            *bounds = members.iter().fold(BoundingBox::NONE, |all, member| all.joined(member));
         }
         for node in (1..leaves).rev() {
             boxes[node] = boxes[2 * node].joined(&boxes[2 * node + 1]);
@@ -68,8 +68,8 @@ impl<'a, const D: usize> Locator<'a, D> {
         Self { cells, order, own, boxes }
     }
 
-    /// Visits the elements whose box meets a box, in the order of the curve.
-    pub fn near(&self, wanted: &Bounds<D>, mut visit: impl FnMut(usize)) {
+    /// Visits the elements whose box overlaps a box, in the order of the curve.
+    pub fn near(&self, wanted: &BoundingBox<D>, mut visit: impl FnMut(usize)) {
         let all = self.walk(wanted, |at| {
             if self.own[at].meets(wanted) {
                 visit(self.order[at] as usize);
@@ -80,8 +80,8 @@ impl<'a, const D: usize> Locator<'a, D> {
     }
 
     /// The place nearest to a point, of equal ones the first along the curve; none if there is no element.
-    pub fn nearest(&self, p: &Vector<D>) -> Option<Place> {
-        let here = Bounds { low: *p, high: *p };
+    pub fn nearest(&self, p: &Vector<D>) -> Option<ElementLocation> {
+        let here = BoundingBox { low: *p, high: *p };
         let place = |at: usize| {
             let cell = self.order[at] as usize;
             self.cells[cell].place(p, cell)
@@ -90,7 +90,7 @@ impl<'a, const D: usize> Locator<'a, D> {
     }
 
     /// Visits the elements whose leaf meets a box, by their place along the curve, until one gives an answer.
-    fn walk<T>(&self, wanted: &Bounds<D>, mut visit: impl FnMut(usize) -> Option<T>) -> Option<T> {
+    fn walk<T>(&self, wanted: &BoundingBox<D>, mut visit: impl FnMut(usize) -> Option<T>) -> Option<T> {
         let mut stack = [1_usize; usize::BITS as usize];
         let mut open = 1;
         while open > 0 {
@@ -113,8 +113,8 @@ impl<'a, const D: usize> Locator<'a, D> {
         None
     }
 
-    fn nearest_outside(&self, p: &Vector<D>) -> Option<Place> {
-        let mut best: Option<Place> = None;
+    fn nearest_outside(&self, p: &Vector<D>) -> Option<ElementLocation> {
+        let mut best: Option<ElementLocation> = None;
         let mut stack = vec![1_usize];
         while let Some(node) = stack.pop() {
             if best.is_some_and(|best| self.boxes[node].distance_squared(p) >= best.distance) {
@@ -134,7 +134,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         best
     }
 
-    /// Where the elements of a leaf are along the curve; none for a node that is not one.
+    /// Range of a leaf's elements along the curve; none for an inner node.
     fn members(&self, node: usize) -> Option<std::ops::Range<usize>> {
         let leaf = node.checked_sub(self.boxes.len() / 2)?;
         let end = self.order.len();
@@ -144,22 +144,22 @@ impl<'a, const D: usize> Locator<'a, D> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_bodies::{Random, jittered_square};
+    use super::super::test_bodies::{TestRandom, jittered_square};
     use super::*;
     use crate::mesh::Mesh;
 
-    fn triangles(mesh: &Mesh<2>) -> Vec<Cell<2>> {
-        mesh.elements.iter().map(|e| Cell::of(&mesh.rest, e)).collect()
+    fn triangles(mesh: &Mesh<2>) -> Vec<DeformedElement<2>> {
+        mesh.elements.iter().map(|e| DeformedElement::of(&mesh.rest, e)).collect()
     }
 
     #[test]
     fn near_finds_every_triangle_whose_box_meets_the_wanted_one() {
-        let mut random = Random::new(3);
+        let mut random = TestRandom::new(3);
         let all = triangles(&jittered_square(9, &mut random));
-        let locator = Locator::new(&all);
+        let locator = ElementLocator::new(&all);
         for _ in 0..200 {
             let [a, b] = [(); 2].map(|()| Vector::<2>::new(random.next(), random.next()));
-            let wanted = Bounds::around(&[a, a + (b - a) * 0.2]);
+            let wanted = BoundingBox::around(&[a, a + (b - a) * 0.2]);
             let mut found = vec![];
             locator.near(&wanted, |t| found.push(t));
             for (t, triangle) in all.iter().enumerate() {
@@ -171,9 +171,9 @@ mod tests {
 
     #[test]
     fn the_nearest_place_is_the_nearest_of_all() {
-        let mut random = Random::new(5);
+        let mut random = TestRandom::new(5);
         let all = triangles(&jittered_square(7, &mut random));
-        let locator = Locator::new(&all);
+        let locator = ElementLocator::new(&all);
         for _ in 0..300 {
             let p = Vector::<2>::new(3.0 * random.next() - 1.0, 3.0 * random.next() - 1.0);
             let place = locator.nearest(&p).unwrap();
@@ -182,6 +182,6 @@ mod tests {
             let inside = (0.0..=1.0).contains(&p[0]) && (0.0..=1.0).contains(&p[1]);
             assert_eq!(inside, place.distance < 1e-24, "{p}");
         }
-        assert!(Locator::<2>::new(&[]).nearest(&Vector::<2>::zeros()).is_none());
+        assert!(ElementLocator::<2>::new(&[]).nearest(&Vector::<2>::zeros()).is_none());
     }
 }

@@ -1,35 +1,35 @@
-//! The points of a new mesh while it is made: those of the old mesh first, under their old numbers, then new ones.
+//! Point set of a new mesh under construction: old nodes first, under their old indices, then new points.
 
-use super::{Moved, Origin, Proposal};
+use super::{Moved, NodeOrigin, Proposal};
 use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex};
 
-/// Points, and which of them the new mesh may use.
+/// Points, with a mark for those chosen for the new mesh.
 #[derive(Debug, Clone)]
-pub(super) struct Cloud {
-    /// Where they are, m.
+pub(super) struct PointSet {
+    /// Positions, m.
     pub position: Vec<Vector<2>>,
-    /// Target size there, m.
+    /// Target sizes, m.
     pub size: Vec<f64>,
-    /// Whether they are points of the new mesh.
+    /// Marks of the chosen points.
     pub chosen: Vec<bool>,
-    origin: Vec<Origin>,
+    origin: Vec<NodeOrigin>,
 }
 
-impl Cloud {
-    /// The nodes of the old mesh, none of them chosen.
+impl PointSet {
+    /// Builds the set from the nodes of the old mesh, none of them chosen.
     pub fn new(old: &Moved<'_, 2>, size: &[f64]) -> Self {
         let nodes = 0..old.position.len() as u32;
         Self {
             position: old.position.to_vec(),
             size: size.to_vec(),
             chosen: vec![false; old.position.len()],
-            origin: nodes.map(|n| Origin::Kept(NodeId(n))).collect(),
+            origin: nodes.map(|n| NodeOrigin::Kept(NodeId(n))).collect(),
         }
     }
 
-    /// Chooses a new point and gives its number.
-    pub fn add(&mut self, position: Vector<2>, size: f64, origin: Origin) -> usize {
+    /// Adds a new chosen point and returns its index.
+    pub fn add(&mut self, position: Vector<2>, size: f64, origin: NodeOrigin) -> usize {
         self.position.push(position);
         self.size.push(size);
         self.chosen.push(true);
@@ -37,13 +37,14 @@ impl Cloud {
         self.position.len() - 1
     }
 
-    /// Whether a new point is on an edge both of whose ends are held along an axis.
+    /// Returns true if a new point is on an edge both of whose ends are held along an axis.
     pub fn stays(&self, point: usize, axis: usize, held: &[[bool; 2]]) -> bool {
-        let Origin::Surface(ends, _) = self.origin[point] else { return false };
+        let NodeOrigin::Surface(ends, _) = self.origin[point] else { return false };
         ends.iter().all(|end| held[end.index()][axis])
     }
 
-    /// The mesh of these elements: its nodes are the points they use, old ones first and in their old order.
+    /// Builds the mesh of these elements. Its nodes are the points that they use, old ones first and in their old
+    /// order.
     pub fn proposal(&self, elements: &[[usize; 3]]) -> Proposal<2> {
         let mut number = vec![u32::MAX; self.position.len()];
         elements.iter().flatten().for_each(|&point| number[point] = 0);

@@ -1,48 +1,48 @@
-//! Where a new triangle lies over an old one.
+//! Overlap of a new triangle and an old one: convex polygon clipping.
 
-use super::overlap_integrals::{Moments, dot, weighted};
+use super::overlap_integrals::{OverlapMoments, dot, weighted};
 
-/// A corner of an overlap, known by its weights in both triangles: so all that is linear in either is at hand.
+/// Vertex of an overlap, as barycentric coordinates in both triangles: every linear field of either is available there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Corner {
-    /// λ, of all corners of the old one.
+struct PolygonVertex {
+    /// λ of all corners of the old triangle.
     old: [f64; 3],
-    /// N, of the first two corners of the new one.
+    /// N of the first two corners of the new triangle.
     new: [f64; 2],
 }
 
-/// Corners at most: rounding may bend a polygon of n corners so that a cut leaves k + 2 min(k, n − k) of them, 4 after
-/// the first of three, 6 after the second and 9 after the third.
+/// Greatest number of vertices. Rounding may bend a polygon of n vertices so that a cut leaves k + 2 min(k, n − k) of
+/// them: 4 after the first of three cuts, 6 after the second and 9 after the third.
 const MOST: usize = 9;
 
-/// A convex polygon.
+/// Convex polygon.
 #[derive(Debug, Clone, Copy, Default)]
-struct Polygon {
-    corners: [Corner; MOST],
+struct OverlapPolygon {
+    corners: [PolygonVertex; MOST],
     n_corners: usize,
 }
 
-/// Cuts new triangles along old ones.
+/// Clips new triangles against old ones.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Polygons {
-    /// What two triangles have in common.
-    common: Polygon,
-    /// What it was before the last cut.
-    uncut: Polygon,
+pub(super) struct PolygonClipper {
+    /// Overlap of the two triangles.
+    common: OverlapPolygon,
+    /// Polygon before the last cut.
+    uncut: OverlapPolygon,
 }
 
-impl Polygons {
-    /// The integrals over what an old triangle and a new one, whose corners have these weights in it, have in common; none if
-    /// that is nothing.
+impl PolygonClipper {
+    /// Integrals over the overlap of an old triangle and a new one with these barycentric coordinates; none if they do
+    /// not overlap.
     ///
-    /// The density has the values `heights`, kg, at the corners of the old triangle, times its area. The new triangle
-    /// is cut along the sides of the old one, λ_a = 0, one after the other.
-    pub fn moments(&mut self, weights: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
+    /// `heights` are the densities at the corners of the old triangle times its area, kg. The new triangle is clipped
+    /// along the sides of the old one, λ_a = 0, one after the other (Sutherland–Hodgman).
+    pub fn moments(&mut self, weights: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<OverlapMoments> {
         let weights = [0, 1, 2].map(|i| first(&weights[i]));
         let heights = first(heights);
         self.common.n_corners = 0;
         for (old, new) in weights.into_iter().zip([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]) {
-            self.common.push(Corner { old, new });
+            self.common.push(PolygonVertex { old, new });
         }
         for side in (0..3).filter(|side| weights.iter().any(|w| w[*side] < 0.0)) {
             std::mem::swap(&mut self.common, &mut self.uncut);
@@ -52,17 +52,17 @@ impl Polygons {
     }
 }
 
-impl Polygon {
-    fn push(&mut self, corner: Corner) {
+impl OverlapPolygon {
+    fn push(&mut self, corner: PolygonVertex) {
         self.corners[self.n_corners] = corner;
         self.n_corners += 1;
     }
 
-    fn corners(&self) -> &[Corner] {
+    fn corners(&self) -> &[PolygonVertex] {
         &self.corners[..self.n_corners]
     }
 
-    /// Writes the part where the weight of this corner of the old triangle is not negative.
+    /// Clips to the half-plane where the weight of a corner of the old triangle is not negative.
     fn cut(&self, side: usize, part: &mut Self) {
         part.n_corners = 0;
         let Some(mut last) = self.corners().last() else { return };
@@ -79,8 +79,8 @@ impl Polygon {
         }
     }
 
-    fn moments(&self, heights: &[f64; 3]) -> Moments {
-        let mut sums = Sums::default();
+    fn moments(&self, heights: &[f64; 3]) -> OverlapMoments {
+        let mut sums = PolygonIntegrals::default();
         let corners = self.corners();
         for pair in corners[1..].windows(2) {
             let triangle = [&corners[0], &pair[0], &pair[1]];
@@ -95,8 +95,8 @@ impl Polygon {
     }
 }
 
-impl Corner {
-    /// Where the way to a corner beyond a side meets the side.
+impl PolygonVertex {
+    /// Intersection of a side with the segment to a vertex beyond it.
     fn towards(&self, beyond: &Self, side: usize) -> Self {
         let t = self.old[side] / (self.old[side] - beyond.old[side]);
         let mut met = Self {
@@ -108,9 +108,9 @@ impl Corner {
     }
 }
 
-/// Integrals from which the others follow, because the shape functions of a triangle add up to 1.
+/// Independent integrals; the others follow because the shape functions of a triangle sum to 1.
 #[derive(Default)]
-struct Sums {
+struct PolygonIntegrals {
     /// ∫ρ.
     one: f64,
     /// ∫ρ N_i, i < 2.
@@ -121,13 +121,13 @@ struct Sums {
     both_new: [f64; 3],
     /// ∫ρ N_i λ_a, i < 2, a > 0.
     mixed: [[f64; 2]; 2],
-    /// ∫λ_a, as parts of the area.
+    /// ∫λ_a, relative to the area.
     parts: [f64; 3],
 }
 
-impl Sums {
-    /// Adds those over a triangle, with density times area at its corners.
-    fn add(&mut self, triangle: [&Corner; 3], density: &[f64; 3]) {
+impl PolygonIntegrals {
+    /// Adds the integrals over a triangle, with density times area at its corners.
+    fn add(&mut self, triangle: [&PolygonVertex; 3], density: &[f64; 3]) {
         let old = [1, 2].map(|a| triangle.map(|corner| corner.old[a]));
         let new = [0, 1].map(|i| triangle.map(|corner| corner.new[i]));
         let weighted = new.map(|f| weighted(density, &f));
@@ -145,7 +145,7 @@ impl Sums {
         self.both_new[1] += dot(&weighted[0], &new[1]);
     }
 
-    fn moments(&self) -> Moments {
+    fn moments(&self) -> OverlapMoments {
         let [aa, ab, bb] = self.both_new;
         let [a, b] = self.new;
         let [ac, bc] = [a - aa - ab, b - ab - bb];
@@ -154,8 +154,8 @@ impl Sums {
         let mixed = [completed(a, self.mixed[0]), completed(b, self.mixed[1])];
         let last = std::array::from_fn(|i| corner_mass[i] - mixed[0][i] - mixed[1][i]);
         let none = [0.0; 4];
-        Moments {
-            inertia: [[aa, ab, ac, 0.0], [ab, bb, bc, 0.0], [ac, bc, cc, 0.0], none],
+        OverlapMoments {
+            mass_matrix: [[aa, ab, ac, 0.0], [ab, bb, bc, 0.0], [ac, bc, cc, 0.0], none],
             mixed: [padded(mixed[0]), padded(mixed[1]), padded(last), none],
             corner_mass: padded(corner_mass),
             parts: padded(self.parts),
@@ -163,23 +163,23 @@ impl Sums {
     }
 }
 
-/// Three parts of a whole of which the last two are known.
+/// Completes three parts of a whole from the last two.
 fn completed(whole: f64, [b, c]: [f64; 2]) -> [f64; 3] {
     [whole - b - c, b, c]
 }
 
-/// Those of a triangle of four.
+/// First three of four values.
 fn first([a, b, c, _]: &[f64; 4]) -> [f64; 3] {
     [*a, *b, *c]
 }
 
-/// Four of which the last is none of a triangle.
+/// Pads three values with a zero for the fourth corner.
 fn padded([a, b, c]: [f64; 3]) -> [f64; 4] {
     [a, b, c, 0.0]
 }
 
-/// Area of a triangle as a part of that of the old one.
-fn share(triangle: [&Corner; 3]) -> f64 {
+/// Area of a triangle relative to the old one.
+fn share(triangle: [&PolygonVertex; 3]) -> f64 {
     let [a, b, c] = triangle.map(|corner| corner.old);
     let [u, v] = [b, c].map(|other| [other[1] - a[1], other[2] - a[2]]);
     u[0] * v[1] - u[1] * v[0]
@@ -187,18 +187,18 @@ fn share(triangle: [&Corner; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::barycentric::Cell;
-    use super::super::overlap_integrals::{Cutter, inertia};
+    use super::super::barycentric::DeformedElement;
+    use super::super::overlap_integrals::{OverlapIntegrator, mass_matrix};
     use super::*;
     use crate::math::Vector;
     use crate::mesh::NodeId;
 
-    fn triangle(corners: [[f64; 2]; 3]) -> Cell<2> {
-        Cell::of(&corners.map(Vector::<2>::from), &[0, 1, 2, 0].map(NodeId))
+    fn triangle(corners: [[f64; 2]; 3]) -> DeformedElement<2> {
+        DeformedElement::of(&corners.map(Vector::<2>::from), &[0, 1, 2, 0].map(NodeId))
     }
 
-    /// The integrals by cells of a fine grid.
-    fn summed(old: &Cell<2>, heights: &[f64; 4], new: &Cell<2>) -> [[[f64; 3]; 3]; 2] {
+    /// Integrals by summation over the cells of a fine grid.
+    fn summed(old: &DeformedElement<2>, heights: &[f64; 4], new: &DeformedElement<2>) -> [[[f64; 3]; 3]; 2] {
         const N: usize = 600;
         let cell = 4.0 / N as f64;
         let mut sums = [[[0.0; 3]; 3]; 2];
@@ -228,25 +228,25 @@ mod tests {
             [[-0.5, 0.5], [0.8, 0.2], [0.2, 1.0]],
         ] {
             let new = triangle(new);
-            let found = Cutter::default().moments(&old, &heights, &new).unwrap();
-            let [inertia, mixed] = summed(&old, &heights, &new);
+            let found = OverlapIntegrator::default().moments(&old, &heights, &new).unwrap();
+            let [mass_matrix, mixed] = summed(&old, &heights, &new);
             for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
-                assert!((found.inertia[a][b] - inertia[a][b]).abs() < 2e-3, "{found:?} {inertia:?}");
+                assert!((found.mass_matrix[a][b] - mass_matrix[a][b]).abs() < 2e-3, "{found:?} {mass_matrix:?}");
                 assert!((found.mixed[a][b] - mixed[a][b]).abs() < 2e-3, "{found:?} {mixed:?}");
             }
         }
         let apart = triangle([[2.0, 2.0], [2.5, 2.0], [2.0, 2.5]]);
-        assert!(Cutter::default().moments(&old, &heights, &apart).is_none());
+        assert!(OverlapIntegrator::default().moments(&old, &heights, &apart).is_none());
     }
 
     #[test]
     fn the_inertia_of_a_whole_triangle_is_that_of_its_overlap_with_itself() {
         let old = triangle([[0.0, 0.0], [2.0, 0.1], [0.4, 1.9]]);
         let heights = [1.0, 3.0, 0.5, 0.0];
-        let found = Cutter::default().moments(&old, &heights, &old).unwrap();
+        let found = OverlapIntegrator::default().moments(&old, &heights, &old).unwrap();
         for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
-            assert!((found.inertia[a][b] - inertia::<2>(&heights)[a][b]).abs() < 1e-15);
-            assert!((found.mixed[a][b] - found.inertia[a][b]).abs() < 1e-15);
+            assert!((found.mass_matrix[a][b] - mass_matrix::<2>(&heights)[a][b]).abs() < 1e-15);
+            assert!((found.mixed[a][b] - found.mass_matrix[a][b]).abs() < 1e-15);
         }
         assert!((found.corner_mass.iter().sum::<f64>() - 1.5).abs() < 1e-15);
     }

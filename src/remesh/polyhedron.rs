@@ -1,64 +1,69 @@
-//! Where an old tetrahedron lies over a new one.
+//! Overlap of an old tetrahedron and a new one: convex polyhedron clipping with half-edges.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::overlap_integrals::{Moments, dot};
+use super::overlap_integrals::{OverlapMoments, dot};
 use fearless_simd::{Level, dispatch};
 
-/// A corner of an overlap, known by its weights in both tetrahedra, so that all that is linear in either is at hand: N of the
-/// first three corners of the new one, 1, λ of the last three of the old one, and the density times the volume of the old one,
-/// kg.
-type Corner = [f64; 8];
+/// Vertex of an overlap, as barycentric coordinates in both tetrahedra: every linear field of either is available
+/// there. Entries: N of the first three corners of the new one, 1, λ of the last three of the old one, and density
+/// times old volume, kg.
+type PolyhedronVertex = [f64; 8];
 
-/// Corners at most. A cut gives each edge from a corner that stays to one that goes a new corner, at most twice as many corners
-/// as there were; the first leaves no more than 6 of four.
+/// Greatest number of vertices. A cut makes one new vertex on each edge from a kept vertex to a removed one, so it at
+/// most doubles the number; the first cut of four leaves no more than 6.
 const MOST: usize = 48;
 
-/// A way along an edge: out of corner n by the k-th of its three edges is way 4n + k.
-type Way = u8;
+/// Half-edge: half-edge 4n + k leaves vertex n by the k-th of its three edges.
+type HalfEdge = u8;
 
-/// A polyhedron, three of whose edges meet in each corner: in order about it, seen from outside.
+/// Polyhedron with three edges at each vertex, ordered about the vertex as seen from outside.
 #[derive(Debug, Clone)]
-struct Polyhedron {
-    corners: [Corner; MOST],
-    /// Each way the other way round.
-    back: [Way; 4 * MOST],
+struct OverlapPolyhedron {
+    corners: [PolyhedronVertex; MOST],
+    /// Twin of each half-edge.
+    back: [HalfEdge; 4 * MOST],
     n_corners: usize,
 }
 
-/// Cuts old tetrahedra along new ones.
+/// Clips old tetrahedra against new ones.
 #[derive(Debug, Clone)]
-pub(super) struct Polyhedra {
-    /// The widest vector unit there is; results do not depend on it.
+pub(super) struct PolyhedronClipper {
+    /// Widest vector unit available; results do not depend on it.
     level: Level,
-    /// What two tetrahedra have in common.
-    common: Box<Polyhedron>,
-    /// What it was before the last cut.
-    uncut: Box<Polyhedron>,
+    /// Overlap of the two tetrahedra.
+    common: Box<OverlapPolyhedron>,
+    /// Polyhedron before the last cut.
+    uncut: Box<OverlapPolyhedron>,
 }
 
-impl Default for Polyhedra {
+impl Default for PolyhedronClipper {
     fn default() -> Self {
         Self { level: Level::new(), common: Box::default(), uncut: Box::default() }
     }
 }
 
-impl Polyhedra {
-    /// The integrals over what two tetrahedra have in common; none if that is nothing. Given are the weights of the new corners
-    /// in the old tetrahedron, those of the old corners in the new one, and the density at the old corners, times the old
-    /// volume, kg.
+impl PolyhedronClipper {
+    /// Integrals over the overlap of two tetrahedra; none if they do not overlap. Given are the barycentric coordinates
+    /// of the new corners in the old tetrahedron, those of the old corners in the new one, and the densities at the old
+    /// corners times the old volume, kg.
     ///
-    /// The old tetrahedron is cut along the faces of the new one, N_i = 0, one after the other. An old sliver is then as good
-    /// as any other tetrahedron.
-    pub fn moments(&mut self, in_old: &[[f64; 4]; 4], in_new: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
+    /// The old tetrahedron is clipped along the faces of the new one, N_i = 0, one after the other. An old sliver is
+    /// then as accurate as any other tetrahedron.
+    pub fn moments(
+        &mut self,
+        in_old: &[[f64; 4]; 4],
+        in_new: &[[f64; 4]; 4],
+        heights: &[f64; 4],
+    ) -> Option<OverlapMoments> {
         dispatch!(self.level, _simd => self.found(in_old, in_new, heights))
     }
 
     #[inline(always)]
-    fn found(&mut self, in_old: &[[f64; 4]; 4], in_new: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
-        let mut sums = Sums::default();
+    fn found(&mut self, in_old: &[[f64; 4]; 4], in_new: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<OverlapMoments> {
+        let mut sums = PolyhedronIntegrals::default();
         if in_old.iter().flatten().all(|weight| *weight >= 0.0) {
-            let corners: [Corner; 4] = std::array::from_fn(|i| corner(&unit(i), &in_old[i], heights));
+            let corners: [PolyhedronVertex; 4] = std::array::from_fn(|i| corner(&unit(i), &in_old[i], heights));
             sums.add(corners.each_ref());
             return Some(sums.moments());
         }
@@ -79,38 +84,38 @@ impl Polyhedra {
     }
 }
 
-/// The weights of the corner of this number.
+/// Barycentric coordinates of the corner of this index.
 #[inline(always)]
 fn unit(i: usize) -> [f64; 4] {
     std::array::from_fn(|a| f64::from(u8::from(a == i)))
 }
 
 #[inline(always)]
-fn corner(new: &[f64; 4], old: &[f64; 4], heights: &[f64; 4]) -> Corner {
+fn corner(new: &[f64; 4], old: &[f64; 4], heights: &[f64; 4]) -> PolyhedronVertex {
     [new[0], new[1], new[2], 1.0, old[1], old[2], old[3], dot(old, heights)]
 }
 
-impl Default for Polyhedron {
+impl Default for OverlapPolyhedron {
     fn default() -> Self {
         Self { corners: [[0.0; 8]; MOST], back: [0; 4 * MOST], n_corners: 0 }
     }
 }
 
-/// The corner that a way comes from.
+/// Vertex that a half-edge leaves.
 #[inline(always)]
-fn start(way: Way) -> usize {
+fn start(way: HalfEdge) -> usize {
     usize::from(way / 4)
 }
 
-/// The next way out of the same corner, in order about it.
+/// Next half-edge out of the same vertex, in order about it.
 #[inline(always)]
-fn next(way: Way) -> Way {
+fn next(way: HalfEdge) -> HalfEdge {
     if way % 4 == 2 { way - 2 } else { way + 1 }
 }
 
-impl Polyhedron {
+impl OverlapPolyhedron {
     #[inline(always)]
-    fn become_tetrahedron(&mut self, corners: &[Corner; 4]) {
+    fn become_tetrahedron(&mut self, corners: &[PolyhedronVertex; 4]) {
         self.corners[..4].copy_from_slice(corners);
         // From 0 to 1, 2, 3; from 1 to 0, 3, 2; from 2 to 0, 1, 3; from 3 to 0, 2, 1.
         for (n, to) in [[4, 8, 12], [0, 14, 9], [1, 6, 13], [2, 10, 5]].into_iter().enumerate() {
@@ -119,25 +124,25 @@ impl Polyhedron {
         self.n_corners = 4;
     }
 
-    /// The way after this one around the face on its side.
+    /// Next half-edge around the face on its side.
     #[inline(always)]
-    fn around(&self, way: Way) -> Way {
+    fn around(&self, way: HalfEdge) -> HalfEdge {
         next(self.back[usize::from(way)])
     }
 
-    /// The corners where the weight of this corner of the new tetrahedron is not negative, by bits.
+    /// Bit set of the vertices where the weight of this corner of the new tetrahedron is not negative.
     #[inline(always)]
     fn before(&self, face: usize) -> u64 {
         let corners = self.corners[..self.n_corners].iter().enumerate();
         corners.fold(0, |bits, (n, corner)| bits | u64::from(weight(corner, face) >= 0.0) << n)
     }
 
-    /// Writes the part before a face, of which the corners that stay are given.
+    /// Writes the part on the inner side of a face, given the vertices that stay.
     ///
-    /// Only who stays decides who is joined to whom, so that rounding cannot tear the surface.
+    /// The connectivity follows from the kept vertices alone, so that rounding cannot tear the surface.
     #[inline(always)]
     fn cut(&self, (face, stays): (usize, u64), part: &mut Self) {
-        // The number of each corner that stays, and of each new one, by the way that it is on.
+        // New index of each kept vertex, and of each new vertex by the half-edge that it lies on.
         let (mut number, mut met) = ([0; MOST], [0; 4 * MOST]);
         part.n_corners = 0;
         for n in ones(stays) {
@@ -162,9 +167,9 @@ impl Polyhedron {
         }
     }
 
-    /// From a way out of what stays, around the face on its side, the way that leads back into it, the other way round.
+    /// Follows the face on its side from a half-edge that leaves the kept part to the half-edge that returns, reversed.
     #[inline(always)]
-    fn beyond(&self, way: Way, stays: u64) -> Way {
+    fn beyond(&self, way: HalfEdge, stays: u64) -> HalfEdge {
         let mut on = self.around(way);
         loop {
             let back = self.back[usize::from(on)];
@@ -176,23 +181,24 @@ impl Polyhedron {
     }
 
     #[inline(always)]
-    fn join(&mut self, way: Way, back: Way) {
+    fn join(&mut self, way: HalfEdge, back: HalfEdge) {
         self.back[usize::from(way)] = back;
         self.back[usize::from(back)] = way;
     }
 
     #[inline(always)]
-    fn push(&mut self, corner: Corner) -> Way {
+    fn push(&mut self, corner: PolyhedronVertex) -> HalfEdge {
         self.corners[self.n_corners] = corner;
         self.n_corners += 1;
-        self.n_corners as Way - 1
+        self.n_corners as HalfEdge - 1
     }
 
-    /// Visits tetrahedra that make it up: from its first corner to the triangles of the faces that do not meet there.
+    /// Visits tetrahedra that fill the polyhedron: from its first vertex to the triangles of the faces that do not
+    /// contain it.
     #[inline(always)]
-    fn tetrahedra(&self, mut visit: impl FnMut([&Corner; 4])) {
+    fn tetrahedra(&self, mut visit: impl FnMut([&PolyhedronVertex; 4])) {
         let mut is_seen = [false; 4 * MOST];
-        // Those of the faces about the first corner.
+        // Faces around the first vertex.
         for first in ways(0) {
             self.walk(first, &mut is_seen, |_| ());
         }
@@ -208,9 +214,9 @@ impl Polyhedron {
         }
     }
 
-    /// Visits the corners of a face, unless it was seen.
+    /// Visits the vertices of a face, unless it was visited.
     #[inline(always)]
-    fn walk(&self, mut way: Way, is_seen: &mut [bool; 4 * MOST], mut visit: impl FnMut(usize)) {
+    fn walk(&self, mut way: HalfEdge, is_seen: &mut [bool; 4 * MOST], mut visit: impl FnMut(usize)) {
         while !std::mem::replace(&mut is_seen[usize::from(way)], true) {
             visit(start(way));
             way = self.around(way);
@@ -218,7 +224,7 @@ impl Polyhedron {
     }
 }
 
-/// The places of the ones of a number.
+/// Positions of the set bits of a number.
 #[inline(always)]
 fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -228,53 +234,54 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The ways out of a corner.
+/// Half-edges out of a vertex.
 #[inline(always)]
-fn ways(corner: usize) -> std::ops::Range<Way> {
-    4 * corner as Way..4 * corner as Way + 3
+fn ways(corner: usize) -> std::ops::Range<HalfEdge> {
+    4 * corner as HalfEdge..4 * corner as HalfEdge + 3
 }
 
-/// N of a corner of the new tetrahedron, at a corner of the overlap.
+/// N of a corner of the new tetrahedron at a vertex of the overlap.
 #[inline(always)]
-fn weight(corner: &Corner, of: usize) -> f64 {
+fn weight(corner: &PolyhedronVertex, of: usize) -> f64 {
     if of < 3 { corner[of] } else { 1.0 - corner[0] - corner[1] - corner[2] }
 }
 
-/// Where the way to a corner beyond a face meets the face.
+/// Intersection of a face with the segment to a vertex beyond it.
 #[inline(always)]
-fn towards(from: &Corner, beyond: &Corner, face: usize) -> Corner {
+fn towards(from: &PolyhedronVertex, beyond: &PolyhedronVertex, face: usize) -> PolyhedronVertex {
     let (here, there) = (weight(from, face), weight(beyond, face));
     let t = here / (here - there);
-    let mut met: Corner = std::array::from_fn(|i| from[i] + t * (beyond[i] - from[i]));
+    let mut met: PolyhedronVertex = std::array::from_fn(|i| from[i] + t * (beyond[i] - from[i]));
     if face < 3 {
         met[face] = 0.0;
     }
     met
 }
 
-/// Integrals from which the others follow, because the shape functions of a tetrahedron add up to 1.
+/// Independent integrals; the others follow because the shape functions of a tetrahedron sum to 1.
 ///
-/// Rows are those of N₀, N₁, N₂ and 1, columns those of N₀, N₁, N₂, 1, λ₁, λ₂ and λ₃; the last is not used.
+/// Rows: N₀, N₁, N₂ and 1. Columns: N₀, N₁, N₂, 1, λ₁, λ₂, λ₃ and one unused.
 #[derive(Default)]
-struct Sums {
+struct PolyhedronIntegrals {
     rows: [[f64; 8]; 4],
-    /// ∫λ_a, as parts of the volume.
+    /// ∫λ_a, relative to the volume.
     parts: [f64; 4],
 }
 
-impl Sums {
-    /// Adds those over a tetrahedron with these corners.
+impl PolyhedronIntegrals {
+    /// Adds the integrals over a tetrahedron with these corners.
     ///
-    /// The mean of a cubic function is [9 Σ f((c + S)/6) − 16 f(S/4)]/20 with S = Σc, exactly (Keast), of products of three
-    /// linear ones therefore [Σ f(2c + S)/6 − f(S)]/80.
+    /// The mean of a cubic function is [9 Σ f((c + S)/6) − 16 f(S/4)]/20 with S = Σc, exactly (Keast quadrature). For a
+    /// product of three linear functions it is therefore [Σ f(2c + S)/6 − f(S)]/80.
     #[inline(always)]
-    fn add(&mut self, [a, b, c, d]: [&Corner; 4]) {
+    fn add(&mut self, [a, b, c, d]: [&PolyhedronVertex; 4]) {
         let whole = share([a, b, c, d]);
         let share = whole / 80.0;
-        let sum: Corner = std::array::from_fn(|i| (a[i] + b[i]) + (c[i] + d[i]));
+        let sum: PolyhedronVertex = std::array::from_fn(|i| (a[i] + b[i]) + (c[i] + d[i]));
         let old = [4.0 - sum[4] - sum[5] - sum[6], sum[4], sum[5], sum[6]];
         self.parts.iter_mut().zip(old).for_each(|(part, old)| *part += 0.25 * whole * old);
-        let point = |corner: &Corner| -> Corner { std::array::from_fn(|i| 2.0 * corner[i] + sum[i]) };
+        let point =
+            |corner: &PolyhedronVertex| -> PolyhedronVertex { std::array::from_fn(|i| 2.0 * corner[i] + sum[i]) };
         let points = [sum, point(a), point(b), point(c), point(d)];
         let mut mass = [-share; 5];
         mass[1..].fill(share / 6.0);
@@ -292,29 +299,29 @@ impl Sums {
     }
 
     #[inline(always)]
-    fn moments(&self) -> Moments {
+    fn moments(&self) -> OverlapMoments {
         let rows = &self.rows;
         let one = rows[3];
         let last: [f64; 8] = std::array::from_fn(|i| one[i] - rows[0][i] - rows[1][i] - rows[2][i]);
         let all = [rows[0], rows[1], rows[2], last];
-        let inertia = all.map(|row| [row[0], row[1], row[2], row[3] - row[0] - row[1] - row[2]]);
+        let mass_matrix = all.map(|row| [row[0], row[1], row[2], row[3] - row[0] - row[1] - row[2]]);
         let parts = |row: [f64; 8]| [row[3] - row[4] - row[5] - row[6], row[4], row[5], row[6]];
-        Moments { inertia, mixed: all.map(parts), corner_mass: parts(one), parts: self.parts }
+        OverlapMoments { mass_matrix, mixed: all.map(parts), corner_mass: parts(one), parts: self.parts }
     }
 }
 
-/// Volume of a tetrahedron as a part of that of the old one.
+/// Volume of a tetrahedron relative to the old one.
 #[inline(always)]
-fn share([a, b, c, d]: [&Corner; 4]) -> f64 {
+fn share([a, b, c, d]: [&PolyhedronVertex; 4]) -> f64 {
     let [u, v, w] = [b, c, d].map(|other| [other[4] - a[4], other[5] - a[5], other[6] - a[6]]);
     u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0])
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::barycentric::Cell;
-    use super::super::overlap_integrals::{Cutter, dot, inertia};
-    use super::super::test_bodies::Random;
+    use super::super::barycentric::DeformedElement;
+    use super::super::overlap_integrals::{OverlapIntegrator, dot, mass_matrix};
+    use super::super::test_bodies::TestRandom;
     use super::*;
     use crate::math::{Vector3, det};
     use crate::mesh::{Grid, NodeId, Simplex, Split, edges};
@@ -322,16 +329,16 @@ mod tests {
     const IDS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
     const HEIGHTS: [f64; 4] = [1.0, 3.0, 0.5, 2.0];
 
-    fn tetrahedron(corners: [[f64; 3]; 4]) -> Cell<3> {
-        Cell::of(&corners.map(Vector3::from), &IDS)
+    fn tetrahedron(corners: [[f64; 3]; 4]) -> DeformedElement<3> {
+        DeformedElement::of(&corners.map(Vector3::from), &IDS)
     }
 
-    fn old() -> Cell<3> {
+    fn old() -> DeformedElement<3> {
         tetrahedron([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.4, 1.9, 0.2], [0.3, 0.2, 1.8]])
     }
 
-    /// The integrals by cells of a fine grid.
-    fn summed(old: &Cell<3>, new: &Cell<3>) -> [[[f64; 4]; 4]; 2] {
+    /// Integrals by summation over the cells of a fine grid.
+    fn summed(old: &DeformedElement<3>, new: &DeformedElement<3>) -> [[[f64; 4]; 4]; 2] {
         const N: usize = 150;
         let step = 2.0 / N as f64;
         let volume = det(&edges(&old.corners, &IDS)) / 6.0;
@@ -360,32 +367,32 @@ mod tests {
         ] {
             let (old, new) = (old(), tetrahedron(new));
             assert!(new.is_upright);
-            let found = Cutter::default().moments(&old, &HEIGHTS, &new).unwrap();
-            let [inertia, mixed] = summed(&old, &new);
+            let found = OverlapIntegrator::default().moments(&old, &HEIGHTS, &new).unwrap();
+            let [mass_matrix, mixed] = summed(&old, &new);
             for (a, b) in (0..16).map(|k| (k / 4, k % 4)) {
-                assert!((found.inertia[a][b] - inertia[a][b]).abs() < 5e-4, "{found:?} {inertia:?}");
+                assert!((found.mass_matrix[a][b] - mass_matrix[a][b]).abs() < 5e-4, "{found:?} {mass_matrix:?}");
                 assert!((found.mixed[a][b] - mixed[a][b]).abs() < 5e-4, "{found:?} {mixed:?}");
             }
         }
         let apart = tetrahedron([[2.0, 2.0, 2.0], [2.5, 2.0, 2.0], [2.0, 2.5, 2.0], [2.0, 2.0, 2.5]]);
-        assert!(Cutter::default().moments(&old(), &HEIGHTS, &apart).is_none());
+        assert!(OverlapIntegrator::default().moments(&old(), &HEIGHTS, &apart).is_none());
     }
 
     #[test]
     fn the_inertia_of_a_whole_tetrahedron_is_that_of_its_overlap_with_itself() {
-        let found = Cutter::default().moments(&old(), &HEIGHTS, &old()).unwrap();
+        let found = OverlapIntegrator::default().moments(&old(), &HEIGHTS, &old()).unwrap();
         for (a, b) in (0..16).map(|k| (k / 4, k % 4)) {
-            assert!((found.inertia[a][b] - inertia::<3>(&HEIGHTS)[a][b]).abs() < 1e-15);
-            assert!((found.mixed[a][b] - found.inertia[a][b]).abs() < 1e-15);
+            assert!((found.mass_matrix[a][b] - mass_matrix::<3>(&HEIGHTS)[a][b]).abs() < 1e-15);
+            assert!((found.mixed[a][b] - found.mass_matrix[a][b]).abs() < 1e-15);
         }
         assert!((found.corner_mass.iter().sum::<f64>() - 6.5 / 4.0).abs() < 1e-15);
     }
 
-    /// What the elements of a grid over the cube of ±2 have of a tetrahedron.
-    fn given(cutter: &mut Cutter, old: &Cell<3>, new: &[Cell<3>]) -> [f64; 4] {
+    /// Parts of a tetrahedron in the elements of a grid over the cube of ±2.
+    fn given(cutter: &mut OverlapIntegrator, old: &DeformedElement<3>, new: &[DeformedElement<3>]) -> [f64; 4] {
         let mut sum = [0.0; 4];
         for moments in new.iter().filter_map(|new| cutter.moments(old, &HEIGHTS, new)) {
-            let rows = moments.inertia.map(|row| row.iter().sum::<f64>());
+            let rows = moments.mass_matrix.map(|row| row.iter().sum::<f64>());
             let whole: f64 = moments.corner_mass.iter().sum();
             assert!((rows.iter().sum::<f64>() - whole).abs() < 1e-15 && whole > -1e-16);
             (0..4).for_each(|a| sum[a] += moments.corner_mass[a]);
@@ -393,18 +400,18 @@ mod tests {
         sum
     }
 
-    fn cover(planes: &[f64], split: Split) -> Vec<Cell<3>> {
+    fn cover(planes: &[f64], split: Split) -> Vec<DeformedElement<3>> {
         let planes = [planes.to_vec(), planes.to_vec(), planes.to_vec()];
         let (points, elements) = Grid { planes, filled: Box::new(|_| true) }.split(split);
-        elements.iter().map(|nodes| Cell::of(&points, nodes)).collect()
+        elements.iter().map(|nodes| DeformedElement::of(&points, nodes)).collect()
     }
 
     #[test]
     fn the_parts_of_a_tetrahedron_add_up_to_it_wherever_it_touches_and_however_flat_it_is() {
-        let mut random = Random::new(1);
-        let mut cutter = Cutter::default();
-        let whole = inertia::<3>(&HEIGHTS).map(|row| row.iter().sum::<f64>());
-        // Of elements that are not flat and of those that are: one is laid down what it misses more than 1e-10 of.
+        let mut random = TestRandom::new(1);
+        let mut cutter = OverlapIntegrator::default();
+        let whole = mass_matrix::<3>(&HEIGHTS).map(|row| row.iter().sum::<f64>());
+        // Residuals of regular and of degenerate elements; a residual above 1e-10 is deposited.
         let mut worst = [0.0_f64; 2];
         for (planes, split) in [
             (&[-2.0, -1.0, 0.0, 1.0, 2.0][..], Split::Kuhn),
@@ -414,7 +421,7 @@ mod tests {
         ] {
             let new = cover(planes, split);
             for n in 0..300 {
-                // On points of the grid, halfway between them, and anywhere; some of them nearly flat.
+                // Corners on grid points, halfway between them, or anywhere; some tetrahedra are nearly flat.
                 let mut coordinate = || match n % 3 {
                     0 => (5.0 * random.next()).floor() - 2.0,
                     1 => 0.5 * (9.0 * random.next()).floor() - 2.0,
@@ -437,8 +444,8 @@ mod tests {
 
     #[test]
     fn cuts_keep_the_surface_closed_whatever_the_signs_are() {
-        let mut random = Random::new(2);
-        let (mut from, mut to) = (Polyhedron::default(), Polyhedron::default());
+        let mut random = TestRandom::new(2);
+        let (mut from, mut to) = (OverlapPolyhedron::default(), OverlapPolyhedron::default());
         for _ in 0..2000 {
             from.become_tetrahedron(&[[0.0; 8]; 4]);
             for _ in 0..4 {

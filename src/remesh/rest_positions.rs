@@ -1,69 +1,69 @@
-//! Where the nodes of a new mesh are in the old one, and what the old one has there.
+//! Rest positions and interpolated fields of the nodes of a new mesh, by their location in the old mesh.
 
-use super::barycentric::{Cell, weighed};
-use super::overlap_candidates::Under;
-use super::{Moved, Origin, Proposal};
+use super::barycentric::{DeformedElement, interpolate};
+use super::overlap_candidates::OverlapCandidates;
+use super::{Moved, NodeOrigin, Proposal};
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// A point that lies further outside the old mesh than this part of the nearest element's longest edge is a miss: far
-/// above what rounding moves a point on the boundary, far below what could matter to a field.
+/// Distance outside the old mesh, relative to the longest edge of the nearest element, above which a point is a miss.
+/// It is far above the rounding of a boundary point and far below any relevance to a field.
 const OUTSIDE: f64 = 1e-9;
 
-/// Where a new node was in the old mesh.
+/// Location of a new node in the old mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Trace {
+enum RestLocation {
     Node(NodeId),
-    /// As many nodes as an element has, and their weights.
+    /// Nodes of an element, and their weights.
     Between([NodeId; 4], [f64; 4]),
-    /// There was no old element at all.
+    /// No location: there is no old element.
     Nowhere,
 }
 
-/// Where all nodes were.
+/// Locations of all new nodes in the old mesh.
 #[derive(Debug)]
-pub(super) struct Traces {
-    traces: Vec<Trace>,
-    /// How many points inside were found outside the old mesh: they were taken to the nearest place in it.
+pub(super) struct RestLocations {
+    traces: Vec<RestLocation>,
+    /// Number of interior points outside the old mesh; they are located at its nearest point.
     pub misses: usize,
 }
 
-impl Traces {
-    /// Of a new mesh, given the old elements that are gone, whose place new points inside take.
+impl RestLocations {
+    /// Locates the nodes of a new mesh, given the removed old elements, which new interior points replace.
     pub fn of<const D: usize>(
         old: &Moved<'_, D>,
         new: &Proposal<D>,
-        (gone, under): (&[ElementId], &Under<'_, D>),
+        (gone, under): (&[ElementId], &OverlapCandidates<'_, D>),
     ) -> Self {
         let mut misses = 0;
         let element_of = elements_of(new);
         let mut inside = |node: usize, p: &Vector<D>| {
             let Some(place) = under.nearest(element_of[node], p) else {
                 misses += 1;
-                return Trace::Nowhere;
+                return RestLocation::Nowhere;
             };
             let nodes = old.mesh.elements[gone[place.cell].index()];
-            if place.distance > OUTSIDE * OUTSIDE * Cell::of(old.position, &nodes).longest_edge_squared() {
+            if place.distance > OUTSIDE * OUTSIDE * DeformedElement::of(old.position, &nodes).longest_edge_squared() {
                 misses += 1;
             }
-            Trace::Between(nodes, place.weights)
+            RestLocation::Between(nodes, place.weights)
         };
-        let trace = |(node, (p, origin)): (usize, (&Vector<D>, &Origin))| match *origin {
-            Origin::Kept(node) => Trace::Node(node),
-            Origin::Surface([a, b, c], [u, v, w]) => Trace::Between([a, b, c, c], [u, v, w, 0.0]),
-            Origin::Inside => inside(node, p),
+        let trace = |(node, (p, origin)): (usize, (&Vector<D>, &NodeOrigin))| match *origin {
+            NodeOrigin::Kept(node) => RestLocation::Node(node),
+            NodeOrigin::Surface([a, b, c], [u, v, w]) => RestLocation::Between([a, b, c, c], [u, v, w, 0.0]),
+            NodeOrigin::Inside => inside(node, p),
         };
         let traces = new.position.iter().zip(&new.origin).enumerate().map(trace).collect();
         Self { traces, misses }
     }
 
-    /// The values of an old field at the new nodes: those of nodes that were kept bit for bit, linear in between.
+    /// Interpolates an old field to the new nodes: kept nodes keep their values bit for bit.
     pub fn values<const D: usize>(&self, field: &[Vector<D>]) -> Vec<Option<Vector<D>>> {
         let at = |node: NodeId| field[node.index()];
-        let value = |trace: &Trace| match trace {
-            Trace::Node(node) => Some(at(*node)),
-            Trace::Between(nodes, weights) => Some(weighed(&nodes.map(at), weights)),
-            Trace::Nowhere => None,
+        let value = |trace: &RestLocation| match trace {
+            RestLocation::Node(node) => Some(at(*node)),
+            RestLocation::Between(nodes, weights) => Some(interpolate(&nodes.map(at), weights)),
+            RestLocation::Nowhere => None,
         };
         self.traces.iter().map(value).collect()
     }
@@ -78,15 +78,15 @@ fn elements_of<const D: usize>(new: &Proposal<D>) -> Vec<usize> {
     element_of
 }
 
-/// Which directions of the new nodes are held: of old nodes as they were, of points of the boundary what all nodes share that
-/// they are made of.
-pub(super) fn held<const D: usize>(old: &[[bool; D]], origin: &[Origin]) -> Vec<[bool; D]> {
-    let of = |origin: &Origin| match *origin {
-        Origin::Kept(node) => old[node.index()],
-        Origin::Surface(nodes, weights) => std::array::from_fn(|axis| {
+/// Held directions of the new nodes. Kept nodes keep theirs; a boundary point has those common to all nodes that it
+/// interpolates.
+pub(super) fn held<const D: usize>(old: &[[bool; D]], origin: &[NodeOrigin]) -> Vec<[bool; D]> {
+    let of = |origin: &NodeOrigin| match *origin {
+        NodeOrigin::Kept(node) => old[node.index()],
+        NodeOrigin::Surface(nodes, weights) => std::array::from_fn(|axis| {
             nodes.iter().zip(weights).all(|(node, weight)| weight == 0.0 || old[node.index()][axis])
         }),
-        Origin::Inside => [false; D],
+        NodeOrigin::Inside => [false; D],
     };
     origin.iter().map(of).collect()
 }

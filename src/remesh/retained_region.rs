@@ -1,29 +1,29 @@
-//! Which old elements are taken over as they are, and the edges around the rest.
+//! Division of the old mesh into the retained region and the open region.
 
 use super::Moved;
-use super::boundary_loops::Surface;
+use super::boundary_loops::NewBoundary;
 use super::delaunay::WIDE;
-use super::point_insertion::Limits;
-use super::point_set::Cloud;
+use super::point_insertion::QualityLimits;
+use super::point_set::PointSet;
 use super::triangle::{circumcircle, quality};
 use crate::mesh::{ElementId, Incidence, NodeId, Simplex};
 
-/// An element whose circumscribed circle is larger than this many target sizes is not taken over: a little larger than one that
-/// gets a new point, so that a mesh that was just made is not made again.
+/// Circumradius, in target sizes, above which an element is not retained: slightly larger than the refinement limit, so
+/// that a fresh mesh is not remeshed.
 const TOO_WIDE: f64 = 1.1 * WIDE;
 
-/// The old elements by what becomes of them.
+/// Retained and open elements of the old mesh.
 #[derive(Debug, Clone)]
-pub(super) struct Parts {
-    /// Those that are elements of the new mesh.
+pub(super) struct RegionDivision {
+    /// Elements retained in the new mesh.
     pub kept: Vec<ElementId>,
-    /// Those whose place is filled anew.
+    /// Elements that are remeshed.
     pub open: Vec<ElementId>,
-    /// The edges around what is filled anew.
+    /// Boundary edges of the open region.
     pub edges: Vec<[usize; 2]>,
 }
 
-/// The worst quality of the elements of each old node where it is.
+/// Worst quality of the deformed elements of each old node.
 pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
     let mut worst = vec![f64::MAX; old.position.len()];
     for nodes in old.mesh.elements.iter().map(corners) {
@@ -35,11 +35,18 @@ pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
     worst
 }
 
-/// Takes over the elements whose nodes are all chosen, none of which touches one that is not good, and which are not too
-/// large. What is left is bounded by the edges that are odd in number among theirs and those of the new boundary.
-pub(super) fn divide(old: &Moved<'_, 2>, worst: &[f64], limits: &Limits, cloud: &Cloud, surface: &Surface) -> Parts {
+/// Retains the elements whose nodes are all chosen, that touch good elements only, are not too wide and lost no
+/// boundary edge. The open region is bounded by the edges that occur an odd number of times among those elements and
+/// the new boundary.
+pub(super) fn divide_regions(
+    old: &Moved<'_, 2>,
+    worst: &[f64],
+    limits: &QualityLimits,
+    cloud: &PointSet,
+    surface: &NewBoundary,
+) -> RegionDivision {
     let at_lost = lost(old, surface);
-    let mut parts = Parts { kept: vec![], open: vec![], edges: vec![] };
+    let mut parts = RegionDivision { kept: vec![], open: vec![], edges: vec![] };
     for ((e, simplex), at_lost) in (0..).map(ElementId).zip(&old.mesh.elements).zip(at_lost) {
         let nodes = corners(simplex);
         let size = nodes.iter().map(|&n| cloud.size[n]).sum::<f64>() / 3.0;
@@ -49,12 +56,12 @@ pub(super) fn divide(old: &Moved<'_, 2>, worst: &[f64], limits: &Limits, cloud: 
         if stays { parts.kept.push(e) } else { parts.open.push(e) }
     }
     let kept: Vec<[usize; 3]> = parts.kept.iter().map(|e| corners(&old.mesh.elements[e.index()])).collect();
-    parts.edges = odd(&kept, &surface.edges);
+    parts.edges = odd_edges(&kept, &surface.edges);
     parts
 }
 
-impl Parts {
-    /// The elements of the new mesh: those that are elements of the old one in its order, then the others.
+impl RegionDivision {
+    /// Joins the elements of the new mesh: retained ones in their old order, then the others.
     pub fn joined(mut self, old: &Moved<'_, 2>, filled: &[[usize; 3]]) -> Vec<[usize; 3]> {
         let mut keys: Vec<([usize; 3], usize)> =
             filled.iter().enumerate().map(|(i, nodes)| (sorted(*nodes), i)).collect();
@@ -73,8 +80,8 @@ impl Parts {
     }
 }
 
-/// Whether each old element has an edge of the old boundary that is none of the new one.
-fn lost(old: &Moved<'_, 2>, surface: &Surface) -> Vec<bool> {
+/// Marks the old elements with a boundary edge that the new boundary lacks.
+fn lost(old: &Moved<'_, 2>, surface: &NewBoundary) -> Vec<bool> {
     let mut lost = vec![false; old.mesh.elements.len()];
     if surface.lost.is_empty() {
         return lost;
@@ -89,8 +96,8 @@ fn lost(old: &Moved<'_, 2>, surface: &Surface) -> Vec<bool> {
     lost
 }
 
-/// Edges that are odd in number among those of the boundary and of these elements, in order.
-fn odd(elements: &[[usize; 3]], boundary: &[[usize; 2]]) -> Vec<[usize; 2]> {
+/// Edges that occur an odd number of times among the boundary and these elements, in order.
+fn odd_edges(elements: &[[usize; 3]], boundary: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let sides = elements.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut edges: Vec<[usize; 2]> = sides.chain(boundary.iter().copied()).map(|[a, b]| [a.min(b), a.max(b)]).collect();
     edges.sort_unstable();

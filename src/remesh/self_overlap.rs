@@ -1,29 +1,29 @@
-//! How much of a body lies over other parts of it, where its surfaces have passed through each other.
+//! Self-overlap of a body whose surfaces have passed through each other.
 
-use super::barycentric::Cell;
-use super::bounds::Bounds;
-use super::overlap_integrals::Cutter;
-use super::point_location::Locator;
+use super::barycentric::DeformedElement;
+use super::bounds::BoundingBox;
+use super::overlap_integrals::OverlapIntegrator;
+use super::point_location::ElementLocator;
 use super::{Moved, supermesh};
 use crate::math::Vector;
 use crate::mesh::{Simplex, signed_volume};
 
-/// Overlaps below this part of an element are of rounding.
+/// Overlap, relative to an element, below which it is rounding.
 const ROUNDING: f64 = 1e-9;
-/// Weights of what only touches an element, as one with a common node does, are below this.
+/// Weights of adjacent elements, which only touch, are below this.
 const TOUCHING: f64 = 1e-12;
 
-/// ∫ρ over what elements have in common, counted once for every two, where the density is linear in each. Nothing is looked for
-/// unless a node of the surface is inside an element that is not its own: surfaces that cross at edges alone are not seen.
+/// Integrates ∫ρ over the overlaps of all pairs of elements; the density is interpolated linearly in each. The search
+/// runs only if a surface node is inside a foreign element: crossings at edges alone are missed.
 #[must_use]
 pub fn overlapped<const D: usize>(body: &Moved<'_, D>, density: impl Fn(&Vector<D>) -> f64) -> f64 {
     let elements = &body.mesh.elements;
     let cells = supermesh::cells(body.position, elements.iter());
-    let locator = Locator::new(&cells);
+    let locator = ElementLocator::new(&cells);
     if !passes_through(body, &cells, &locator) {
         return 0.0;
     }
-    let mut cutter = Cutter::default();
+    let mut cutter = OverlapIntegrator::default();
     let mut sum = 0.0;
     for (e, (cell, nodes)) in cells.iter().zip(elements).enumerate().filter(|(_, (cell, _))| cell.is_upright) {
         let measure = signed_volume(body.position, nodes);
@@ -41,15 +41,19 @@ pub fn overlapped<const D: usize>(body: &Moved<'_, D>, density: impl Fn(&Vector<
     sum
 }
 
-/// Whether a node of the surface is well inside an element that it does not belong to.
-fn passes_through<const D: usize>(body: &Moved<'_, D>, cells: &[Cell<D>], locator: &Locator<'_, D>) -> bool {
+/// Returns true if a surface node is well inside an element that does not contain it.
+fn passes_through<const D: usize>(
+    body: &Moved<'_, D>,
+    cells: &[DeformedElement<D>],
+    locator: &ElementLocator<'_, D>,
+) -> bool {
     let mut nodes: Vec<u32> = body.mesh.facets.iter().flatten().map(|node| node.0).collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes.into_iter().any(|node| {
         let p = &body.position[node as usize];
         let mut is_inside = false;
-        locator.near(&Bounds { low: *p, high: *p }, |t| {
+        locator.near(&BoundingBox { low: *p, high: *p }, |t| {
             let own = body.mesh.elements[t][..=D].iter().any(|corner| corner.0 == node);
             let weights = cells[t].weights(p);
             is_inside |= !own && cells[t].is_upright && weights[..=D].iter().all(|weight| *weight > ROUNDING);
@@ -58,7 +62,7 @@ fn passes_through<const D: usize>(body: &Moved<'_, D>, cells: &[Cell<D>], locato
     })
 }
 
-/// Whether two elements have all nodes but one in common.
+/// Returns true if two elements share all nodes but one.
 fn are_neighbours<const D: usize>(a: &Simplex, b: &Simplex) -> bool {
     a[..=D].iter().filter(|node| b[..=D].contains(node)).count() >= D
 }

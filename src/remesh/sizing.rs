@@ -1,4 +1,4 @@
-//! How fine a mesh should be: from how far the fields on it bend, limited in range, and in growth.
+//! Target sizes of a mesh: from the curvature of its fields, limited in range and in growth.
 
 use super::Moved;
 use super::barycentric::edges;
@@ -7,7 +7,7 @@ use crate::mesh::{Incidence, NodeId, Simplex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// What target sizes are limited to.
+/// Range of target sizes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     /// Least size, m.
@@ -16,7 +16,7 @@ pub struct Range {
     pub greatest: f64,
 }
 
-/// Target sizes of the nodes of which none is more than `growth` × distance above another, over the edges of the mesh.
+/// Limits target sizes in growth: along the edges of the mesh, none exceeds another by more than `growth` × distance.
 ///
 /// # Panics
 /// Unless there is one size per node, all positive.
@@ -26,8 +26,8 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
     assert!(size.iter().all(|h| *h > 0.0), "sizes are positive");
     let elements = &old.mesh.elements;
     let limit = |h: f64, a: usize, b: usize| h + growth * (old.position[a] - old.position[b]).norm();
-    // Positive numbers have the order of their bits.
-    let mut waiting: BinaryHeap<_> = too_great(old, &size, growth).into_iter().map(Reverse).collect();
+    // Positive floating-point numbers order like their bits.
+    let mut waiting: BinaryHeap<_> = oversized_nodes(old, &size, growth).into_iter().map(Reverse).collect();
     if waiting.is_empty() {
         return size;
     }
@@ -52,9 +52,9 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
     size
 }
 
-/// The nodes that one at the other end of an edge is too great for, and the bits of their sizes. What the edge clearly allows is known
-/// without a root.
-fn too_great<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64) -> Vec<(u64, usize)> {
+/// Nodes whose size an edge neighbour limits, with the bits of the neighbour's size. Clearly admissible edges need no
+/// root.
+fn oversized_nodes<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64) -> Vec<(u64, usize)> {
     let mut found = vec![false; size.len()];
     for nodes in &old.mesh.elements {
         for edge in edges::<D>() {
@@ -73,8 +73,8 @@ fn too_great<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64) -> V
     found.map(|(node, _)| (size[node].to_bits(), node)).collect()
 }
 
-/// Target sizes of the nodes from the bends of the elements: h·clamp(θ*/θ, ½, 2), h being the mean edge and θ* = `angle`, rad; a
-/// node takes the least of its elements.
+/// Target sizes of the nodes from the bends of the elements: h·clamp(θ*/θ, ½, 2), with the mean edge h and θ* =
+/// `angle`, rad. A node takes the least value of its elements.
 ///
 /// # Panics
 /// Unless there is one bend per element.
@@ -100,7 +100,7 @@ fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::triangle::{Point, distance};
+    use super::super::triangle::{PlanarPoint, distance};
     use super::super::{bends, test_meshes};
     use super::*;
     use crate::math::Vector3;
@@ -110,7 +110,7 @@ mod tests {
     fn sizes_grow_no_faster_than_asked_and_never_rise() {
         let mesh = test_meshes::square(16);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let corner = |x: &Point| if x.norm() < 1e-9 { 0.01 } else { 1.0 };
+        let corner = |x: &PlanarPoint| if x.norm() < 1e-9 { 0.01 } else { 1.0 };
         let asked: Vec<f64> = mesh.rest.iter().map(corner).collect();
         let size = graded(&old, asked.clone(), 0.2);
         assert!(size.iter().zip(&asked).all(|(h, asked)| h <= asked));
@@ -121,7 +121,7 @@ mod tests {
             }
         }
         // Along the lower side the way over the edges is straight.
-        let far = mesh.rest.iter().position(|x| *x == Point::new(1.0, 0.0)).unwrap();
+        let far = mesh.rest.iter().position(|x| *x == PlanarPoint::new(1.0, 0.0)).unwrap();
         assert!((size[far] - 0.21).abs() < 1e-12);
     }
 
@@ -130,8 +130,8 @@ mod tests {
         let mesh = test_meshes::square(16);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
         let range = Range { least: 1e-3, greatest: 1.0 };
-        let kink = |unit: f64| -> Vec<Point> {
-            mesh.rest.iter().map(|x| Point::new(unit * (x[0] - 0.5).abs(), 0.0)).collect()
+        let kink = |unit: f64| -> Vec<PlanarPoint> {
+            mesh.rest.iter().map(|x| PlanarPoint::new(unit * (x[0] - 0.5).abs(), 0.0)).collect()
         };
         let size = curved(&old, &bends(&old, &[&kink(1.0)]), 0.2, &range);
         let edge = (1.0 + 2.0_f64.sqrt()) / 48.0;
@@ -147,7 +147,7 @@ mod tests {
     fn plane_fields_ask_for_nothing() {
         let mesh = test_meshes::square(8);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let field: Vec<Point> = mesh.rest.iter().map(|x| Point::new(3.0 * x[0] + x[1], 7.0)).collect();
+        let field: Vec<PlanarPoint> = mesh.rest.iter().map(|x| PlanarPoint::new(3.0 * x[0] + x[1], 7.0)).collect();
         let range = Range { least: 1e-3, greatest: 0.05 };
         assert!(curved(&old, &bends(&old, &[&field]), 0.2, &range).iter().all(|h| *h == 0.05));
     }

@@ -1,10 +1,10 @@
-//! What a transfer keeps in space.
+//! Conservation of a field transfer in space.
 
-use super::test_bodies::{Body, Random, even, scatter};
+use super::test_bodies::{TestBody, TestRandom, even, scatter};
 use super::*;
 use crate::math::Vector3;
 
-/// A rotation with stretch and shear.
+/// Rotation with stretch and shear.
 fn affine(xi: &Vector3) -> Vector3 {
     Vector3::new(
         0.9 * xi.x - 0.5 * xi.y + 0.2 * xi.z + 0.7,
@@ -21,17 +21,17 @@ fn cells([i, j, k]: [usize; 3]) -> [Vec<f64>; 3] {
     [even(i), even(j), even(k)]
 }
 
-fn body(n: [usize; 3], random: &mut Random) -> Body<3> {
-    Body::new(&cells(n), (1.0, random), (Symmetry::Spatial, &affine))
+fn body(n: [usize; 3], random: &mut TestRandom) -> TestBody<3> {
+    TestBody::new(&cells(n), (1.0, random), (Symmetry::Spatial, &affine))
 }
 
-fn uneven(body: Body<3>, random: &mut Random) -> Body<3> {
+fn uneven(body: TestBody<3>, random: &mut TestRandom) -> TestBody<3> {
     let mass: Vec<f64> = scatter(&body.mesh, random).iter().map(|m| 0.01 * (0.5 + m)).collect();
     body.with_masses(&mass)
 }
 
-/// The body on other cells, and where their nodes are in ξ.
-fn remeshed(body: &Body<3>, n: [usize; 3], random: &mut Random) -> (Vec<Vector3>, Proposal<3>, Transferred<3>) {
+/// Body on other cells, with their node positions in ξ.
+fn remeshed(body: &TestBody<3>, n: [usize; 3], random: &mut TestRandom) -> (Vec<Vector3>, Proposal<3>, Transferred<3>) {
     let (xi, new) = body.other(&cells(n), (1.0, random), &affine);
     let after = transfer(&body.moved(), &body.carried(), &new);
     (xi, new, after)
@@ -47,7 +47,7 @@ fn check_conserved(defects: &Defects<3>, tolerance: f64) {
 
 #[test]
 fn a_mesh_that_is_the_same_keeps_every_bit() {
-    let mut random = Random::new(1);
+    let mut random = TestRandom::new(1);
     let mut body = body([4, 3, 3], &mut random).with_velocity(wavy);
     body.mesh.held[3] = [false, true, false];
     body.velocity[3].y = 0.0;
@@ -73,14 +73,14 @@ fn a_mesh_that_is_the_same_keeps_every_bit() {
 
 #[test]
 fn nodes_out_of_reach_of_a_change_keep_every_bit() {
-    let mut random = Random::new(2);
+    let mut random = TestRandom::new(2);
     let planes = [even(20), even(3), even(3)];
-    let body = Body::new(&planes, (1.0, &mut random), (Symmetry::Spatial, &affine)).with_velocity(wavy);
+    let body = TestBody::new(&planes, (1.0, &mut random), (Symmetry::Spatial, &affine)).with_velocity(wavy);
     let mut new = body.again();
     let inner = |xi: &Vector3| xi.x > 0.0 && xi.x < 0.07 && xi.yz().iter().all(|c| *c > 0.0 && *c < 0.5);
     let moved = body.xi.iter().position(inner).unwrap();
     new.position[moved] += Vector3::new(0.004, 0.003, -0.002);
-    new.origin[moved] = Origin::Inside;
+    new.origin[moved] = NodeOrigin::Inside;
     let after = transfer(&body.moved(), &body.carried(), &new);
     let (mut same, mut other) = (0, 0);
     for (i, xi) in body.xi.iter().enumerate() {
@@ -99,24 +99,24 @@ fn nodes_out_of_reach_of_a_change_keep_every_bit() {
 
 #[test]
 fn rest_positions_of_an_affine_map_are_exact() {
-    let mut random = Random::new(3);
+    let mut random = TestRandom::new(3);
     let body = body([4, 4, 4], &mut random);
     let (xi, new, after) = remeshed(&body, [5, 3, 4], &mut random);
     for (rest, xi) in after.rest.iter().zip(&xi) {
         assert!((rest - xi).amax() < 1e-13);
     }
-    assert!(new.origin.contains(&Origin::Inside));
+    assert!(new.origin.contains(&NodeOrigin::Inside));
     assert!(
         new.origin
             .iter()
-            .any(|origin| matches!(origin, Origin::Surface(_, weights) if weights.iter().all(|w| *w > 0.0)))
+            .any(|origin| matches!(origin, NodeOrigin::Surface(_, weights) if weights.iter().all(|w| *w > 0.0)))
     );
     assert_eq!((after.defects.misses, after.defects.massless, after.defects.unchanged), (0, 0, 0.0));
 }
 
 #[test]
 fn mass_and_momentum_are_kept_over_ten_meshes() {
-    let mut random = Random::new(4);
+    let mut random = TestRandom::new(4);
     let mut body = uneven(body([5, 4, 4], &mut random), &mut random).with_velocity(wavy);
     let (start, centre) = (body.books(), body.first_moment());
     for n in 0..10 {
@@ -134,7 +134,7 @@ fn mass_and_momentum_are_kept_over_ten_meshes() {
 
 #[test]
 fn meshes_of_very_different_sizes_take_over_from_one_another() {
-    let mut random = Random::new(12);
+    let mut random = TestRandom::new(12);
     let layered = vec![0.0, 1e-6, 0.3, 0.5, 1.0];
     let mut body = body([4, 4, 4], &mut random).with_velocity(wavy);
     for planes in [
@@ -155,7 +155,7 @@ fn meshes_of_very_different_sizes_take_over_from_one_another() {
 
 #[test]
 fn a_uniform_body_stays_uniform_over_ten_meshes() {
-    let mut random = Random::new(11);
+    let mut random = TestRandom::new(11);
     let mut body = body([4, 4, 3], &mut random);
     for n in 0..10 {
         let (xi, new, after) = remeshed(&body, [3 + n % 3, 4 - n % 2, 5 - n % 3], &mut random);
@@ -169,7 +169,7 @@ fn a_uniform_body_stays_uniform_over_ten_meshes() {
 
 #[test]
 fn a_uniform_velocity_stays_uniform() {
-    let mut random = Random::new(5);
+    let mut random = TestRandom::new(5);
     let v = Vector3::new(3.0, -2.0, 1.0);
     let body = uneven(body([4, 3, 4], &mut random), &mut random).with_velocity(|_| v);
     let (_, _, after) = remeshed(&body, [3, 5, 4], &mut random);
@@ -180,7 +180,7 @@ fn a_uniform_velocity_stays_uniform() {
 
 #[test]
 fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
-    let mut random = Random::new(6);
+    let mut random = TestRandom::new(6);
     let rate = Vector3::new(0.3, -1.0, 0.5);
     let body = body([4, 4, 4], &mut random).with_velocity(|x| rate.cross(&(x - Vector3::new(0.2, 0.1, 0.4))));
     let (_, new, after) = remeshed(&body, [5, 4, 3], &mut random);
@@ -190,7 +190,7 @@ fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
     assert!(lost > 1e-6 && lost < 0.1, "{lost}");
     assert!((end.angular - before.angular).norm() < 1e-12 * before.angular.norm());
     assert!((end.momentum - before.momentum).norm() < 1e-13);
-    // The field is linear, so the transfer gives it back, and the correction adds a rotation.
+    // The field is linear: the transfer reproduces it, and the correction adds a rotation.
     let added = |i: usize, j: usize| {
         let [x, v] = [&new.position, &after.velocity].map(|field| field[i] - field[j]);
         v - rate.cross(&x)
@@ -204,7 +204,7 @@ fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
 
 #[test]
 fn what_held_nodes_take_is_booked() {
-    let mut random = Random::new(7);
+    let mut random = TestRandom::new(7);
     let mut body = body([4, 3, 3], &mut random).with_velocity(wavy);
     let held = |xi: &Vector3| [xi.x == 0.0 || xi.z == 0.0, xi.z == 0.0, xi.z == 0.0];
     for (i, xi) in body.xi.iter().enumerate() {
@@ -225,10 +225,11 @@ fn what_held_nodes_take_is_booked() {
 
 #[test]
 fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
-    let mut random = Random::new(8);
+    let mut random = TestRandom::new(8);
     for bulge in [0.02, -0.02] {
         let bulged = |xi: &Vector3| xi + Vector3::new(0.0, 0.0, bulge * xi.z * xi.x * (1.0 - xi.x));
-        let body = Body::new(&cells([4, 3, 3]), (0.0, &mut random), (Symmetry::Spatial, &bulged)).with_velocity(wavy);
+        let body =
+            TestBody::new(&cells([4, 3, 3]), (0.0, &mut random), (Symmetry::Spatial, &bulged)).with_velocity(wavy);
         let (xi, new) = body.other(&cells([2, 3, 3]), (0.0, &mut random), &bulged);
         let after = transfer(&body.moved(), &body.carried(), &new);
         assert!((after.defects.relative_mass() > 1e-4) == (bulge > 0.0) && after.defects.relative_mass() < 0.01);
@@ -242,14 +243,14 @@ fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
 
 #[test]
 fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
-    let mut random = Random::new(10);
+    let mut random = TestRandom::new(10);
     let mut body = body([4, 4, 4], &mut random).with_velocity(wavy);
     let mut new = body.again();
     let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.3 && *c < 0.6)).unwrap();
     body.position[inner] += Vector3::new(0.3, 0.3, 0.2);
     let upright = |x: &[Vector3]| body.mesh.elements.iter().filter(|e| signed_volume(x, e) > 0.0).count();
     assert!(upright(&body.position) < body.mesh.elements.len());
-    new.origin[inner] = Origin::Inside;
+    new.origin[inner] = NodeOrigin::Inside;
     let after = transfer(&body.moved(), &body.carried(), &new);
     check_conserved(&after.defects, 1e-13);
     assert!(after.defects.stray_mass > 0.0 && after.defects.massless == 0);
@@ -261,7 +262,7 @@ fn nothing_at_all_can_be_transferred() {
     let carried = Carried { symmetry: Symmetry::Spatial, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
     let new = Proposal {
         position: vec![Vector::zeros()],
-        origin: vec![Origin::Inside],
+        origin: vec![NodeOrigin::Inside],
         elements: vec![],
         over: vec![],
         cleared: 0.0,
@@ -272,11 +273,11 @@ fn nothing_at_all_can_be_transferred() {
 
 #[test]
 fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_density() {
-    let mut random = Random::new(13);
+    let mut random = TestRandom::new(13);
     let mut body = body([4, 3, 3], &mut random);
     let (_, new, after) = remeshed(&body, [3, 4, 4], &mut random);
     assert!((lightest(&new.elements, &after) - 1.0).abs() < 1e-12);
-    // All of the mass of every element that has it goes to the other corners of a node inside.
+    // The mass of every element around an interior node moves to its other corners.
     let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.1 && *c < 0.9)).unwrap();
     for (element, corners) in body.mesh.elements.iter().zip(&mut body.corner_mass) {
         if let Some(k) = element.iter().position(|node| node.index() == inner) {
@@ -296,21 +297,21 @@ fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_densi
 
 #[test]
 fn an_element_that_weighs_less_than_nothing_is_light_though_its_nodes_are_not() {
-    let mut random = Random::new(14);
+    let mut random = TestRandom::new(14);
     let body = body([3, 3, 3], &mut random);
     let (_, new, mut after) = remeshed(&body, [4, 3, 3], &mut random);
     let (nodes, mass) = (new.elements[0], after.mass.clone());
     for (corner, node) in after.corner_mass[0].iter_mut().zip(&nodes) {
-        // Others around the node have what this one owes.
+        // Other elements around the node compensate the negative mass.
         *corner = -0.01 * mass[node.index()];
     }
     assert_eq!(lightest(&new.elements, &after), 0.0);
 }
 
-/// Where a body lies over itself, so can new elements: each has its share then, and nothing is taken from where it is not.
+/// Self-overlapping body: overlapping new elements share the mass, and nothing is taken where nothing overlaps.
 #[test]
 fn what_new_elements_lie_over_twice_is_shared_by_them() {
-    let mut random = Random::new(19);
+    let mut random = TestRandom::new(19);
     let body = body([4, 3, 3], &mut random).with_velocity(wavy);
     let (xi, once) = body.other(&cells([5, 3, 2]), (1.0, &mut random), &affine);
     let single = transfer(&body.moved(), &body.carried(), &once);

@@ -1,109 +1,116 @@
-//! Mass and momentum of the new elements, from the old ones that they lie over.
+//! Supermesh transfer (Farrell et al. 2009) of mass and momentum: exact integrals over every intersection of an old and
+//! a new element.
 
-use super::barycentric::{Cell, weighed};
+use super::barycentric::{DeformedElement, interpolate};
 use super::correspondence::Pairing;
-use super::nodal_fields::{bearable_part, heights, least_height, levelled};
-use super::overlap_candidates::Under;
-use super::overlap_integrals::{Cutter, Moments, inertia};
-use super::point_location::Locator;
+use super::nodal_fields::{heights, least_height, limited_corner_masses, limiting_scale};
+use super::overlap_candidates::OverlapCandidates;
+use super::overlap_integrals::{OverlapIntegrator, OverlapMoments, mass_matrix};
+use super::point_location::ElementLocator;
 use super::{Carried, Moved, Proposal, Symmetry};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
 
-/// The part of an old element above which what no new element lies over is laid down. Rounding leaves 2e-15 in ordinary
-/// meshes. At 1e-10 thirty meshes cut out anew had lost 1.3e-12 of the mass.
+/// Uncovered part of an old element above which it is deposited. Rounding leaves 2e-15 in ordinary meshes. With 1e-10,
+/// thirty immersed meshes had lost 1.3e-12 of the mass.
 const UNCOVERED: f64 = 1e-13;
-/// The part above which it is known where that is. Rounding leaves 4e-11 of elements a million times longer than wide: what is less is
-/// laid down from the middle of the old element.
+/// Uncovered part above which its position is resolved. Rounding leaves 4e-11 of elements a million times longer than
+/// wide; a smaller part is deposited from the centroid of the old element.
 const PLACED: f64 = 1e-10;
 
-/// What a new element has that is not an old one.
+/// Integrals over a changed element.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part<const D: usize> {
-    /// Which new element.
+pub(super) struct ElementMoments<const D: usize> {
+    /// Index of the new element.
     pub element: usize,
     /// ∫ρ N_i N_j, kg.
-    pub inertia: [[f64; 4]; 4],
+    pub mass_matrix: [[f64; 4]; 4],
     /// ∫ρ N_i v, N·s.
     pub momentum: [Vector<D>; 4],
 }
 
-/// How much of an old element is in a new one.
+/// Overlap of an old and a new element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Source {
-    /// The new element.
+    /// New element.
     pub new: ElementId,
-    /// The old one.
+    /// Old element.
     pub old: ElementId,
-    /// Mass of both, kg.
+    /// Mass of the overlap, kg.
     pub mass: f64,
-    /// Part of the area or volume of the old one, of a ring with its radius.
+    /// Overlap relative to the area or volume of the old element, weighted by the radius for a ring.
     pub part: f64,
 }
 
-impl<const D: usize> Part<D> {
+impl<const D: usize> ElementMoments<D> {
     /// ∫ρ N_i, kg.
     pub fn corner_mass(&self) -> [f64; 4] {
-        self.inertia.map(|row| row.iter().sum())
+        self.mass_matrix.map(|row| row.iter().sum())
     }
 }
 
-/// All changed elements.
-pub(super) struct Parts<const D: usize> {
-    /// In the order of the new elements.
-    pub all: Vec<Part<D>>,
-    /// What they are made of, in their order.
+/// Integrals over all changed elements.
+pub(super) struct SupermeshIntegrals<const D: usize> {
+    /// Elements, in the order of the new mesh.
+    pub all: Vec<ElementMoments<D>>,
+    /// Sources of the elements, in their order.
     pub sources: Vec<Source>,
-    /// Old mass that they do not lie over, or twice, kg.
+    /// Old mass uncovered or covered twice, kg.
     pub stray_mass: f64,
 }
 
-/// An old element that is gone.
-struct Gone<const D: usize> {
-    cell: Cell<D>,
-    /// Its corner masses, kg.
+/// Removed old element.
+struct RemovedElement<const D: usize> {
+    cell: DeformedElement<D>,
+    /// Corner masses, kg.
     own: [f64; 4],
-    /// Density times measure at its corners, kg.
+    /// Corner densities times measure, kg.
     heights: [f64; 4],
     velocity: [Vector<D>; 4],
-    /// Corner masses that no new element lies over, kg.
+    /// Uncovered corner masses, kg.
     left: [f64; 4],
-    /// How often new elements lie over it: parts of its measure, summed.
+    /// Coverage: the sum of the overlaps relative to the measure.
     covered: f64,
 }
 
-/// What new elements have of an old one that they lie over more than once, where the body lies over itself.
+/// Correction of the shares of new elements that cover an old one more than once, where the body overlaps itself.
 #[derive(Clone, Copy)]
-struct Shared<const D: usize> {
-    /// Of the mass that each has in common with it.
+struct ShareCorrection<const D: usize> {
+    /// Scale of the mass of each overlap.
     mass: f64,
-    /// Of the measure.
+    /// Scale of the measure.
     part: f64,
-    /// By how much that moves faster than it does in the old one, m/s: together they have its momentum.
+    /// Velocity, m/s, by which the scaled overlaps move faster than the old element: together they conserve its
+    /// momentum.
     faster: Vector<D>,
 }
 
-/// Elements where their nodes are.
-pub(super) fn cells<'a, const D: usize>(x: &[Vector<D>], elements: impl Iterator<Item = &'a Simplex>) -> Vec<Cell<D>> {
-    elements.map(|nodes| Cell::of(x, nodes)).collect()
+/// Builds elements in their deformed configuration.
+pub(super) fn cells<'a, const D: usize>(
+    x: &[Vector<D>],
+    elements: impl Iterator<Item = &'a Simplex>,
+) -> Vec<DeformedElement<D>> {
+    elements.map(|nodes| DeformedElement::of(x, nodes)).collect()
 }
 
-impl<const D: usize> Parts<D> {
-    /// Of a new mesh: every changed element is cut along the old ones that are gone, and what lies over none of them
-    /// is laid down at the nearest place.
+impl<const D: usize> SupermeshIntegrals<D> {
+    /// Integrates over a new mesh. Every changed element is intersected with the removed old ones; uncovered mass is
+    /// deposited at the nearest position.
     pub fn of(
         (old, carried): (&Moved<'_, D>, &Carried<'_, D>),
         (new, pairing): (&Proposal<D>, &Pairing),
-        under: &Under<'_, D>,
+        under: &OverlapCandidates<'_, D>,
     ) -> Self {
-        let mut gone: Vec<Gone<D>> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
+        let mut gone: Vec<RemovedElement<D>> =
+            pairing.gone.iter().map(|element| RemovedElement::of(old, carried, *element)).collect();
         let changed = cells(&new.position, pairing.changed().map(|e| &new.elements[e]));
-        let (mut cutter, mut sources) = (Cutter::default(), vec![]);
+        let (mut cutter, mut sources) = (OverlapIntegrator::default(), vec![]);
         let all = pairing.changed().zip(&changed).map(|(element, cell)| {
-            let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
+            let mut part = ElementMoments { element, mass_matrix: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
             under.near(element, &cell.bounds(), |t| {
-                let (mass, parts) = gone[t].give(cell, (&mut cutter, &mut part));
-                // What weighs less than nothing is shared as well, and no source after that.
+                let (mass, parts) = gone[t].integrate_overlap(cell, (&mut cutter, &mut part));
+                // Overlaps of negative mass take part in the share corrections and are dropped from the sources
+                // afterwards.
                 if mass != 0.0 {
                     let part = gone[t].part(carried.symmetry, &parts);
                     sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
@@ -113,108 +120,118 @@ impl<const D: usize> Parts<D> {
         });
         let all = all.collect();
         let mut parts = Self { all, sources, stray_mass: 0.0 };
-        let shared: Vec<_> = gone.iter().map(Gone::shared).collect();
-        if shared.iter().any(Option::is_some) {
-            parts.share((&mut gone, &pairing.gone), &shared, (&changed, &mut cutter));
+        let corrections: Vec<_> = gone.iter().map(RemovedElement::share_correction).collect();
+        if corrections.iter().any(Option::is_some) {
+            parts.scale_shared((&mut gone, &pairing.gone), &corrections, (&changed, &mut cutter));
         }
         parts.sources.retain(|source| source.mass > 0.0);
-        if gone.iter().any(|gone| gone.misses(UNCOVERED)) {
-            parts.lay_down(&gone, &Locator::new(&changed));
+        if gone.iter().any(|gone| gone.is_uncovered(UNCOVERED)) {
+            parts.deposit_uncovered(&gone, &ElementLocator::new(&changed));
         }
-        parts.all.iter_mut().for_each(Part::level);
+        parts.all.iter_mut().for_each(ElementMoments::limit_density);
         parts
     }
 
-    /// Leaves each new element its share of the old ones that are shared.
-    fn share(
+    /// Scales the overlaps of old elements that are covered more than once.
+    fn scale_shared(
         &mut self,
-        (gone, ids): (&mut [Gone<D>], &[ElementId]),
-        shared: &[Option<Shared<D>>],
-        (changed, cutter): (&[Cell<D>], &mut Cutter),
+        (gone, ids): (&mut [RemovedElement<D>], &[ElementId]),
+        corrections: &[Option<ShareCorrection<D>>],
+        (changed, cutter): (&[DeformedElement<D>], &mut OverlapIntegrator),
     ) {
         for source in &mut self.sources {
             let Ok(t) = ids.binary_search(&source.old) else { continue };
-            let Some(share) = shared[t] else { continue };
+            let Some(correction) = corrections[t] else { continue };
             let Ok(n) = self.all.binary_search_by_key(&source.new.index(), |part| part.element) else { continue };
             if let Some(moments) = cutter.moments(&gone[t].cell, &gone[t].heights, &changed[n]) {
-                self.all[n].leave(&moments, (&gone[t].velocity, share));
-                (source.mass, source.part) = (source.mass * share.mass, source.part * share.part);
+                self.all[n].scale_overlap(&moments, (&gone[t].velocity, correction));
+                (source.mass, source.part) = (source.mass * correction.mass, source.part * correction.part);
             }
         }
-        gone.iter_mut().zip(shared).filter(|(_, shared)| shared.is_some()).for_each(|(gone, _)| gone.left = [0.0; 4]);
+        gone.iter_mut()
+            .zip(corrections)
+            .filter(|(_, correction)| correction.is_some())
+            .for_each(|(gone, _)| gone.left = [0.0; 4]);
     }
 
-    fn lay_down(&mut self, gone: &[Gone<D>], changed: &Locator<'_, D>) {
-        for gone in gone.iter().filter(|gone| gone.misses(UNCOVERED)) {
+    fn deposit_uncovered(&mut self, gone: &[RemovedElement<D>], changed: &ElementLocator<'_, D>) {
+        for gone in gone.iter().filter(|gone| gone.is_uncovered(UNCOVERED)) {
             let mass: f64 = gone.left.iter().sum();
             self.stray_mass += mass.abs();
             let middle = [1.0 / (D + 1) as f64; 4];
-            let weights = if gone.misses(PLACED) { gone.left.map(|left| left / mass) } else { middle };
-            if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
+            let weights = if gone.is_uncovered(PLACED) { gone.left.map(|left| left / mass) } else { middle };
+            if let Some(place) = changed.nearest(&interpolate(&gone.cell.corners, &weights)) {
                 let part = &mut self.all[place.cell];
-                part.add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
+                part.add_point(mass, &interpolate(&gone.velocity, &weights), &place.weights);
             }
         }
     }
 }
 
-impl<const D: usize> Part<D> {
-    fn add(&mut self, moments: &Moments, velocity: &[Vector<D>; 4]) {
+impl<const D: usize> ElementMoments<D> {
+    fn add(&mut self, moments: &OverlapMoments, velocity: &[Vector<D>; 4]) {
         for i in 0..=D {
-            for (sum, term) in self.inertia[i].iter_mut().zip(moments.inertia[i]) {
+            for (sum, term) in self.mass_matrix[i].iter_mut().zip(moments.mass_matrix[i]) {
                 *sum += term;
             }
-            self.momentum[i] += weighed(velocity, &moments.mixed[i]);
+            self.momentum[i] += interpolate(velocity, &moments.mixed[i]);
         }
     }
 
-    /// Of what was added, leaves that share.
-    fn leave(&mut self, moments: &Moments, (velocity, share): (&[Vector<D>; 4], Shared<D>)) {
-        let less = share.mass - 1.0;
+    /// Scales an overlap that was added.
+    fn scale_overlap(
+        &mut self,
+        moments: &OverlapMoments,
+        (velocity, correction): (&[Vector<D>; 4], ShareCorrection<D>),
+    ) {
+        let less = correction.mass - 1.0;
         for i in 0..=D {
-            for (sum, term) in self.inertia[i].iter_mut().zip(moments.inertia[i]) {
+            for (sum, term) in self.mass_matrix[i].iter_mut().zip(moments.mass_matrix[i]) {
                 *sum += less * term;
             }
             let mass: f64 = moments.mixed[i].iter().sum();
-            self.momentum[i] += weighed(velocity, &moments.mixed[i]) * less + share.faster * (share.mass * mass);
+            self.momentum[i] +=
+                interpolate(velocity, &moments.mixed[i]) * less + correction.faster * (correction.mass * mass);
         }
     }
 
-    /// Where the density would be more than D of its means below nothing at a corner, draws it to its mean until it is nothing there: at
-    /// D + 1 means, as where a point of mass lies on the side across, a node in such a corner has no mass. Mass stays, its centre does not.
+    /// Limits the corner densities: if one is below −D means, scales all about their mean until the least is zero. At
+    /// −(D + 1) means, as with a point mass on the opposite side, the node at that corner would have no mass. Mass is
+    /// conserved, the centre of mass is not.
     ///
-    /// Momenta are drawn to their mean by the same part, p′ = p̄ + part (p − p̄): their sum stays, V m becomes V m′, what corners move by
-    /// otherwise than the whole shrinks, p′ − V m′ = part (p − V m), and no |p′| is above the greatest |p|, however little the whole weighs.
-    fn level(&mut self) {
+    /// Momenta are scaled about their mean by the same factor, p′ = p̄ + part (p − p̄). Their sum is conserved and V m
+    /// becomes V m′; relative momenta shrink, p′ − V m′ = part (p − V m). No |p′| exceeds the greatest |p|, however
+    /// small the mass.
+    fn limit_density(&mut self) {
         let was = self.corner_mass();
         let whole: f64 = was.iter().sum();
         let is_far_below = least_height::<D>(&was) < -(D as f64) * whole;
-        if let Some(part) = bearable_part::<D>(&was).filter(|_| is_far_below) {
-            self.inertia = inertia::<D>(&heights::<D>(&levelled::<D>(&was)));
+        if let Some(part) = limiting_scale::<D>(&was).filter(|_| is_far_below) {
+            self.mass_matrix = mass_matrix::<D>(&heights::<D>(&limited_corner_masses::<D>(&was)));
             let mean = self.momentum[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64;
             self.momentum[..=D].iter_mut().for_each(|own| *own = mean + (*own - mean) * part);
         }
     }
 
-    /// Adds a mass at a point.
+    /// Adds a point mass.
     fn add_point(&mut self, mass: f64, velocity: &Vector<D>, shape: &[f64; 4]) {
         for i in 0..=D {
             for j in 0..=D {
-                self.inertia[i][j] += mass * shape[i] * shape[j];
+                self.mass_matrix[i][j] += mass * shape[i] * shape[j];
             }
             self.momentum[i] += velocity * (mass * shape[i]);
         }
     }
 }
 
-impl<const D: usize> Gone<D> {
+impl<const D: usize> RemovedElement<D> {
     fn of(old: &Moved<'_, D>, carried: &Carried<'_, D>, element: ElementId) -> Self {
         let nodes = &old.mesh.elements[element.index()];
         let was = carried.corner_mass[element.index()];
-        let own = if carried.is_level { levelled::<D>(&was) } else { was };
+        let own = if carried.is_level { limited_corner_masses::<D>(&was) } else { was };
         let velocity = std::array::from_fn(|a: usize| carried.velocity[nodes[a.min(D)].index()]);
         let mut gone = Self {
-            cell: Cell::of(old.position, nodes),
+            cell: DeformedElement::of(old.position, nodes),
             own,
             heights: heights::<D>(&own),
             velocity,
@@ -223,15 +240,19 @@ impl<const D: usize> Gone<D> {
         };
         if own != was {
             let lacking: [f64; 4] = std::array::from_fn(|a| was[a] - own[a]);
-            let faster = weighed(&velocity, &lacking) / own.iter().sum::<f64>();
+            let faster = interpolate(&velocity, &lacking) / own.iter().sum::<f64>();
             gone.velocity.iter_mut().for_each(|velocity| *velocity += faster);
         }
         gone
     }
 
-    /// Gives a new element what that lies over; an element that is turned inside out has nothing to give. How much mass, kg,
-    /// and ∫λ_a over it as parts of its measure.
-    fn give(&mut self, new: &Cell<D>, (cutter, part): (&mut Cutter, &mut Part<D>)) -> (f64, [f64; 4]) {
+    /// Integrates the overlap with a new element, and returns its mass, kg, and ∫λ_a relative to the measure. An
+    /// inverted old element has no overlap.
+    fn integrate_overlap(
+        &mut self,
+        new: &DeformedElement<D>,
+        (cutter, part): (&mut OverlapIntegrator, &mut ElementMoments<D>),
+    ) -> (f64, [f64; 4]) {
         if !self.cell.is_upright {
             return (0.0, [0.0; 4]);
         }
@@ -248,18 +269,18 @@ impl<const D: usize> Gone<D> {
         (mass, parts)
     }
 
-    /// What new elements may keep of it, if they lie over it more than once and have more than it had.
-    fn shared(&self) -> Option<Shared<D>> {
+    /// Share correction, if new elements cover this one more than once and took more than its mass.
+    fn share_correction(&self) -> Option<ShareCorrection<D>> {
         let given: [f64; 4] = std::array::from_fn(|a| self.own[a] - self.left[a]);
         let [own, all] = [self.own, given].map(|masses| masses.iter().sum::<f64>());
         (self.covered > 1.0 + PLACED && all > own && own > 0.0).then(|| {
             let mass = own / all;
             let lacking = std::array::from_fn(|a| self.own[a] - mass * given[a]);
-            Shared { mass, part: 1.0 / self.covered, faster: weighed(&self.velocity, &lacking) / own }
+            ShareCorrection { mass, part: 1.0 / self.covered, faster: interpolate(&self.velocity, &lacking) / own }
         })
     }
 
-    /// The part of it that these weights say, of a ring with its radius.
+    /// Part of the element with these integrals, weighted by the radius for a ring.
     fn part(&self, symmetry: Symmetry, parts: &[f64; 4]) -> f64 {
         if symmetry != Symmetry::Axisymmetric {
             return parts.iter().sum();
@@ -269,8 +290,8 @@ impl<const D: usize> Gone<D> {
         parts.iter().zip(radii).map(|(part, radius)| part * radius).sum::<f64>() / mean
     }
 
-    /// Whether more than this part of its mass, which may be below nothing, is left.
-    fn misses(&self, part: f64) -> bool {
+    /// Returns true if more than this part of its mass, which may be negative, is uncovered.
+    fn is_uncovered(&self, part: f64) -> bool {
         let mass: f64 = self.left.iter().sum();
         mass.abs() > part * self.heights.iter().sum::<f64>().abs() / (D + 1) as f64
     }
@@ -281,18 +302,18 @@ mod tests {
     use super::*;
     use crate::mesh::NodeId;
 
-    /// An element with that density times measure at its corners, which moves so there.
-    fn part<const D: usize>(heights: &[f64; 4], velocity: &[Vector<D>; 4]) -> Part<D> {
-        let inertia = inertia::<D>(heights);
-        Part { element: 0, inertia, momentum: inertia.map(|row| weighed(velocity, &row)) }
+    /// Element with this corner density times measure, and these corner velocities.
+    fn part<const D: usize>(heights: &[f64; 4], velocity: &[Vector<D>; 4]) -> ElementMoments<D> {
+        let mass_matrix = mass_matrix::<D>(heights);
+        ElementMoments { element: 0, mass_matrix, momentum: mass_matrix.map(|row| interpolate(velocity, &row)) }
     }
 
-    /// Beside an element that moves in the same way and weighs 1 kg, no node comes to more than twice the speed that there was.
+    /// No node exceeds twice the field speed, beside an equally moving element of 1 kg.
     #[track_caller]
     fn check_kicks<const D: usize>(heights: [f64; 4], velocity: [Vector<D>; 4]) {
         let mut part = part(&heights, &velocity);
         let was = part.momentum;
-        part.level();
+        part.limit_density();
         let sum = |momenta: &[Vector<D>; 4]| momenta.iter().sum::<Vector<D>>();
         assert!((sum(&part.momentum) - sum(&was)).amax() < 1e-15);
         let greatest = |momenta: &[Vector<D>; 4]| momenta.iter().map(Vector::<D>::norm).fold(0.0, f64::max);
@@ -304,8 +325,8 @@ mod tests {
         }
     }
 
-    /// Stray mass was taken from them until they weighed a thousandth: drawn to the mean as the whole moves, at 230 to 280 m/s, they threw
-    /// nodes of a field of 1 m/s at 45 to 140 m/s.
+    /// Uncovered mass reduced these elements to a thousandth. Limiting that drew momenta to the mean velocity of the
+    /// whole, 230 to 280 m/s, ejected nodes of a field of 1 m/s at 45 to 140 m/s.
     #[test]
     fn what_is_drawn_to_its_mean_kicks_no_node_out_of_its_field() {
         let v = |x: f64, y: f64| Vector::<2>::new(x, y);
@@ -317,17 +338,18 @@ mod tests {
         );
     }
 
-    /// All of an old element that weighs less than nothing has been given away: where the last of it would lie was 0/0.
+    /// An old element of negative mass that is fully covered: the position of its uncovered rest was 0/0.
     #[test]
     fn of_an_element_below_nothing_that_is_given_away_nothing_is_laid_down() {
         let x = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
-        let cell = Cell::of(&x, &[NodeId(0), NodeId(1), NodeId(2), NodeId(0)]);
+        let cell = DeformedElement::of(&x, &[NodeId(0), NodeId(1), NodeId(2), NodeId(0)]);
         let own = [-1.0, -1.0, -2.0, 0.0];
         let velocity = [Vector::<2>::new(1.0, 0.0); 4];
-        let gone = |left| Gone { cell, own, heights: heights::<2>(&own), velocity, left, covered: 0.0 };
+        let gone = |left| RemovedElement { cell, own, heights: heights::<2>(&own), velocity, left, covered: 0.0 };
         let laid = |left| {
-            let mut parts = Parts { all: vec![part::<2>(&[1.0; 4], &velocity)], sources: vec![], stray_mass: 0.0 };
-            parts.lay_down(&[gone(left)], &Locator::new(&[cell]));
+            let mut parts =
+                SupermeshIntegrals { all: vec![part::<2>(&[1.0; 4], &velocity)], sources: vec![], stray_mass: 0.0 };
+            parts.deposit_uncovered(&[gone(left)], &ElementLocator::new(&[cell]));
             (parts.all[0].corner_mass().iter().sum::<f64>(), parts.stray_mass)
         };
         assert_eq!(laid([0.0; 4]), (1.0, 0.0));
@@ -338,17 +360,20 @@ mod tests {
     #[test]
     fn what_is_drawn_to_its_mean_moves_as_before() {
         let velocity = Vector::<2>::new(-60.0, 70.0);
-        let mut part =
-            Part { element: 0, inertia: inertia::<2>(&[1e-6, 1e-6, 1e-6, 0.0]), momentum: [velocity * 1e-6 / 3.0; 4] };
+        let mut part = ElementMoments {
+            element: 0,
+            mass_matrix: mass_matrix::<2>(&[1e-6, 1e-6, 1e-6, 0.0]),
+            momentum: [velocity * 1e-6 / 3.0; 4],
+        };
         part.momentum[3] = Vector::zeros();
-        // What hung on it, twenty times its mass, near one of its corners.
+        // A detached mass, twenty times its own, near one of its corners.
         part.add_point(20e-6, &velocity, &[0.98, 0.01, 0.01, 0.0]);
         let corners = part.corner_mass();
-        part.level();
-        let level = part.corner_mass();
-        assert!(level[0] < corners[0] && heights::<2>(&level)[1] >= -1e-18, "{level:?}");
-        assert!((level.iter().sum::<f64>() - 21e-6).abs() < 1e-18);
-        for (momentum, mass) in part.momentum.iter().zip(level) {
+        part.limit_density();
+        let limited = part.corner_mass();
+        assert!(limited[0] < corners[0] && heights::<2>(&limited)[1] >= -1e-18, "{limited:?}");
+        assert!((limited.iter().sum::<f64>() - 21e-6).abs() < 1e-18);
+        for (momentum, mass) in part.momentum.iter().zip(limited) {
             assert!((momentum - velocity * mass).amax() < 1e-15, "{momentum} of {mass} kg");
         }
     }

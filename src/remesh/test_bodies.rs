@@ -1,12 +1,12 @@
-//! Bodies to be remeshed in tests.
+//! Test bodies for remeshing.
 
 use super::*;
 use crate::mesh::{Facet, Grid, Split};
 
-/// Numbers from 0 to 1 that are the same in every run.
-pub(super) struct Random(u64);
+/// Deterministic random numbers from 0 to 1.
+pub(super) struct TestRandom(u64);
 
-impl Random {
+impl TestRandom {
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
@@ -19,9 +19,14 @@ impl Random {
     }
 }
 
-/// A grid of planes along the axes, inner nodes moved by up to a quarter of a cell, every cell cut along a diagonal of its own;
-/// in space moved by an eighth, so that no element is turned inside out, and cut into the six tetrahedra of Kuhn.
-fn grid<const D: usize>(planes: &[Vec<f64>; D], jitter: f64, random: &mut Random) -> (Vec<Vector<D>>, Vec<Simplex>) {
+/// Jittered grid: inner nodes are displaced by up to a quarter of a cell, every cell is cut along a diagonal of its
+/// own. In space the displacement is an eighth, so that no element is inverted, and cells are cut into Kuhn's six
+/// tetrahedra.
+fn grid<const D: usize>(
+    planes: &[Vec<f64>; D],
+    jitter: f64,
+    random: &mut TestRandom,
+) -> (Vec<Vector<D>>, Vec<Simplex>) {
     if D == 2 {
         return flat_grid(planes, jitter, random);
     }
@@ -30,21 +35,21 @@ fn grid<const D: usize>(planes: &[Vec<f64>; D], jitter: f64, random: &mut Random
     for point in &mut points {
         let at: [usize; D] = std::array::from_fn(|axis| planes[axis].iter().position(|p| *p == point[axis]).unwrap());
         if (0..D).all(|axis| at[axis] > 0 && at[axis] + 1 < planes[axis].len()) {
-            *point += Vector::<D>::from_fn(|axis, _| 0.5 * jitter * shift(&planes[axis], at[axis], random));
+            *point += Vector::<D>::from_fn(|axis, _| 0.5 * jitter * random_shift(&planes[axis], at[axis], random));
         }
     }
     (points, elements)
 }
 
-/// Up to a quarter of the lesser of the cells beside a plane, to either side.
-fn shift(planes: &[f64], k: usize, random: &mut Random) -> f64 {
+/// Random displacement of up to a quarter of the lesser adjacent cell, to either side.
+fn random_shift(planes: &[f64], k: usize, random: &mut TestRandom) -> f64 {
     (planes[k + 1] - planes[k]).min(planes[k] - planes[k - 1]) * (0.5 * random.next() - 0.25)
 }
 
 fn flat_grid<const D: usize>(
     planes: &[Vec<f64>; D],
     jitter: f64,
-    random: &mut Random,
+    random: &mut TestRandom,
 ) -> (Vec<Vector<D>>, Vec<Simplex>) {
     let n = [planes[0].len(), planes[1].len()];
     let mut points = vec![];
@@ -52,7 +57,7 @@ fn flat_grid<const D: usize>(
     for j in 0..n[1] {
         for i in 0..n[0] {
             let is_inner = i > 0 && j > 0 && i + 1 < n[0] && j + 1 < n[1];
-            let mut by = |axis: usize, k| if is_inner { jitter * shift(&planes[axis], k, random) } else { 0.0 };
+            let mut by = |axis: usize, k| if is_inner { jitter * random_shift(&planes[axis], k, random) } else { 0.0 };
             let by = [by(0, i), by(1, j)];
             points.push(Vector::<D>::from_fn(|axis, _| planes[axis][[i, j][axis]] + by[axis]));
         }
@@ -65,20 +70,20 @@ fn flat_grid<const D: usize>(
     (points, elements)
 }
 
-/// `n` equal cells from 0 to 1.
+/// Planes of `n` equal cells from 0 to 1.
 pub(super) fn even(n: usize) -> Vec<f64> {
     (0..=n).map(|i| i as f64 / n as f64).collect()
 }
 
-/// The unit square in n × n jittered cells.
-pub(super) fn jittered_square(n: usize, random: &mut Random) -> Mesh<2> {
+/// Unit square in n × n jittered cells.
+pub(super) fn jittered_square(n: usize, random: &mut TestRandom) -> Mesh<2> {
     let (points, elements) = grid(&[even(n), even(n)], 1.0, random);
     Mesh::new(points, elements)
 }
 
-/// A body that is a rectangle, or box, in coordinates ξ of its own, and where it is now.
+/// Body that is a rectangle or box in material coordinates ξ, with its current positions.
 #[derive(Clone)]
-pub(super) struct Body<const D: usize> {
+pub(super) struct TestBody<const D: usize> {
     pub xi: Vec<Vector<D>>,
     pub mesh: Mesh<D>,
     pub position: Vec<Vector<D>>,
@@ -88,15 +93,15 @@ pub(super) struct Body<const D: usize> {
     pub velocity: Vec<Vector<D>>,
 }
 
-/// From ξ to where a body is.
-pub(super) type Map<'a, const D: usize> = dyn Fn(&Vector<D>) -> Vector<D> + 'a;
+/// Map from ξ to current positions.
+pub(super) type BodyMap<'a, const D: usize> = dyn Fn(&Vector<D>) -> Vector<D> + 'a;
 
-impl<const D: usize> Body<D> {
-    /// At rest at ξ, of unit density, and now at map(ξ).
+impl<const D: usize> TestBody<D> {
+    /// Builds a body at rest at ξ, of unit density, with current positions map(ξ).
     pub fn new(
         planes: &[Vec<f64>; D],
-        (jitter, random): (f64, &mut Random),
-        (symmetry, map): (Symmetry, &Map<'_, D>),
+        (jitter, random): (f64, &mut TestRandom),
+        (symmetry, map): (Symmetry, &BodyMap<'_, D>),
     ) -> Self {
         let (xi, elements) = grid(planes, jitter, random);
         let mesh = Mesh::<D>::new(xi.clone(), elements);
@@ -108,14 +113,14 @@ impl<const D: usize> Body<D> {
         Self { xi, mesh, position, symmetry, mass: vec![], corner_mass: vec![], velocity }.with_masses(&mass)
     }
 
-    /// The same with these masses of the elements, kg.
+    /// Sets the masses of the elements, kg.
     pub fn with_masses(mut self, mass: &[f64]) -> Self {
         self.corner_mass = corner_masses(&self.mesh.rest, &self.mesh.elements, mass, self.symmetry);
         self.mass = nodal_masses::<D>(self.xi.len(), &self.mesh.elements, &self.corner_mass);
         self
     }
 
-    /// The same with a velocity that depends on where a node is.
+    /// Sets the velocity as a function of position.
     pub fn with_velocity(mut self, velocity: impl Fn(&Vector<D>) -> Vector<D>) -> Self {
         self.velocity = self.position.iter().map(velocity).collect();
         self
@@ -139,82 +144,82 @@ impl<const D: usize> Body<D> {
         Books::of(&self.position, &self.mass, &self.velocity)
     }
 
-    /// Σ m x, kg·m.
+    /// First moment Σ m x, kg·m.
     pub fn first_moment(&self) -> Vector<D> {
         self.position.iter().zip(&self.mass).map(|(x, m)| x * *m).sum()
     }
 
-    /// The proposal that changes nothing.
+    /// Proposal that changes nothing.
     pub fn again(&self) -> Proposal<D> {
         Proposal {
             position: self.position.clone(),
-            origin: (0..self.xi.len() as u32).map(|i| Origin::Kept(NodeId(i))).collect(),
+            origin: (0..self.xi.len() as u32).map(|i| NodeOrigin::Kept(NodeId(i))).collect(),
             elements: self.mesh.elements.clone(),
             over: vec![],
             cleared: 0.0,
         }
     }
 
-    /// Another grid of the same rectangle or box, and where its nodes are in ξ.
+    /// Another grid of the same rectangle or box, with the node positions in ξ.
     pub fn other(
         &self,
         planes: &[Vec<f64>; D],
-        (jitter, random): (f64, &mut Random),
-        map: &Map<'_, D>,
+        (jitter, random): (f64, &mut TestRandom),
+        map: &BodyMap<'_, D>,
     ) -> (Vec<Vector<D>>, Proposal<D>) {
         let (xi, elements) = grid(planes, jitter, random);
         let is_end = |p: &Vector<D>, axis: usize| p[axis] == 0.0 || p[axis] == *planes[axis].last().unwrap();
         // Corners of a rectangle are ends of the sides along the first axis.
-        let origin: Vec<Origin> = xi
+        let origin: Vec<NodeOrigin> = xi
             .iter()
             .map(|p| match (0..D).rev().find(|axis| is_end(p, *axis)) {
                 Some(across) if D == 2 => self.on_side(p, 1 - across),
                 Some(across) => self.on_face(p, across),
-                None => Origin::Inside,
+                None => NodeOrigin::Inside,
             })
             .collect();
         let at = |node: NodeId| self.position[node.index()];
-        let place = |(p, origin): (&Vector<D>, &Origin)| match *origin {
-            Origin::Kept(node) => at(node),
-            Origin::Surface([a, b, _], [r, s, _]) if D == 2 => at(a) * r + at(b) * s,
-            Origin::Surface([a, b, c], [r, s, t]) => at(a) * r + at(b) * s + at(c) * t,
-            Origin::Inside => map(p),
+        let place = |(p, origin): (&Vector<D>, &NodeOrigin)| match *origin {
+            NodeOrigin::Kept(node) => at(node),
+            NodeOrigin::Surface([a, b, _], [r, s, _]) if D == 2 => at(a) * r + at(b) * s,
+            NodeOrigin::Surface([a, b, c], [r, s, t]) => at(a) * r + at(b) * s + at(c) * t,
+            NodeOrigin::Inside => map(p),
         };
         let position = xi.iter().zip(&origin).map(place).collect();
         (xi, Proposal { position, origin, elements, over: vec![], cleared: 0.0 })
     }
 
-    /// Origin of a point of a side along an axis.
-    fn on_side(&self, p: &Vector<D>, along: usize) -> Origin {
+    /// Origin of a point on a side along an axis.
+    fn on_side(&self, p: &Vector<D>, along: usize) -> NodeOrigin {
         let mut side: Vec<usize> = (0..self.xi.len()).filter(|i| self.xi[*i][1 - along] == p[1 - along]).collect();
         side.sort_by(|a, b| self.xi[*a][along].total_cmp(&self.xi[*b][along]));
         let next = side.iter().position(|i| self.xi[*i][along] >= p[along]).unwrap();
         if self.xi[side[next]] == *p {
-            return Origin::Kept(NodeId(side[next] as u32));
+            return NodeOrigin::Kept(NodeId(side[next] as u32));
         }
         let [a, b] = [side[next - 1], side[next]];
         let s = (p[along] - self.xi[a][along]) / (self.xi[b][along] - self.xi[a][along]);
-        Origin::Surface([a, b, b].map(|n| NodeId(n as u32)), [1.0 - s, s, 0.0])
+        NodeOrigin::Surface([a, b, b].map(|n| NodeId(n as u32)), [1.0 - s, s, 0.0])
     }
 
-    /// Origin of a point of a face across an axis.
-    fn on_face(&self, p: &Vector<D>, across: usize) -> Origin {
+    /// Origin of a point on a face across an axis.
+    fn on_face(&self, p: &Vector<D>, across: usize) -> NodeOrigin {
         let flat = |x: &Vector<D>| Vector::<2>::new(x[(across + 1) % 3], x[(across + 2) % 3]);
         let beside = |facet: &&Facet| facet.iter().all(|n| self.xi[n.index()][across] == p[across]);
         let found = self.mesh.facets.iter().filter(beside).map(|facet| {
             let corners = facet.map(|n| flat(&self.xi[n.index()]));
-            let [a, b, c] = triangle::shares([&corners[0], &corners[1], &corners[2]], &flat(p));
+            let [a, b, c] = triangle::barycentric([&corners[0], &corners[1], &corners[2]], &flat(p));
             (*facet, [a, b, c].map(|w| if w.abs() < 1e-14 { 0.0 } else { w }))
         });
         let inner = |weights: &[f64; 3]| weights.iter().copied().fold(f64::MAX, f64::min);
         let (facet, weights) = found.max_by(|a, b| inner(&a.1).total_cmp(&inner(&b.1))).unwrap();
         match facet.iter().find(|n| self.xi[n.index()] == *p) {
-            Some(node) => Origin::Kept(*node),
-            None => Origin::Surface(facet, weights),
+            Some(node) => NodeOrigin::Kept(*node),
+            None => NodeOrigin::Surface(facet, weights),
         }
     }
 
-    /// The body after a transfer.
+    /// Body after a transfer.
     pub fn after(self, xi: Vec<Vector<D>>, new: Proposal<D>, transferred: Transferred<D>) -> Self {
         let mut mesh = Mesh::<D>::new(transferred.rest, new.elements);
         mesh.held = transferred.held;
@@ -230,7 +235,7 @@ impl<const D: usize> Body<D> {
     }
 }
 
-/// Numbers from 0 to 1, one for each element.
-pub(super) fn scatter<const D: usize>(mesh: &Mesh<D>, random: &mut Random) -> Vec<f64> {
+/// Random numbers from 0 to 1, one per element.
+pub(super) fn scatter<const D: usize>(mesh: &Mesh<D>, random: &mut TestRandom) -> Vec<f64> {
     mesh.elements.iter().map(|_| random.next()).collect()
 }

@@ -1,15 +1,15 @@
-//! Meshes that the tests of this module start from.
+//! Meshes for the tests of remeshing.
 
 use crate::math::Vector;
 use crate::mesh::{Block, Face, Grid, Hold, Mesh, Split, block, uniform};
 
-/// The unit square in crossed cells, `n` along each side.
+/// Unit square in crossed cells, `n` along each side.
 pub(super) fn square(n: usize) -> Mesh<2> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
     block(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] })
 }
 
-/// The unit square held at its foot and, along its normal, on its left.
+/// Unit square held at its foot and, along its normal, on its left.
 pub(super) fn held(n: usize) -> Mesh<2> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
     let foot = Face { axis: 1, high: false, hold: Hold::All };
@@ -17,7 +17,7 @@ pub(super) fn held(n: usize) -> Mesh<2> {
     block(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![left, foot] })
 }
 
-/// A square of 3 × 3 with a hole of 1 × 1, and `pieces` of them beside each other.
+/// Squares of 3 × 3 with a hole of 1 × 1, `pieces` of them beside each other.
 pub(super) fn rings(pieces: usize, size: f64) -> Mesh<2> {
     let planes = [uniform(0.0, 4.0 * pieces as f64, size), uniform(0.0, 3.0, size)];
     let filled = move |[i, j]: [usize; 2]| {
@@ -29,7 +29,7 @@ pub(super) fn rings(pieces: usize, size: f64) -> Mesh<2> {
     Mesh::new(points, elements)
 }
 
-/// Where the nodes of a mesh are after a map.
+/// Positions of the nodes after a map.
 pub(super) fn moved(mesh: &Mesh<2>, map: impl Fn(&Vector<2>) -> Vector<2>) -> Vec<Vector<2>> {
     mesh.rest.iter().map(map).collect()
 }

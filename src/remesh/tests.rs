@@ -1,4 +1,4 @@
-//! What a new mesh must be like, whatever the old one was.
+//! Properties of a plane remesh of any body.
 
 use super::test_meshes::{held, moved, rings, square};
 use super::*;
@@ -11,8 +11,8 @@ const ANY: Acceptance = Acceptance { measure: 1.0, quality: 0.0 };
 const SAME_AREA: Acceptance = Acceptance { measure: 1e-12, quality: 0.0 };
 const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, slide: 0.0, rests: true, most: 100_000 };
 
-type Size = fn(&Vector<2>) -> f64;
-type Map = fn(&Vector<2>) -> Vector<2>;
+type SizeFunction = fn(&Vector<2>) -> f64;
+type PlaneMap = fn(&Vector<2>) -> Vector<2>;
 
 fn at(x: f64, y: f64) -> Vector<2> {
     Vector::<2>::new(x, y)
@@ -26,12 +26,12 @@ fn stretched(x: &Vector<2>) -> Vector<2> {
     at(3.0 * x[0], x[1] / 3.0)
 }
 
-/// Pressed down in the middle of the top.
+/// Indentation in the middle of the top.
 fn indented(x: &Vector<2>) -> Vector<2> {
     at(x[0], x[1] - 0.4 * (-((x[0] - 0.5) / 0.12).powi(2)).exp() * x[1].powi(2))
 }
 
-/// Turned in the middle by half a turn: elements there are inverted.
+/// Half turn of the middle: elements there are inverted.
 fn twirled(x: &Vector<2>) -> Vector<2> {
     let d = x - at(0.5, 0.5);
     let (sin, cos) = (3.0 * (-(d.norm() / 0.15).powi(2)).exp()).sin_cos();
@@ -55,11 +55,11 @@ fn settled(new: &Proposal<2>) -> Mesh<2> {
     Mesh::new(new.position.clone(), new.elements.clone())
 }
 
-/// How many elements are, node by node, those of the old mesh.
+/// Number of elements that survive node by node.
 fn surviving(old: &Moved<'_, 2>, new: &Proposal<2>) -> usize {
     let was = |node: NodeId| match new.origin[node.index()] {
-        Origin::Kept(node) => Some(node),
-        Origin::Surface(..) | Origin::Inside => None,
+        NodeOrigin::Kept(node) => Some(node),
+        NodeOrigin::Surface(..) | NodeOrigin::Inside => None,
     };
     let ours: HashSet<[Option<NodeId>; 3]> = old.mesh.elements.iter().map(|e| [e[0], e[1], e[2]].map(Some)).collect();
     new.elements.iter().filter(|e| ours.contains(&[e[0], e[1], e[2]].map(was))).count()
@@ -69,8 +69,8 @@ fn find(x: &[Vector<2>], point: &Vector<2>) -> Option<usize> {
     x.iter().position(|x| x == point)
 }
 
-/// Name, mesh, where it is, and the size asked for.
-fn cases() -> Vec<(&'static str, Mesh<2>, Map, Size)> {
+/// Cases: name, mesh, map and target size.
+fn cases() -> Vec<(&'static str, Mesh<2>, PlaneMap, SizeFunction)> {
     vec![
         ("sheared", square(16), sheared, |_| 1.0 / 16.0),
         ("stretched", square(16), stretched, |_| 1.0 / 16.0),
@@ -104,7 +104,7 @@ fn a_mesh_that_was_just_made_is_made_again_to_the_bit() {
         let mesh = settled(&new);
         let again = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, size, &Rules::default());
         assert!(again.elements == new.elements && again.position == new.position, "{name}");
-        assert!(again.origin.iter().enumerate().all(|(n, o)| *o == Origin::Kept(NodeId(n as u32))), "{name}");
+        assert!(again.origin.iter().enumerate().all(|(n, o)| *o == NodeOrigin::Kept(NodeId(n as u32))), "{name}");
     }
 }
 
@@ -139,17 +139,17 @@ fn origins_say_where_nodes_come_from() {
         let facets: Vec<[NodeId; 2]> = mesh.facets.iter().map(|f| [f[0], f[1]]).collect();
         for (x, origin) in new.position.iter().zip(&new.origin) {
             match *origin {
-                Origin::Kept(node) => assert_eq!(*x, position[node.index()]),
-                Origin::Surface([a, b, c], [r, s, none]) => {
+                NodeOrigin::Kept(node) => assert_eq!(*x, position[node.index()]),
+                NodeOrigin::Surface([a, b, c], [r, s, none]) => {
                     assert!(facets.contains(&[a, b]) && s > 0.0 && s < 1.0, "{name}: {a:?} {b:?} {s}");
                     assert!(c == b && none == 0.0 && r == 1.0 - s);
                     assert!((x - r * position[a.index()] - s * position[b.index()]).norm() < 1e-15);
                 }
-                Origin::Inside => {}
+                NodeOrigin::Inside => {}
             }
         }
-        edges += new.origin.iter().filter(|o| matches!(o, Origin::Surface(..))).count();
-        inside += new.origin.iter().filter(|o| **o == Origin::Inside).count();
+        edges += new.origin.iter().filter(|o| matches!(o, NodeOrigin::Surface(..))).count();
+        inside += new.origin.iter().filter(|o| **o == NodeOrigin::Inside).count();
     }
     assert!(edges > 100 && inside > 1000, "{edges} {inside}");
 }
@@ -157,7 +157,7 @@ fn origins_say_where_nodes_come_from() {
 #[test]
 fn corners_and_the_ends_of_what_is_held_stay() {
     let mut mesh = held(48);
-    // On top, which is free, a part is held as well: it ends between the corners.
+    // A part of the free top is held as well: it ends between the corners.
     let pinned = |x: &Vector<2>| x[1] == 1.0 && (0.24..0.76).contains(&x[0]);
     (0..mesh.rest.len()).filter(|&n| pinned(&mesh.rest[n])).for_each(|n| mesh.held[n] = [true; 2]);
     let new = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, |_| 0.13, &Rules::default());
@@ -203,11 +203,11 @@ fn a_boundary_that_crosses_itself_is_an_error() {
     assert!(matches!(found, Err(RemeshError::Blocked { .. } | RemeshError::Coincident { .. })), "{found:?}");
 }
 
-/// A splash that comes down on the gel: a long bow of the wall, and only its tip is in the gel.
+/// Falling splash: a long bow of the wall, of which only the tip enters the gel.
 #[test]
 fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
     let mesh = rings(2, 0.25);
-    // The right ring beside the left one, its wall drawn out to a tip that is in the left one; and a tip of the left one in the right.
+    // Each ring has a tip drawn out of its wall into the other ring.
     for (node, tip) in [(at(4.0, 1.5), at(2.97, 1.52)), (at(3.0, 1.5), at(3.13, 1.52))] {
         let beside = |x: &Vector<2>| if x[0] > 3.5 { x - at(0.9, 0.0) } else { *x };
         let position = moved(&mesh, |x| if *x == node { tip } else { beside(x) });
@@ -219,7 +219,7 @@ fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
     }
 }
 
-/// The hole of a ring, pushed through its wall: what closed the gap would be gel made of nothing.
+/// Hole of a ring, pushed through its wall: closing the gap would create gel.
 #[test]
 fn a_gap_that_is_pushed_through_a_wall_is_not_filled() {
     let mesh = rings(1, 0.5);
@@ -229,7 +229,7 @@ fn a_gap_that_is_pushed_through_a_wall_is_not_filled() {
     assert!(matches!(found, Err(RemeshError::Crossing { .. })), "{found:?}");
 }
 
-/// The square with these nodes of its boundary elsewhere, on a new mesh.
+/// Square with displaced boundary nodes, remeshed.
 fn displaced(mesh: &Mesh<2>, places: &[(Vector<2>, Vector<2>)], rules: &Rules) -> Proposal<2> {
     let place = |x: &Vector<2>| places.iter().find(|(from, _)| from == x).map_or(*x, |(_, to)| *to);
     let position = moved(mesh, place);
@@ -240,12 +240,12 @@ fn displaced(mesh: &Mesh<2>, places: &[(Vector<2>, Vector<2>)], rules: &Rules) -
     new
 }
 
-/// Which of these places are still nodes.
+/// Returns for each place true if it is still a node.
 fn stayed(new: &Proposal<2>, places: &[(Vector<2>, Vector<2>)]) -> Vec<bool> {
     places.iter().map(|(_, to)| find(&new.position, to).is_some()).collect()
 }
 
-/// The pit under it, turned over by the tip, looks like a needle; without the pit the tip stood in the gel.
+/// A pit folded over by the tip looks like a needle; without the pit the tip would stand in the gel.
 #[test]
 fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
     let folded = |places: &[(Vector<2>, Vector<2>)], rests: bool| {
@@ -255,7 +255,7 @@ fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
     for rests in [false, true] {
         assert_eq!(folded(&tip, rests), [false; 2]);
     }
-    // Of a gel with a surface at rest a corner stays; what flows has none.
+    // A gel with a surface at rest keeps its corners; a flowing gel has none.
     let corner = [(at(1.0, 1.0), at(0.775, 0.98)), (at(0.875, 1.0), at(0.875, 0.95)), (at(1.0, 0.875), at(1.125, 1.0))];
     assert!(folded(&corner, true)[0]);
     assert_eq!(folded(&corner, false), [false; 2]);
@@ -314,12 +314,12 @@ fn sixty_remeshes_of_a_body_that_flows_keep_it_good() {
     assert!(area < 1e-2 && angle > 10.0, "{area} {angle}");
 }
 
-/// Triangles per second of a new mesh of about 100 000, all of it new, and of one of which all stays: what `--release` is for.
+/// Triangles per second of a new mesh of about 100 000, all of them new or all of them kept; run with `--release`.
 #[test]
 #[ignore = "a measurement, not a claim"]
 fn speed() {
     let mesh = square(160);
-    for (name, map) in [("all new", sheared as Map), ("a dent", indented), ("nothing new", |x| *x)] {
+    for (name, map) in [("all new", sheared as PlaneMap), ("a dent", indented), ("nothing new", |x| *x)] {
         let position = moved(&mesh, map);
         let old = Moved { mesh: &mesh, position: &position };
         let sizes = vec![1.0 / 160.0; position.len()];
@@ -338,7 +338,7 @@ fn speed() {
     }
 }
 
-/// A point of the square of ±1 moved along its ray: the boundary of the square goes to `radius`, a function of the angle.
+/// Star: a point of the square of ±1 moves along its ray; the boundary goes to `radius`, a function of the angle.
 fn star(x: &Vector<2>, radius: impl Fn(f64) -> f64) -> Vector<2> {
     let (square, round) = (x[0].abs().max(x[1].abs()), x.norm());
     if round == 0.0 { *x } else { x * (square / round * radius(x[1].atan2(x[0]).rem_euclid(TAU))) }

@@ -1,18 +1,19 @@
-//! Gel so thin that it breaks off: the sheets of a splash.
+//! Thin features: sheets of gel that erode.
 
 use super::Moved;
 use super::barycentric::edges;
 use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, Facet, facet_measure, signed_volume};
 
-/// Edges of a sheet, in thicknesses, at most.
+/// Greatest edge of a sheet, in thicknesses.
 const LONGEST: f64 = 4.0;
 
-/// Which elements are across a sheet thinner than this, m: from one of these facets of the surface to a node on another side of it.
-/// `across` has the neighbours of each element.
+/// Marks the elements across a sheet thinner than `below`, m: elements that reach from a surface facet to a node on
+/// another side. `across` holds the face neighbours of each element.
 ///
-/// In the plane what is turned inside out is thinner than anything. There an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
-/// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
+/// In the plane an inverted element is thinner than any limit; an element with two surface facets is a corner or a
+/// bend, not a sheet. In space an element is across a sheet if all its nodes are on the surface and the surface normals
+/// at two of them oppose each other.
 #[must_use]
 pub fn sheets<const D: usize>(
     moved: &Moved<'_, D>,
@@ -28,9 +29,9 @@ pub fn sheets<const D: usize>(
     thin
 }
 
-/// The target sizes with those of sheets no longer than so many of their thicknesses: the chords of longer edges would run through
-/// their other side, and no element between them could have a shape. In the plane: a tetrahedron at an edge of a block is no sheet, and
-/// tells itself from one by nothing that is known here.
+/// Limits target sizes on sheets to a multiple of their thickness: chords of longer edges would cross the opposite
+/// side, and the elements between would be degenerate. In the plane only: in space a tetrahedron at an edge of a block
+/// cannot be told from a sheet.
 #[must_use]
 pub fn thinned<const D: usize>(
     moved: &Moved<'_, D>,
@@ -50,7 +51,7 @@ pub fn thinned<const D: usize>(
     size
 }
 
-/// The elements across a sheet, and its thickness there, m; less than nothing of one that is turned inside out.
+/// Elements across a sheet, and its thickness there, m; negative for an inverted element.
 fn heights<const D: usize>(
     moved: &Moved<'_, D>,
     facets: &[Facet],
@@ -67,12 +68,12 @@ fn heights<const D: usize>(
     })
 }
 
-/// The surface faces away from itself where the cosine between its normals at two nodes is less than this. Under a ball in cells of a
-/// quarter of its radius normals of neighbours have 0.9.
+/// Cosine between the surface normals at two nodes below which they oppose each other. Under a ball in cells of a
+/// quarter of its radius, adjacent normals have 0.9.
 const AWAY: f64 = -0.3;
 
-/// In space, the elements across a sheet, and its thickness there, m: the greatest distance, along what their normals differ by, of
-/// two of its nodes at which the surface faces away from itself.
+/// Elements across a sheet in space, and its thickness there, m: the greatest distance, along the difference of their
+/// normals, of two nodes with opposing normals.
 fn widths<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> impl Iterator<Item = (usize, f64)> {
     let normals = normals(moved, facets);
     moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
@@ -90,7 +91,7 @@ fn widths<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> impl Iterat
     })
 }
 
-/// Unit normals of the surface at its nodes, by area; zero at the others.
+/// Unit normals of the surface at its nodes, weighted by area; zero at the other nodes.
 fn normals<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> Vec<Vector3> {
     let mut normals = vec![Vector3::zeros(); moved.position.len()];
     for facet in facets {
@@ -101,7 +102,7 @@ fn normals<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> Vec<Vector
     normals.iter().map(|normal| normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros)).collect()
 }
 
-/// A sheet is longer than it is thick: what is as short is a corner.
+/// Returns true if an element is longer than it is thick; shorter ones are corners.
 fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) -> bool {
     let nodes = &moved.mesh.elements[element];
     let length = |[a, b]: &[usize; 2]| (moved.position[nodes[*a].index()] - moved.position[nodes[*b].index()]).norm();
@@ -114,7 +115,7 @@ mod tests {
     use crate::math::Vector;
     use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours};
 
-    /// A block with a fin of this thickness on it, along its side.
+    /// Block with a fin of this thickness along its side.
     fn finned(thickness: f64) -> Mesh<3> {
         let planes = [vec![0.0, thickness, 0.25, 0.5], vec![0.0, 0.25, 0.5], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
         let mesh = block(Block { planes, split: Split::Kuhn, faces: vec![] });

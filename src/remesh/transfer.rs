@@ -1,30 +1,30 @@
-//! From a mesh to a new one of the same body: rest positions, masses and velocities (numerics 4.5, A12).
+//! Field transfer to a new mesh of the same body: rest positions, masses and velocities (numerics 4.5, A12).
 
-use super::conservation::{Books, Defects, Group};
+use super::conservation::{Books, Defects, NodeGroup};
 use super::correspondence::Pairing;
 use super::nodal_fields::{Carried, Symmetry, Transferred, nodal_masses};
-use super::overlap_candidates::{self, Under};
-use super::rest_positions::{self, Traces};
-use super::supermesh::{Part, Parts};
-use super::velocity::Balance;
+use super::overlap_candidates::{self, OverlapCandidates};
+use super::rest_positions::{self, RestLocations};
+use super::supermesh::{ElementMoments, SupermeshIntegrals};
+use super::velocity::MomentumProjection;
 use super::{Moved, Proposal};
 use crate::math::Vector;
 
-/// Carries masses, velocities and rest positions over to a new mesh.
+/// Transfers masses, velocities and rest positions to a new mesh.
 ///
-/// Rest positions are those of old nodes, bit for bit, and linear in between. The density is that of the old elements,
-/// linear in each, and every integral over it is exact: the new elements are cut along the old ones. Masses are
-/// m_i = ∫ρ N_i, so that mass and centre of mass are kept. Velocities start from the interpolated ones and are swept
-/// four times, v ← v + m⁻¹ (b − M v) with b_i = ∫ρ N_i v_old and M_ij = ∫ρ N_i N_j: because Σ_j M_ij = m_i each sweep
-/// leaves the momentum Σ b_i. Elements with the same old nodes are not cut, and a node whose neighbours within the
-/// reach of the sweeps are all unchanged keeps its bits. What is missing of the angular momentum after that is given
-/// back to the free nodes of changed elements, as a rotation about their centre of mass.
+/// Rest positions of kept nodes stay bit for bit; others are interpolated linearly. The old density is linear in each
+/// element, and supermesh integration makes every integral over it exact. Masses are m_i = ∫ρ N_i, which conserves mass
+/// and centre of mass. Velocities start from interpolation; four Jacobi sweeps v ← v + m⁻¹ (b − M v) follow, with b_i =
+/// ∫ρ N_i v_old and M_ij = ∫ρ N_i N_j. As Σ_j M_ij = m_i, each sweep conserves the momentum Σ b_i. Unchanged elements
+/// are not intersected, and a node whose neighbours within reach of the sweeps are unchanged keeps its bits. The
+/// remaining defect of angular momentum is returned to the free nodes of changed elements as a rigid rotation about
+/// their centre of mass.
 #[must_use]
 pub fn transfer<const D: usize>(old: &Moved<'_, D>, carried: &Carried<'_, D>, new: &Proposal<D>) -> Transferred<D> {
     transfer_paired(old, carried, (new, Pairing::of(old.mesh, new)))
 }
 
-/// The same where it is known which elements are old ones.
+/// Transfers the fields with a known correspondence of the meshes; see [`transfer()`].
 #[must_use]
 pub fn transfer_paired<const D: usize>(
     old: &Moved<'_, D>,
@@ -32,16 +32,16 @@ pub fn transfer_paired<const D: usize>(
     (new, pairing): (&Proposal<D>, Pairing),
 ) -> Transferred<D> {
     let gone = overlap_candidates::gone(old, &pairing);
-    let under = Under::new(old, new, (&pairing, &gone));
-    let traces = Traces::of(old, new, (&pairing.gone, &under));
-    let parts = Parts::of((old, carried), (new, &pairing), &under);
+    let under = OverlapCandidates::new(old, new, (&pairing, &gone));
+    let traces = RestLocations::of(old, new, (&pairing.gone, &under));
+    let parts = SupermeshIntegrals::of((old, carried), (new, &pairing), &under);
     let corner_mass = corner_masses(carried, &pairing, &parts.all);
     let mass = masses(new, (carried, &pairing), &corner_mass);
     let held = rest_positions::held(&old.mesh.held, &new.origin);
     let rest = traces.values(&old.mesh.rest).into_iter().zip(&new.position).map(|(rest, x)| rest.unwrap_or(*x));
     let rest = rest.collect();
     let mut velocity = guess(&traces, carried, &held);
-    let balance = Balance {
+    let balance = MomentumProjection {
         origin: &new.origin,
         old: (&old.mesh.elements, carried),
         new: (&new.elements, &pairing),
@@ -49,22 +49,26 @@ pub fn transfer_paired<const D: usize>(
         mass: &mass,
         held: &held,
     };
-    let taken = balance.sweep(&mut velocity);
+    let taken = balance.project_momentum(&mut velocity);
     let before = Books::of(old.position, carried.mass, carried.velocity);
     let mut defects = Defects::new(before, Books::of(&new.position, &mass, &velocity), (&new.position, &taken));
     (defects.stray_mass, defects.misses) = (parts.stray_mass, traces.misses);
     defects.unchanged = pairing.same.iter().flatten().count() as f64 / pairing.same.len().max(1) as f64;
     defects.massless = mass.iter().filter(|m| **m <= 0.0 || !m.is_finite()).count();
     if carried.symmetry != Symmetry::Axisymmetric {
-        let changed = Group { x: &new.position, mass: &mass, members: &free(new, &pairing, &held) };
-        changed.turn(&mut velocity, &-defects.angular_defect());
+        let changed = NodeGroup { x: &new.position, mass: &mass, members: &free(new, &pairing, &held) };
+        changed.add_rotation(&mut velocity, &-defects.angular_defect());
         defects.after = Books::of(&new.position, &mass, &velocity);
     }
     Transferred { rest, mass, corner_mass, velocity, held, same: pairing.same, sources: parts.sources, defects }
 }
 
 /// Corner masses of the new elements, kg.
-fn corner_masses<const D: usize>(carried: &Carried<'_, D>, pairing: &Pairing, parts: &[Part<D>]) -> Vec<[f64; 4]> {
+fn corner_masses<const D: usize>(
+    carried: &Carried<'_, D>,
+    pairing: &Pairing,
+    parts: &[ElementMoments<D>],
+) -> Vec<[f64; 4]> {
     let mut corner_mass: Vec<[f64; 4]> = pairing
         .same
         .iter()
@@ -76,7 +80,7 @@ fn corner_masses<const D: usize>(carried: &Carried<'_, D>, pairing: &Pairing, pa
     corner_mass
 }
 
-/// Masses of the new nodes, kg: those of unchanged ones bit for bit.
+/// Masses of the new nodes, kg: unchanged nodes keep theirs bit for bit.
 fn masses<const D: usize>(
     new: &Proposal<D>,
     (carried, pairing): (&Carried<'_, D>, &Pairing),
@@ -91,8 +95,8 @@ fn masses<const D: usize>(
     mass
 }
 
-/// Velocities to begin with: those of old nodes, linear in between, and none in held directions.
-fn guess<const D: usize>(traces: &Traces, carried: &Carried<'_, D>, held: &[[bool; D]]) -> Vec<Vector<D>> {
+/// Initial velocities: those of kept nodes, interpolated in between, zero in held directions.
+fn guess<const D: usize>(traces: &RestLocations, carried: &Carried<'_, D>, held: &[[bool; D]]) -> Vec<Vector<D>> {
     let mut velocity: Vec<Vector<D>> =
         traces.values(carried.velocity).into_iter().map(|v| v.unwrap_or_else(Vector::zeros)).collect();
     for (v, held) in velocity.iter_mut().zip(held) {
@@ -101,7 +105,7 @@ fn guess<const D: usize>(traces: &Traces, carried: &Carried<'_, D>, held: &[[boo
     velocity
 }
 
-/// The nodes of changed elements that are free in every direction.
+/// Nodes of changed elements that are free in every direction.
 fn free<const D: usize>(new: &Proposal<D>, pairing: &Pairing, held: &[[bool; D]]) -> Vec<usize> {
     let mut is_free = vec![false; new.position.len()];
     for node in pairing.changed().flat_map(|e| &new.elements[e][..=D]) {
@@ -113,8 +117,8 @@ fn free<const D: usize>(new: &Proposal<D>, pairing: &Pairing, held: &[[bool; D]]
 #[cfg(test)]
 mod tests {
     use super::super::nodal_fields::heights;
-    use super::super::test_bodies::{Body, Random, even, scatter};
-    use super::super::{Origin, corner_masses};
+    use super::super::test_bodies::{TestBody, TestRandom, even, scatter};
+    use super::super::{NodeOrigin, corner_masses};
     use super::*;
     use crate::mesh::{NodeId, Simplex};
 
@@ -128,9 +132,9 @@ mod tests {
         Vector::<2>::new(1.2 * xi[0], 0.7 * xi[1] + 0.1 * xi[0])
     }
 
-    fn body(symmetry: Symmetry, random: &mut Random) -> Body<2> {
+    fn body(symmetry: Symmetry, random: &mut TestRandom) -> TestBody<2> {
         let map = if symmetry == Symmetry::Planar { affine } else { widened };
-        Body::new(&[even(8), even(7)], (1.0, random), (symmetry, &map))
+        TestBody::new(&[even(8), even(7)], (1.0, random), (symmetry, &map))
     }
 
     fn wavy(x: &Vector<2>) -> Vector<2> {
@@ -138,7 +142,7 @@ mod tests {
     }
 
     /// The body on 9 × 6 other cells.
-    fn remeshed(body: &Body<2>, random: &mut Random) -> (Vec<Vector<2>>, Proposal<2>, Transferred<2>) {
+    fn remeshed(body: &TestBody<2>, random: &mut TestRandom) -> (Vec<Vector<2>>, Proposal<2>, Transferred<2>) {
         let map = if body.symmetry == Symmetry::Planar { affine } else { widened };
         let (xi, new) = body.other(&[even(9), even(6)], (1.0, random), &map);
         let transferred = transfer(&body.moved(), &body.carried(), &new);
@@ -147,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_mesh_that_is_the_same_keeps_every_bit() {
-        let mut random = Random::new(1);
+        let mut random = TestRandom::new(1);
         for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random).with_velocity(wavy);
             body.mesh.held[3] = [false, true];
@@ -174,14 +178,14 @@ mod tests {
 
     #[test]
     fn nodes_out_of_reach_of_a_change_keep_every_bit() {
-        let mut random = Random::new(2);
+        let mut random = TestRandom::new(2);
         let planes = [even(20), even(3)];
-        let body = Body::new(&planes, (1.0, &mut random), (Symmetry::Planar, &affine)).with_velocity(wavy);
+        let body = TestBody::new(&planes, (1.0, &mut random), (Symmetry::Planar, &affine)).with_velocity(wavy);
         let mut new = body.again();
         let moved = 22;
         assert!(body.xi[moved][0] < 0.1 && body.xi[moved][1] > 0.0 && body.xi[moved][1] < 0.5);
         new.position[moved] += Vector::<2>::new(0.004, 0.003);
-        new.origin[moved] = Origin::Inside;
+        new.origin[moved] = NodeOrigin::Inside;
         let after = transfer(&body.moved(), &body.carried(), &new);
         let (mut same, mut other) = (0, 0);
         for (i, xi) in body.xi.iter().enumerate() {
@@ -198,14 +202,14 @@ mod tests {
 
     #[test]
     fn rest_positions_of_an_affine_map_are_exact() {
-        let mut random = Random::new(3);
+        let mut random = TestRandom::new(3);
         for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
             let body = body(symmetry, &mut random);
             let (xi, new, after) = remeshed(&body, &mut random);
             for (rest, xi) in after.rest.iter().zip(&xi) {
                 assert!((rest - xi).amax() < 1e-13);
             }
-            assert!(new.origin.contains(&Origin::Inside));
+            assert!(new.origin.contains(&NodeOrigin::Inside));
             assert_eq!((after.defects.misses, after.defects.massless, after.defects.unchanged), (0, 0, 0.0));
         }
     }
@@ -220,7 +224,7 @@ mod tests {
 
     #[test]
     fn mass_and_momentum_are_kept_over_twenty_meshes() {
-        let mut random = Random::new(4);
+        let mut random = TestRandom::new(4);
         for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random).with_velocity(wavy);
             let scattered: Vec<f64> = scatter(&body.mesh, &mut random).iter().map(|m| 0.01 * (0.5 + m)).collect();
@@ -248,7 +252,7 @@ mod tests {
 
     #[test]
     fn meshes_of_very_different_sizes_take_over_from_one_another() {
-        let mut random = Random::new(12);
+        let mut random = TestRandom::new(12);
         let layered = vec![0.0, 1e-6, 0.3, 0.5, 1.0];
         for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random).with_velocity(wavy);
@@ -268,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_uniform_body_stays_uniform_over_twenty_meshes() {
-        let mut random = Random::new(11);
+        let mut random = TestRandom::new(11);
         for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random);
             for _ in 0..20 {
@@ -288,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_uniform_velocity_stays_uniform() {
-        let mut random = Random::new(5);
+        let mut random = TestRandom::new(5);
         let v = Vector::<2>::new(3.0, -2.0);
         for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
             let body = body(symmetry, &mut random);
@@ -303,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
-        let mut random = Random::new(6);
+        let mut random = TestRandom::new(6);
         let body = body(Symmetry::Planar, &mut random).with_velocity(|x| Vector::<2>::new(x[1] - 0.3, 0.2 - x[0]));
         let (_, new, after) = remeshed(&body, &mut random);
         let Defects { before, raw, after: end, .. } = after.defects;
@@ -322,7 +326,7 @@ mod tests {
 
     #[test]
     fn what_held_nodes_take_is_booked() {
-        let mut random = Random::new(7);
+        let mut random = TestRandom::new(7);
         let mut body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
         for i in 0..body.xi.len() {
             body.mesh.held[i] = [body.xi[i][0] == 0.0 || body.xi[i][1] == 0.0, body.xi[i][1] == 0.0];
@@ -342,11 +346,11 @@ mod tests {
 
     #[test]
     fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
-        let mut random = Random::new(8);
+        let mut random = TestRandom::new(8);
         for bulge in [0.02, -0.02] {
             let bulged = |xi: &Vector<2>| Vector::<2>::new(xi[0], xi[1] + bulge * xi[1] * xi[0] * (1.0 - xi[0]));
             let planes = [even(4), even(4)];
-            let body = Body::new(&planes, (0.0, &mut random), (Symmetry::Planar, &bulged)).with_velocity(wavy);
+            let body = TestBody::new(&planes, (0.0, &mut random), (Symmetry::Planar, &bulged)).with_velocity(wavy);
             let (xi, new) = body.other(&[even(2), even(4)], (0.0, &mut random), &bulged);
             let after = transfer(&body.moved(), &body.carried(), &new);
             assert!((after.defects.relative_mass() > 1e-4) == (bulge > 0.0) && after.defects.relative_mass() < 0.01);
@@ -360,10 +364,10 @@ mod tests {
 
     #[test]
     fn a_point_outside_takes_what_is_nearest() {
-        let mut random = Random::new(9);
+        let mut random = TestRandom::new(9);
         let body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
         let mut new = body.again();
-        new.origin[0] = Origin::Inside;
+        new.origin[0] = NodeOrigin::Inside;
         new.position[0] += Vector::<2>::new(-0.01, -0.02);
         let after = transfer(&body.moved(), &body.carried(), &new);
         assert_eq!(after.defects.misses, 1);
@@ -371,10 +375,10 @@ mod tests {
         check_conserved(&after.defects, 1e-13);
     }
 
-    /// Nothing is put in the place of a needle: where all else stayed its mass was lost.
+    /// A needle that nothing replaces: with all other elements unchanged, its mass was once lost.
     #[test]
     fn what_is_cut_off_where_nothing_else_changes_is_laid_down_beside_it() {
-        let mut random = Random::new(13);
+        let mut random = TestRandom::new(13);
         let body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
         let is_at = |i: usize| body.xi[i].iter().all(|c| c.abs() < 0.3);
         let mut new = body.again();
@@ -396,7 +400,7 @@ mod tests {
 
     #[test]
     fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
-        let mut random = Random::new(10);
+        let mut random = TestRandom::new(10);
         let mut body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
         let mut new = body.again();
         let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.3 && *c < 0.6)).unwrap();
@@ -404,7 +408,7 @@ mod tests {
         let upright =
             |x: &[Vector<2>]| body.mesh.elements.iter().filter(|e| crate::mesh::signed_volume(x, e) > 0.0).count();
         assert!(upright(&body.position) < body.mesh.elements.len());
-        new.origin[inner] = Origin::Inside;
+        new.origin[inner] = NodeOrigin::Inside;
         let after = transfer(&body.moved(), &body.carried(), &new);
         check_conserved(&after.defects, 1e-13);
         assert!(after.defects.stray_mass > 0.0 && after.defects.massless == 0);
@@ -429,7 +433,7 @@ mod tests {
             Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
         let new = Proposal {
             position: vec![Vector::zeros()],
-            origin: vec![Origin::Inside],
+            origin: vec![NodeOrigin::Inside],
             elements: vec![],
             over: vec![],
             cleared: 0.0,

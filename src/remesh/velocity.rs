@@ -1,41 +1,41 @@
-//! Velocities of a new mesh that have the momentum of the old one.
+//! Consistent-mass projection of the old momentum to the velocities of a new mesh.
 
-use super::Origin;
-use super::barycentric::weighed;
+use super::NodeOrigin;
+use super::barycentric::interpolate;
 use super::correspondence::{Pairing, Same};
 use super::nodal_fields::{Carried, heights};
-use super::overlap_integrals::inertia;
-use super::supermesh::Part;
+use super::overlap_integrals::mass_matrix;
+use super::supermesh::ElementMoments;
 use crate::math::Vector;
 use crate::mesh::Simplex;
 
-/// Sweeps: one from the guess and three corrections (numerics 4.5).
+/// Number of Jacobi sweeps: one from the initial velocities and three corrections (numerics 4.5).
 const SWEEPS: usize = 4;
 
-/// What the velocities of a new mesh have to satisfy, M v = b.
-pub(super) struct Balance<'a, const D: usize> {
-    /// Where the new nodes come from.
-    pub origin: &'a [Origin],
-    /// The old elements and what they carry.
+/// Consistent-mass projection M v = b with the lumped mass as preconditioner.
+pub(super) struct MomentumProjection<'a, const D: usize> {
+    /// Origins of the new nodes.
+    pub origin: &'a [NodeOrigin],
+    /// Old elements and their fields.
     pub old: (&'a [Simplex], &'a Carried<'a, D>),
-    /// The new elements and what they are.
+    /// New elements and their correspondence to the old ones.
     pub new: (&'a [Simplex], &'a Pairing),
-    /// The new elements that are not old ones.
-    pub parts: &'a [Part<D>],
+    /// Integrals over the changed elements.
+    pub parts: &'a [ElementMoments<D>],
     /// Masses of the new nodes, kg.
     pub mass: &'a [f64],
-    /// Which directions of the new nodes are held.
+    /// Held directions of the new nodes.
     pub held: &'a [[bool; D]],
 }
 
-impl<const D: usize> Balance<'_, D> {
-    /// Sweeps velocities, v ← v + m⁻¹ (b − M v), those of held directions and of nodes without mass excepted.
+impl<const D: usize> MomentumProjection<'_, D> {
+    /// Runs four Jacobi sweeps, v ← v + m⁻¹ (b − M v), except in held directions and at massless nodes; conserves Σ b.
     ///
-    /// Returns the b − M v of the last sweep in the held directions, N·s: what they took from the momentum.
-    pub fn sweep(&self, velocity: &mut [Vector<D>]) -> Vec<Vector<D>> {
+    /// Returns the residual b − M v of the last sweep in the held directions, N·s: the momentum that they absorb.
+    pub fn project_momentum(&self, velocity: &mut [Vector<D>]) -> Vec<Vector<D>> {
         let mut taken = vec![Vector::zeros(); velocity.len()];
         for _ in 0..SWEEPS {
-            taken = self.missing(velocity);
+            taken = self.residual(velocity);
             for (i, v) in velocity.iter_mut().enumerate() {
                 for axis in (0..D).filter(|axis| !self.held[i][*axis]) {
                     v[axis] += self.kick(i, std::mem::take(&mut taken[i][axis]));
@@ -45,49 +45,49 @@ impl<const D: usize> Balance<'_, D> {
         taken
     }
 
-    /// The change of velocity of a node for what it misses; −0 where it misses nothing, so that no bit changes.
-    fn kick(&self, node: usize, missing: f64) -> f64 {
-        if missing == 0.0 || self.mass[node] <= 0.0 { -0.0 } else { missing / self.mass[node] }
+    /// Velocity increment of a node for its residual; −0 for a zero residual, so that no bit changes.
+    fn kick(&self, node: usize, residual: f64) -> f64 {
+        if residual == 0.0 || self.mass[node] <= 0.0 { -0.0 } else { residual / self.mass[node] }
     }
 
-    /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.
-    fn missing(&self, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
-        let mut missing = vec![Vector::<D>::zeros(); velocity.len()];
-        let lags = |(v, origin): (&Vector<D>, &Origin)| match origin {
-            Origin::Kept(was) => self.old.1.velocity[was.index()] != *v,
-            // No unchanged element has them.
-            Origin::Surface(..) | Origin::Inside => false,
+    /// Residual b − M v, N·s. For an unchanged element it is M (v_old − v), exactly zero where v is the old velocity.
+    fn residual(&self, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
+        let mut residual = vec![Vector::<D>::zeros(); velocity.len()];
+        let lags = |(v, origin): (&Vector<D>, &NodeOrigin)| match origin {
+            NodeOrigin::Kept(was) => self.old.1.velocity[was.index()] != *v,
+            // No unchanged element has boundary or interior points as nodes.
+            NodeOrigin::Surface(..) | NodeOrigin::Inside => false,
         };
         let lags: Vec<bool> = velocity.iter().zip(self.origin).map(lags).collect();
         let n_same = if lags.contains(&true) { self.new.0.len() } else { 0 };
         for (nodes, same) in self.new.0.iter().zip(&self.new.1.same).take(n_same) {
             let Some(same) = same.filter(|_| nodes[..=D].iter().any(|node| lags[node.index()])) else { continue };
-            let lag = self.lag(nodes, same, velocity);
-            if lag == [Vector::<D>::zeros(); 4] {
+            let velocity_lag = self.velocity_lag(nodes, same, velocity);
+            if velocity_lag == [Vector::<D>::zeros(); 4] {
                 continue;
             }
-            let m = inertia::<D>(&heights::<D>(&same.turned(&self.old.1.corner_mass[same.element.index()])));
+            let m = mass_matrix::<D>(&heights::<D>(&same.turned(&self.old.1.corner_mass[same.element.index()])));
             for (node, row) in nodes[..=D].iter().zip(&m) {
-                missing[node.index()] += weighed(&lag, row);
+                residual[node.index()] += interpolate(&velocity_lag, row);
             }
         }
         for part in self.parts {
             let nodes = &self.new.0[part.element];
             let own = nodes.map(|node| velocity[node.index()]);
-            for ((node, row), momentum) in nodes[..=D].iter().zip(&part.inertia).zip(part.momentum) {
-                missing[node.index()] += momentum - weighed(&own, row);
+            for ((node, row), momentum) in nodes[..=D].iter().zip(&part.mass_matrix).zip(part.momentum) {
+                residual[node.index()] += momentum - interpolate(&own, row);
             }
         }
-        missing
+        residual
     }
 
-    /// v_old − v at the corners of an unchanged element; none at a fourth of the plane.
-    fn lag(&self, nodes: &Simplex, same: Same, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
+    /// v_old − v at the corners of an unchanged element; zero at the fourth in the plane.
+    fn velocity_lag(&self, nodes: &Simplex, same: Same, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
         let old = same.turned(&self.old.0[same.element.index()]);
-        let mut lag = [Vector::<D>::zeros(); 4];
-        for (lag, (was, now)) in lag.iter_mut().zip(old.iter().zip(&nodes[..=D])) {
-            *lag = self.old.1.velocity[was.index()] - velocity[now.index()];
+        let mut velocity_lag = [Vector::<D>::zeros(); 4];
+        for (velocity_lag, (was, now)) in velocity_lag.iter_mut().zip(old.iter().zip(&nodes[..=D])) {
+            *velocity_lag = self.old.1.velocity[was.index()] - velocity[now.index()];
         }
-        lag
+        velocity_lag
     }
 }

@@ -1,22 +1,22 @@
-//! What a transfer takes from a wave (numerics V14), and how fast it is.
+//! Energy loss of a wave by a transfer (numerics V14), and the speed of a transfer.
 
 use super::correspondence::Pairing;
-use super::overlap_candidates::{self, Under};
-use super::supermesh::Parts;
-use super::test_bodies::{Body, Random, even};
-use super::velocity::Balance;
+use super::overlap_candidates::{self, OverlapCandidates};
+use super::supermesh::SupermeshIntegrals;
+use super::test_bodies::{TestBody, TestRandom, even};
+use super::velocity::MomentumProjection;
 use super::*;
 
-/// Wavelengths in the bar.
+/// Number of wavelengths in the bar.
 const WAVES: usize = 12;
-/// Cells across the bar, in the plane and in space.
+/// Number of cells across the bar, in the plane and in space.
 const ACROSS: [usize; 2] = [6, 4];
 
-/// A bar of unit cells along x, with so many nodes per wavelength, and a transverse wave in it.
-fn bar<const D: usize>(nodes: usize, jitter: f64, random: &mut Random) -> Body<D> {
+/// Bar of unit cells along x, with `nodes` nodes per wavelength, and a transverse wave in it.
+fn bar<const D: usize>(nodes: usize, jitter: f64, random: &mut TestRandom) -> TestBody<D> {
     let planes = planes(nodes * WAVES, 0.0);
     let wave = std::f64::consts::TAU / nodes as f64;
-    Body::new(&planes, (jitter, random), (symmetry::<D>(), &|xi: &Vector<D>| *xi)).with_velocity(|x| {
+    TestBody::new(&planes, (jitter, random), (symmetry::<D>(), &|xi: &Vector<D>| *xi)).with_velocity(|x| {
         let height = (wave * x[0]).sin() * (wave * x[0] / (2 * WAVES) as f64).sin().powi(2);
         Vector::<D>::from_fn(|axis, _| if axis == 1 { height } else { 0.0 })
     })
@@ -26,56 +26,57 @@ fn symmetry<const D: usize>() -> Symmetry {
     if D == 2 { Symmetry::Planar } else { Symmetry::Spatial }
 }
 
-/// Planes of `n` unit cells along x, those inside moved by a part of a cell.
+/// Planes of `n` unit cells along x, the inner ones displaced by a fraction of a cell.
 fn planes<const D: usize>(n: usize, offset: f64) -> [Vec<f64>; D] {
     let along = |i: usize| if i == 0 || i == n { i as f64 } else { i as f64 + offset };
     let across = || (0..=ACROSS[D - 2]).map(|j| j as f64).collect();
     std::array::from_fn(|axis| if axis == 0 { (0..=n).map(along).collect() } else { across() })
 }
 
-/// A way to carry a body over to another mesh.
-type Way<const D: usize> = dyn Fn(&Body<D>, &Proposal<D>) -> Transferred<D>;
+/// Scheme that transfers a body to another mesh.
+type TransferScheme<const D: usize> = dyn Fn(&TestBody<D>, &Proposal<D>) -> Transferred<D>;
 
-fn transferred<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred<D> {
+fn transferred<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<D> {
     transfer(&body.moved(), &body.carried(), new)
 }
 
-/// The interpolated velocities.
-fn interpolated<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred<D> {
+/// Interpolation of the velocities.
+fn interpolated<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<D> {
     let pairing = Pairing::of(&body.mesh, new);
     assert_eq!(pairing.gone.len(), body.mesh.elements.len(), "every element changes");
     let gone = overlap_candidates::gone(&body.moved(), &pairing);
-    let under = Under::new(&body.moved(), new, (&pairing, &gone));
-    let traces = rest_positions::Traces::of(&body.moved(), new, (&pairing.gone, &under));
+    let under = OverlapCandidates::new(&body.moved(), new, (&pairing, &gone));
+    let traces = rest_positions::RestLocations::of(&body.moved(), new, (&pairing.gone, &under));
     let velocity = traces.values(&body.velocity).into_iter().map(Option::unwrap).collect();
     Transferred { velocity, ..transferred(body, new) }
 }
 
-/// Four sweeps from nothing: the lumped projection and three corrections.
-fn lumped<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred<D> {
+/// Four sweeps from zero: the lumped projection and three corrections.
+fn lumped<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<D> {
     let after = transferred(body, new);
     let (carried, pairing) = (body.carried(), Pairing::of(&body.mesh, new));
     let gone = overlap_candidates::gone(&body.moved(), &pairing);
-    let under = Under::new(&body.moved(), new, (&pairing, &gone));
-    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &under).all;
+    let under = OverlapCandidates::new(&body.moved(), new, (&pairing, &gone));
+    let parts = SupermeshIntegrals::of((&body.moved(), &carried), (new, &pairing), &under).all;
     assert_eq!(parts.len(), new.elements.len(), "every element changes");
     let mut velocity = vec![Vector::zeros(); new.position.len()];
     let (old, origin) = ((&body.mesh.elements[..], &carried), &new.origin);
     let new = (&new.elements[..], &pairing);
-    Balance { origin, old, new, parts: &parts, mass: &after.mass, held: &after.held }.sweep(&mut velocity);
+    MomentumProjection { origin, old, new, parts: &parts, mass: &after.mass, held: &after.held }
+        .project_momentum(&mut velocity);
     Transferred { velocity, ..after }
 }
 
-/// Mean part of the kinetic energy that is lost per transfer to a mesh that is shifted along the bar and back again:
-/// on the way there alone, the energy of one wave on two meshes of random shape differs by about as much.
-fn loss<const D: usize>(way: &Way<D>, (nodes, jitter): (usize, f64), n_shifts: usize) -> f64 {
+/// Mean relative loss of kinetic energy per transfer to a shifted mesh and back: one way alone, the wave energies on
+/// two irregular meshes differ by a similar amount.
+fn loss<const D: usize>(way: &TransferScheme<D>, (nodes, jitter): (usize, f64), n_shifts: usize) -> f64 {
     let round_trip = |k: usize| {
         let offset = (k as f64 + 0.5) / n_shifts as f64;
         let seed = (100 * nodes + k) as u64;
-        let mut body = bar::<D>(nodes, jitter, &mut Random::new(seed));
+        let mut body = bar::<D>(nodes, jitter, &mut TestRandom::new(seed));
         let before = body.books().kinetic;
         for (offset, seed) in [(offset, seed + 50), (0.0, seed)] {
-            let (xi, new) = body.other(&planes(nodes * WAVES, offset), (jitter, &mut Random::new(seed)), &|xi| *xi);
+            let (xi, new) = body.other(&planes(nodes * WAVES, offset), (jitter, &mut TestRandom::new(seed)), &|xi| *xi);
             let after = way(&body, &new);
             body = body.after(xi, new, after);
         }
@@ -84,7 +85,7 @@ fn loss<const D: usize>(way: &Way<D>, (nodes, jitter): (usize, f64), n_shifts: u
     (0..n_shifts).map(round_trip).sum::<f64>() / n_shifts as f64
 }
 
-/// (1 − cos kh)/3, the loss of interpolation in a row of nodes (numerics 4.5).
+/// Loss of interpolation in a row of nodes, (1 − cos kh)/3 (numerics 4.5).
 fn of_interpolation(nodes: usize) -> f64 {
     (1.0 - (std::f64::consts::TAU / nodes as f64).cos()) / 3.0
 }
@@ -103,7 +104,7 @@ fn a_wave_loses_what_was_measured_and_less_than_a_thousandth_with_ten_nodes() {
     }
 }
 
-/// The same in space with ten nodes and jitter: the mean over shifts of one and three quarters of a cell.
+/// Loss in space with ten nodes and jitter: the mean over shifts of one and three quarters of a cell.
 const IN_SPACE: f64 = 7.217e-4;
 
 #[test]
@@ -116,7 +117,7 @@ fn a_wave_in_space_loses_what_was_measured_and_less_than_a_thousandth_with_ten_n
 fn a_guess_and_four_sweeps_lose_less_than_four_sweeps_from_nothing_and_those_less_than_interpolation() {
     for jitter in [0.0, 1.0] {
         let [plain, lumped, found] =
-            [&interpolated as &Way<2>, &lumped, &transferred].map(|way| loss(way, (8, jitter), 2));
+            [&interpolated as &TransferScheme<2>, &lumped, &transferred].map(|way| loss(way, (8, jitter), 2));
         assert!(found < 0.7 * lumped && lumped < 0.1 * plain, "{plain} {lumped} {found}");
     }
 }
@@ -136,21 +137,21 @@ const HEAD: &str = "nodes per wavelength, loss in % of (1 - cos kh)/3, interpola
 
 fn print_losses<const D: usize>(nodes: &[usize], (jitter, n_shifts): (f64, usize)) {
     for nodes in nodes {
-        let [plain, lumped, found] =
-            [&interpolated as &Way<D>, &lumped, &transferred].map(|way| 100.0 * loss(way, (*nodes, jitter), n_shifts));
+        let [plain, lumped, found] = [&interpolated as &TransferScheme<D>, &lumped, &transferred]
+            .map(|way| 100.0 * loss(way, (*nodes, jitter), n_shifts));
         println!("{nodes:4} {:9.4} {plain:9.4} {lumped:9.4} {found:9.4}", 100.0 * of_interpolation(*nodes));
     }
 }
 
-/// A body of so many cells in a wavy velocity.
-fn large<const D: usize>(n: usize, random: &mut Random) -> Body<D> {
+/// Body of `n` cells along each axis in a wavy velocity field.
+fn large<const D: usize>(n: usize, random: &mut TestRandom) -> TestBody<D> {
     let planes = std::array::from_fn(|_| even(n));
-    Body::new(&planes, (1.0, random), (symmetry::<D>(), &|xi: &Vector<D>| *xi)).with_velocity(|x| {
+    TestBody::new(&planes, (1.0, random), (symmetry::<D>(), &|xi: &Vector<D>| *xi)).with_velocity(|x| {
         Vector::<D>::from_fn(|axis, _| if axis == 0 { (9.0 * x[0]).sin() } else { (7.0 * x[1]).cos() })
     })
 }
 
-fn time<const D: usize>(name: &str, body: &Body<D>, new: &Proposal<D>) {
+fn time<const D: usize>(name: &str, body: &TestBody<D>, new: &Proposal<D>) {
     let mut pairs = 0;
     let mut once = || {
         let start = std::time::Instant::now();
@@ -179,14 +180,14 @@ fn speed_of_a_transfer() {
 }
 
 fn print_speed<const D: usize>(n: usize, other: &[Vec<f64>; D]) {
-    let mut random = Random::new(1);
+    let mut random = TestRandom::new(1);
     let body = large::<D>(n, &mut random);
     time("all changed", &body, &body.other(other, (1.0, &mut random), &|xi| *xi).1);
     let mut new = body.again();
     let reach = if D == 2 { 0.11 } else { 0.17 };
     for (i, xi) in body.xi.iter().enumerate() {
         if (xi - Vector::<D>::repeat(0.5)).amax() < reach {
-            new.origin[i] = Origin::Inside;
+            new.origin[i] = NodeOrigin::Inside;
             new.position[i] += Vector::<D>::from_fn(|_, _| random.next() - 0.5) * 1e-3;
         }
     }

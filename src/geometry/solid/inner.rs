@@ -1,27 +1,28 @@
-//! The point inside of a body that a tip leads to.
+//! Inner point of a tip: a point inside the body that a straight line from the tip reaches.
 
 use super::Solid;
 use crate::geometry::SignedDistance as _;
 use crate::math::Vector3;
 
-/// Distances from the tip at which the middle of the body is looked for, in radii of the greatest ball inside: from the
-/// finest that a tip is sharp at to twice the coarsest mesh allowed.
+/// Distances from the tip at which the middle of the body is sought, in radii of the greatest inscribed ball. They
+/// range from the finest scale at which a tip is sharp to twice the coarsest mesh allowed.
 const DISTANCES: [f64; 5] = [0.125, 0.25, 0.5, 1.0, 2.0];
-/// A line that comes nearer to the surface than this part of the way from the tip leaves the body.
+/// Clearance, as a part of the distance from the tip, below which a line leaves the body.
 const GRAZING: f64 = 1e-3;
-/// The part of a line at the tip that is not looked at.
+/// Part of a line next to the tip that is not tested.
 const START: f64 = 1e-3;
 
-/// The centre of mass if the line from the tip to it stays inside, as it does in a convex body; else the furthest point
-/// that a line inside leads to, along the middle of what ends in the tip. `None` if no line leads inside.
-pub(super) fn inner(solid: &Solid, tip: &Vector3, inward: &Vector3) -> Option<Vector3> {
+/// Finds the inner point of a tip. It is the centre of mass if the line from the tip to it stays inside, as in a convex
+/// body. Otherwise it is the furthest point reached by a line that follows the deepest points from the tip. `None` if
+/// no line leads inside.
+pub(super) fn inner_point(solid: &Solid, tip: &Vector3, inward: &Vector3) -> Option<Vector3> {
     if stays_inside(solid, tip, &Vector3::zeros()) {
         return Some(Vector3::zeros());
     }
     let mut direction = *inward;
     let mut found = None;
     for distance in DISTANCES.map(|part| part * solid.inner_radius()) {
-        direction = deepest(solid, tip, direction, distance);
+        direction = deepest_direction(solid, tip, direction, distance);
         let point = tip + direction * distance;
         if stays_inside(solid, tip, &point) {
             found = Some(point);
@@ -30,8 +31,8 @@ pub(super) fn inner(solid: &Solid, tip: &Vector3, inward: &Vector3) -> Option<Ve
     found
 }
 
-/// The direction, from a first one, in which the point at this distance from the tip is deepest.
-fn deepest(solid: &Solid, tip: &Vector3, first: Vector3, distance: f64) -> Vector3 {
+/// Direction in which the point at this distance from the tip is deepest, by pattern search from `first`.
+fn deepest_direction(solid: &Solid, tip: &Vector3, first: Vector3, distance: f64) -> Vector3 {
     const SMALLEST: f64 = 1e-3;
     let depth = |direction: &Vector3| -solid.exact(&(tip + direction * distance)).distance;
     let (mut best, mut at, mut step) = (depth(&first), first, 0.5);
@@ -46,7 +47,8 @@ fn deepest(solid: &Solid, tip: &Vector3, first: Vector3, distance: f64) -> Vecto
     at
 }
 
-/// Whether the line from a tip to a point stays inside: from ball to ball that fits in.
+/// Returns true if the segment from a tip to a point stays inside the body; marches by inscribed balls (sphere
+/// tracing).
 fn stays_inside(solid: &Solid, tip: &Vector3, point: &Vector3) -> bool {
     let (line, length) = (point - tip, (point - tip).norm());
     let mut way = START * length;

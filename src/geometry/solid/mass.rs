@@ -1,11 +1,21 @@
-//! Volume, centre of mass and inertia of a body with a surface of triangles.
+//! Volume, centre of mass and inertia of a body bounded by a triangulated surface.
 
 use super::surface::Surface;
 use crate::math::{Tensor3, Vector3};
 
-/// Volume, centre of mass, and inertia about it per mass, of a homogeneous body: the sums over the tetrahedra from a point
-/// to the triangles, ∫dV = d/6, ∫x dV = d/24 Σa, ∫x xᵀ dV = d/120 (Σa aᵀ + Σa (Σa)ᵀ) with d = a·(b × c).
-pub(super) fn properties(surface: &Surface) -> (f64, Vector3, Tensor3) {
+/// Mass properties of a homogeneous body.
+pub(super) struct MassProperties {
+    /// Volume, in units of the surface.
+    pub volume: f64,
+    /// Centre of mass.
+    pub centre: Vector3,
+    /// Inertia tensor about the centre of mass per mass.
+    pub inertia: Tensor3,
+}
+
+/// Computes the mass properties of a homogeneous body as sums over the tetrahedra from one point to the triangles: ∫dV
+/// = d/6, ∫x dV = d/24 Σa, ∫x xᵀ dV = d/120 (Σa aᵀ + Σa (Σa)ᵀ) with d = a·(b × c).
+pub(super) fn mass_properties(surface: &Surface) -> MassProperties {
     let (lower, upper) = surface.bounds();
     let from = (lower + upper) / 2.0;
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Tensor3::zeros());
@@ -18,5 +28,6 @@ pub(super) fn properties(surface: &Surface) -> (f64, Vector3, Tensor3) {
     }
     let centre = first / volume;
     let spread = second / volume - centre * centre.transpose();
-    (volume, from + centre, Tensor3::identity() * spread.trace() - spread)
+    let inertia = Tensor3::identity() * spread.trace() - spread;
+    MassProperties { volume, centre: from + centre, inertia }
 }

@@ -1,4 +1,4 @@
-//! Any body with a closed surface of triangles.
+//! Rigid body bounded by a closed triangulated surface.
 
 mod closest;
 mod crossing;
@@ -13,17 +13,18 @@ mod winding;
 
 use super::{Gap, Pole, SignedDistance};
 use crate::math::{Tensor3, Vector3};
-use closest::Feature;
-use field::Field;
-use normals::Normals;
+use closest::TriangleFeature;
+use field::DistanceGrid;
+use mass::{MassProperties, mass_properties};
+use normals::PseudoNormals;
 use std::fmt;
 pub use surface::{Surface, SurfaceError};
-use tree::Tree;
+use tree::TriangleTree;
 
-/// A body with a closed surface of triangles, its centre of mass at the origin.
+/// Body bounded by a closed triangulated surface, its centre of mass at the origin.
 ///
-/// Up to an eighth of its longest side from the surface, and everywhere inside, φ is the exact distance to the triangles.
-/// Further out a coarse grid gives a bound: never more than the distance.
+/// Up to an eighth of the longest side from the surface, and everywhere inside, φ is the exact distance to the
+/// triangles. Further out a coarse grid gives a lower bound.
 ///
 /// # Examples
 /// ```
@@ -39,9 +40,9 @@ use tree::Tree;
 #[derive(Clone)]
 pub struct Solid {
     surface: Surface,
-    normals: Normals,
-    tree: Tree,
-    field: Field,
+    normals: PseudoNormals,
+    tree: TriangleTree,
+    field: DistanceGrid,
     size: f64,
     volume: f64,
     inertia: Tensor3,
@@ -50,11 +51,11 @@ pub struct Solid {
     tips: Vec<Pole>,
 }
 
-/// Nearer than this part of its size to an edge or corner, the direction from it is round-off.
+/// Round-off limit: nearer to an edge or corner than this part of the size, the direction from it is meaningless.
 const ROUND_OFF: f64 = 1e-12;
 
 impl Solid {
-    /// The body with this surface, so many metres to a unit.
+    /// Builds the body with this surface, `scale` metres per unit.
     ///
     /// # Errors
     /// [`SurfaceError`] if the surface crosses itself, parts of it overlap or lie on each other, or one is inside out.
@@ -63,63 +64,63 @@ impl Solid {
     /// If the scale is not positive.
     pub fn new(mut surface: Surface, scale: f64) -> Result<Self, SurfaceError> {
         assert!(scale > 0.0, "the scale of a surface is positive");
-        let (volume, centre, inertia) = mass::properties(&surface);
+        let MassProperties { volume, centre, inertia } = mass_properties(&surface);
         surface.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
         let given = |p: Vector3| (p / scale + centre).into();
-        if let Some(at) = crossing::crossing(&surface, &inertia) {
+        if let Some(at) = crossing::find_crossing(&surface, &inertia) {
             return Err(SurfaceError::Crossing { at: given(at) });
         }
-        let (tree, normals, size) = (Tree::new(surface.corners()), Normals::of(&surface), surface.size());
-        let exact = |p: &Vector3| nearest((&surface, &normals, &tree), p, size).distance;
-        let field = Field::new(surface.bounds(), exact);
-        if let Some((fault, at)) = winding::fault(&tree, &field, exact) {
+        let (tree, normals, size) = (TriangleTree::new(surface.corners()), PseudoNormals::of(&surface), surface.size());
+        let exact = |p: &Vector3| exact_gap(&surface, &normals, &tree, p, size).distance;
+        let field = DistanceGrid::new(surface.bounds(), exact);
+        if let Some((fault, at)) = winding::find_fault(&tree, &field, exact) {
             return Err(fault.error(given(at)));
         }
         let (volume, inertia, centre) = (volume * (scale * scale * scale), inertia * (scale * scale), centre * scale);
         let (inner_radius, tips) = (0.0, vec![]);
         let mut solid = Self { surface, normals, tree, field, size, volume, inertia, centre, inner_radius, tips };
         solid.inner_radius = solid.greatest_depth();
-        solid.tips = tips::tips(&solid);
+        solid.tips = tips::find_tips(&solid);
         Ok(solid)
     }
 
-    /// φ, exact, and its gradient.
+    /// Exact φ and its gradient.
     pub(super) fn exact(&self, p: &Vector3) -> Gap {
-        nearest((&self.surface, &self.normals, &self.tree), p, self.size)
+        exact_gap(&self.surface, &self.normals, &self.tree, p, self.size)
     }
 
-    /// Where the centre of mass, now the origin, was, m.
+    /// Centre of mass in the frame of the file, m; the body's frame has its origin there.
     #[must_use]
     pub fn centre(&self) -> Vector3 {
         self.centre
     }
 
-    /// Whether the surface was inside out as given.
+    /// Returns true if the surface was given inside out.
     #[must_use]
     pub fn was_turned(&self) -> bool {
         self.surface.was_turned()
     }
 
-    /// The corners of the surface, m.
+    /// Corners of the surface, m.
     #[must_use]
     pub fn points(&self) -> &[Vector3] {
         &self.surface.points
     }
 
-    /// The triangles between them, outward oriented.
+    /// Triangles as indices of corners, outward oriented.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.surface.triangles
     }
 
-    /// Corners that may be sharper than a mesh.
+    /// Corners that may be sharper than the mesh.
     #[must_use]
     pub fn tips(&self) -> &[Pole] {
         &self.tips
     }
 
-    /// Depth of the deepest point to be found from the deepest node of the grid, stepping to the side and diagonally: at
-    /// most √3/2 cells less than the greatest depth there is.
+    /// Depth of the deepest point found by pattern search (axis and diagonal steps) from the deepest grid node: at most
+    /// √3/2 cells less than the greatest depth.
     fn greatest_depth(&self) -> f64 {
         const SMALLEST: f64 = 1e-2;
         let depth = |p: &Vector3| -self.exact(p).distance;
@@ -137,17 +138,17 @@ impl Solid {
     }
 }
 
-/// Signed distance to a surface of this size, and its gradient.
-fn nearest((surface, normals, tree): (&Surface, &Normals, &Tree), p: &Vector3, size: f64) -> Gap {
+/// Exact signed distance to a surface of this size, and its gradient.
+fn exact_gap(surface: &Surface, normals: &PseudoNormals, tree: &TriangleTree, p: &Vector3, size: f64) -> Gap {
     let found = tree.nearest(p);
     let outward = normals.at(surface, found.triangle, found.closest.feature);
     let arm = p - found.closest.point;
-    if found.closest.feature == Feature::Face {
+    if found.closest.feature == TriangleFeature::Face {
         return Gap { distance: outward.dot(&arm), normal: outward };
     }
     let (sign, distance) = (1.0_f64.copysign(arm.dot(&outward)), arm.norm());
     if distance <= ROUND_OFF * size {
-        // An edge between two sheets lying on each other has no normal of its own.
+        // An edge between two coincident sheets has no normal of its own.
         let normal = outward.try_normalize(0.0).unwrap_or(normals.faces[found.triangle as usize]);
         return Gap { distance: sign * distance, normal };
     }
@@ -156,7 +157,7 @@ fn nearest((surface, normals, tree): (&Surface, &Normals, &Tree), p: &Vector3, s
 
 impl SignedDistance for Solid {
     fn gap(&self, point: &Vector3) -> Gap {
-        self.field.far(point).unwrap_or_else(|| self.exact(point))
+        self.field.far_bound(point).unwrap_or_else(|| self.exact(point))
     }
 
     fn reach(&self, direction: &Vector3) -> f64 {
@@ -184,7 +185,7 @@ impl SignedDistance for Solid {
     }
 }
 
-/// The same surface is the same body.
+/// Two bodies are equal if their surfaces are.
 impl PartialEq for Solid {
     fn eq(&self, other: &Self) -> bool {
         self.surface == other.surface

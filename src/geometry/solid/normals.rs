@@ -1,21 +1,22 @@
-//! The side of a surface that a point is on, by the normals of its faces, edges and corners.
+//! Side of a surface on which a point lies, decided by angle-weighted pseudonormals.
 
-use super::closest::Feature;
+use super::closest::TriangleFeature;
 use super::surface::Surface;
 use crate::math::Vector3;
 
-/// Normals out of a surface: with those of edges summed over both faces, and those of corners weighted with the angles of
-/// the faces there, the sign of n·(p − q) tells the side of p, q being the point nearest to it (Bærentzen and Aanæs 2005).
+/// Angle-weighted pseudonormals (Bærentzen & Aanæs 2005): edges sum the normals of both faces, corners weight them with
+/// the face angles. The sign of n·(p − q) tells the side of p, where q is the closest point of the surface.
 #[derive(Debug, Clone)]
-pub(super) struct Normals {
-    /// Unit vectors; zero of a triangle without an area.
+pub(super) struct PseudoNormals {
+    /// Unit normals of the faces; zero for a triangle without an area.
     pub faces: Vec<Vector3>,
     edges: Vec<[Vector3; 3]>,
-    /// Of any length.
+    /// Pseudonormals of the corners, of any length.
     pub corners: Vec<Vector3>,
 }
 
-impl Normals {
+impl PseudoNormals {
+    /// Computes the normals of a surface.
     pub fn of(surface: &Surface) -> Self {
         let unit = |[a, b, c]: [Vector3; 3]| (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
         let faces: Vec<Vector3> = surface.corners().map(unit).collect();
@@ -31,13 +32,13 @@ impl Normals {
         Self { faces, edges, corners }
     }
 
-    /// The normal, of any length, of a part of a triangle.
-    pub fn at(&self, surface: &Surface, triangle: u32, feature: Feature) -> Vector3 {
+    /// Pseudonormal, of any length, of a feature of a triangle.
+    pub fn at(&self, surface: &Surface, triangle: u32, feature: TriangleFeature) -> Vector3 {
         let n = triangle as usize;
         match feature {
-            Feature::Face => self.faces[n],
-            Feature::Edge(i) => self.edges[n][i],
-            Feature::Corner(i) => self.corners[surface.triangles[n][i] as usize],
+            TriangleFeature::Face => self.faces[n],
+            TriangleFeature::Edge(i) => self.edges[n][i],
+            TriangleFeature::Corner(i) => self.corners[surface.triangles[n][i] as usize],
         }
     }
 }

@@ -1,8 +1,8 @@
-//! A closed surface of triangles: which corners are one, and whether every edge is shared by two triangles.
+//! Closed triangulated surface: corners are merged by position, and every edge is checked to have two triangles.
 
 use crate::math::Vector3;
 
-/// A closed surface of triangles, outward oriented.
+/// Closed triangulated surface, outward oriented.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     pub(super) points: Vec<Vector3>,
@@ -12,107 +12,107 @@ pub struct Surface {
     turned: bool,
 }
 
-/// Triangles that enclose nothing, or not as they should. Places are in the units that the triangles were given in.
+/// Defect of a list of triangles as a closed surface. Positions are in the units of the triangles.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
     /// Fewer triangles than a tetrahedron has.
     #[error("{count} triangles")]
     TooFew {
-        /// Triangles with three different corners.
+        /// Number of triangles with three different corners.
         count: usize,
     },
-    /// More triangles than are taken.
+    /// More triangles than the limit.
     #[error("{count} triangles")]
     TooMany {
-        /// Triangles given.
+        /// Number of triangles given.
         count: usize,
     },
-    /// A corner that is not a place.
+    /// A corner without finite coordinates, or beyond the limit.
     #[error("a corner that is not finite, or beyond 1e15, in triangle {triangle}")]
     NotFinite {
-        /// The triangle, from 1.
+        /// Number of the triangle, from 1.
         triangle: usize,
     },
-    /// Edges of one triangle only.
-    #[error("{count} open edges, one at {}", Place(at))]
+    /// Edges with only one triangle.
+    #[error("{count} open edges, one at {}", PointText(at))]
     Open {
-        /// Such edges.
+        /// Number of such edges.
         count: usize,
         /// The middle of one.
         at: [f64; 3],
     },
-    /// Edges of three triangles or more.
-    #[error("{count} edges with more than two triangles, one at {}", Place(at))]
+    /// Edges with three triangles or more.
+    #[error("{count} edges with more than two triangles, one at {}", PointText(at))]
     Branched {
-        /// Such edges.
+        /// Number of such edges.
         count: usize,
         /// The middle of one.
         at: [f64; 3],
     },
-    /// Edges whose triangles face to different sides.
-    #[error("{count} edges between triangles that face to different sides, one at {}", Place(at))]
+    /// Edges between triangles of opposite orientation.
+    #[error("{count} edges between triangles that face to different sides, one at {}", PointText(at))]
     Disoriented {
-        /// Such edges.
+        /// Number of such edges.
         count: usize,
         /// The middle of one.
         at: [f64; 3],
     },
-    /// A surface as flat as its round-off.
+    /// A surface whose volume is within round-off of zero.
     #[error("triangles that enclose a volume of {volume:e}")]
     Flat {
-        /// The volume.
+        /// Enclosed volume.
         volume: f64,
     },
-    /// Triangles that pass through each other.
-    #[error("a triangle that passes through another at {}", Place(at))]
+    /// Triangles that cross each other.
+    #[error("a triangle that passes through another at {}", PointText(at))]
     Crossing {
-        /// Where.
+        /// Point of a crossing.
         at: [f64; 3],
     },
-    /// Parts that have a place in common, or lie on each other: mass and distance there are not those of their union.
-    #[error("parts that overlap or lie on each other, near {}", Place(at))]
+    /// Parts that overlap or coincide: mass and distance there are not those of their union.
+    #[error("parts that overlap or lie on each other, near {}", PointText(at))]
     Overlapping {
-        /// A point inside of one.
+        /// Point inside one of the parts.
         at: [f64; 3],
     },
     /// A part of the surface that faces inwards although it is not the wall of a cavity.
-    #[error("a part that is inside out, near {}", Place(at))]
+    #[error("a part that is inside out, near {}", PointText(at))]
     InsideOut {
-        /// A point outside of it that it has for inside.
+        /// Point outside the part that the part has on its inner side.
         at: [f64; 3],
     },
 }
 
-/// A place as a list of three numbers.
-struct Place<'a>(&'a [f64; 3]);
+/// Text of a position: a list of three numbers.
+struct PointText<'a>(&'a [f64; 3]);
 
-impl std::fmt::Display for Place<'_> {
+impl std::fmt::Display for PointText<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [x, y, z] = self.0;
         write!(f, "[{x:.6}, {y:.6}, {z:.6}]")
     }
 }
 
-/// An edge in the direction of its triangle, the triangle and the corner opposite.
+/// Directed edge of a triangle, with the triangle and the opposite corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Edge {
+struct DirectedEdge {
     ends: [u32; 2],
     triangle: u32,
     opposite: u8,
 }
 
-/// Beyond, volumes leave the numbers.
+/// Greatest coordinate: beyond it volumes overflow.
 const LARGEST: f64 = 1e15;
-/// A surface of this volume, in sizes cubed, is a sheet.
+/// Volume, in sizes cubed, below which a surface is flat.
 const FLAT: f64 = 1e-9;
 
 impl Surface {
-    /// The most triangles that are taken: half a gigabyte, and 7 s to look at those of a ball.
+    /// Greatest number of triangles: half a gigabyte, and 7 s to check those of a ball.
     pub const MOST_TRIANGLES: usize = 500_000;
 
-    /// The surface of these triangles. Corners at the same place are one; triangles with two corners at one place are left
-    /// out; a surface that is inside out as a whole is turned.
+    /// Builds the surface of these triangles. Corners at one position are merged, degenerate triangles are dropped, and
+    /// a surface that is inside out as a whole is reversed.
     ///
     /// # Errors
     /// [`SurfaceError`] if it is not closed, not consistently oriented, or encloses nothing.
@@ -124,12 +124,12 @@ impl Surface {
         if let Some(i) = corners.iter().position(|triangle| !finite(triangle)) {
             return Err(SurfaceError::NotFinite { triangle: i + 1 });
         }
-        let (points, mut triangles) = joined(corners);
+        let (points, mut triangles) = merge_corners(corners);
         triangles.retain(|[a, b, c]| a != b && b != c && c != a);
         if triangles.len() < 4 {
             return Err(SurfaceError::TooFew { count: triangles.len() });
         }
-        let across = closed(&points, &triangles)?;
+        let across = match_edges(&points, &triangles)?;
         let mut surface = Self { points, triangles, across, turned: false };
         let (volume, size) = (surface.volume(), surface.size());
         if volume.abs() <= FLAT * size * size * size {
@@ -141,43 +141,44 @@ impl Surface {
         Ok(surface)
     }
 
-    /// Whether the triangles as given faced inwards.
+    /// Returns true if the triangles were given facing inwards.
     #[must_use]
     pub fn was_turned(&self) -> bool {
         self.turned
     }
 
+    /// Reverses the orientation.
     fn turn(&mut self) {
         self.triangles.iter_mut().chain(&mut self.across).for_each(|corners| corners.swap(1, 2));
         self.turned = true;
     }
 
-    /// The corners of each triangle.
+    /// Corners of each triangle.
     pub(super) fn corners(&self) -> impl ExactSizeIterator<Item = [Vector3; 3]> + '_ {
         self.triangles.iter().map(|triangle| triangle.map(|i| self.points[i as usize]))
     }
 
-    /// Length of the diagonal of its box.
+    /// Diagonal of the bounding box.
     pub(super) fn size(&self) -> f64 {
         let (lower, upper) = self.bounds();
         (upper - lower).norm()
     }
 
-    /// The corners of its box.
+    /// Lower and upper corner of the bounding box.
     pub(super) fn bounds(&self) -> (Vector3, Vector3) {
         let first = self.points[0];
         self.points.iter().fold((first, first), |(lower, upper), p| (lower.inf(p), upper.sup(p)))
     }
 
-    /// Volume enclosed, negative if inside out.
+    /// Enclosed volume, negative if inside out.
     pub(super) fn volume(&self) -> f64 {
         let from = self.points[0];
         self.corners().map(|[a, b, c]| (a - from).dot(&(b - from).cross(&(c - from)))).sum::<f64>() / 6.0
     }
 }
 
-/// Places and, for each triangle, the numbers of its corners; equal places have one number.
-fn joined(corners: &[[Vector3; 3]]) -> (Vec<Vector3>, Vec<[u32; 3]>) {
+/// Merges corners by position: the distinct positions and, for each triangle, the indices of its corners.
+fn merge_corners(corners: &[[Vector3; 3]]) -> (Vec<Vector3>, Vec<[u32; 3]>) {
     // Adding zero makes −0 a 0.
     let bits = |p: &Vector3| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
     let mut places: Vec<[u64; 3]> = corners.iter().flatten().map(bits).collect();
@@ -188,15 +189,16 @@ fn joined(corners: &[[Vector3; 3]]) -> (Vec<Vector3>, Vec<[u32; 3]>) {
     (places.iter().map(|place| Vector3::from(place.map(f64::from_bits))).collect(), triangles)
 }
 
-/// The triangle across each edge; each edge must have one in either direction.
-fn closed(points: &[Vector3], triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
+/// Finds the triangle across each edge; each edge must have one triangle in either direction.
+fn match_edges(points: &[Vector3], triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
     let ends = |t: &[u32; 3], i: usize| [t[(i + 1) % 3], t[(i + 2) % 3]];
-    let edge = |n: usize, t: &[u32; 3], i: usize| Edge { ends: ends(t, i), triangle: n as u32, opposite: i as u8 };
-    let mut edges: Vec<Edge> =
+    let edge =
+        |n: usize, t: &[u32; 3], i: usize| DirectedEdge { ends: ends(t, i), triangle: n as u32, opposite: i as u8 };
+    let mut edges: Vec<DirectedEdge> =
         triangles.iter().enumerate().flat_map(|(n, t)| (0..3).map(move |i| edge(n, t, i))).collect();
-    // Both directions of an edge stand together.
+    // Both directions of an edge are adjacent in this order.
     edges.sort_unstable_by_key(|e| ([e.ends[0].min(e.ends[1]), e.ends[0].max(e.ends[1])], *e));
-    let same = |a: &Edge, b: &Edge| a.ends == b.ends || a.ends == [b.ends[1], b.ends[0]];
+    let same = |a: &DirectedEdge, b: &DirectedEdge| a.ends == b.ends || a.ends == [b.ends[1], b.ends[0]];
     let (mut open, mut branched, mut disoriented) = (vec![], vec![], vec![]);
     let mut across = vec![[0; 3]; triangles.len()];
     for group in edges.chunk_by(same) {

@@ -1,25 +1,25 @@
-//! Corners of a body that may be sharper than a mesh.
+//! Tips: corners of a body that may be sharper than the mesh.
 
 use super::Solid;
-use super::inner::inner;
+use super::inner::inner_point;
 use crate::geometry::{Pole, SignedDistance as _};
 
-/// A corner is sharp where a point at some depth below it is less deep in the body than this part. Cones of 35° half-angle
-/// or more (sin 35° = 0.574; the corner of a cube has 0.577) are stopped by the nodes and facets of a mesh: of steel, at
-/// 8 m/s, they are at most 0.52 cells deep in a facet; with 30° it is 0.63 cells, with 25° 1.8. As tips, corners of a cube
-/// and rims of a cylinder would be held where they need it not: the removal of penetration then pumps 5 to 20 % of the
-/// energy.
+/// Limit of a sharp corner: the depth of a point below it in the body, as a part of its distance from the corner. Cones
+/// of 35° half-angle or more (sin 35° = 0.574; the corner of a cube has 0.577) are stopped by the nodes and facets of a
+/// mesh. Steel cones at 8 m/s sink at most 0.52 cells into a facet; with 30° 0.63 cells, with 25° 1.8. Corners of a
+/// cube and rims of a cylinder must not be tips: the removal of penetration then adds 5 to 20 % of the energy.
 const BLUNT: f64 = 0.57;
-/// Tips are so far apart, in radii of the greatest ball inside: one for a small flat end, some along a blade.
+/// Least distance between tips, in radii of the greatest inscribed ball: one tip for a small flat end, several along a
+/// blade.
 const APART: f64 = 0.25;
-/// Neighbours as far out as this part of a corner are level with it: single precision leaves the corners of a rim that much
-/// apart.
+/// Tolerance for neighbours as far from the centre as a corner: single precision displaces the corners of a rim by that
+/// much.
 const LEVEL: f64 = 1.0 - 1e-5;
-/// Tips that are kept: those furthest out.
+/// Greatest number of tips; those furthest from the centre are kept.
 const MOST: usize = 64;
 
-/// The sharp corners that are no nearer to the centre of mass than their neighbours.
-pub(super) fn tips(solid: &Solid) -> Vec<Pole> {
+/// Finds the tips: sharp corners that are no nearer to the centre of mass than their neighbours.
+pub(super) fn find_tips(solid: &Solid) -> Vec<Pole> {
     let points = solid.points();
     let mut furthest = vec![0.0_f64; points.len()];
     for triangle in solid.triangles() {
@@ -40,13 +40,13 @@ pub(super) fn tips(solid: &Solid) -> Vec<Pole> {
     alone.into_iter().filter_map(|corner| tip(solid, corner)).take(MOST).collect()
 }
 
-/// The corner with a point inside, if it is sharp at the scale of the coarsest mesh allowed, or of one up to eight times
-/// finer.
+/// Returns the corner with its inner point if it is sharp at the scale of the coarsest mesh allowed, or of one up to
+/// eight times finer.
 fn tip(solid: &Solid, corner: usize) -> Option<Pole> {
     let end = solid.points()[corner];
     let inward = -solid.normals.corners[corner].try_normalize(0.0)?;
     let sharp = |depth: f64| -solid.exact(&(end + inward * depth)).distance < BLUNT * depth;
     let sharp = [1.0, 0.5, 0.25, 0.125].iter().any(|part| sharp(part * solid.inner_radius()));
-    let inner = sharp.then(|| inner(solid, &end, &inward))??;
+    let inner = sharp.then(|| inner_point(solid, &end, &inward))??;
     Some(Pole { end, inner })
 }

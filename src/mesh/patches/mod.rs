@@ -1,15 +1,17 @@
-//! Disjoint patches of elements that share one volume change (numerics 5).
+//! F-bar patches (de Souza Neto et al. 2005): disjoint groups of elements that share one volume change (numerics 5).
 //!
-//! A linear triangle or tetrahedron has its own volume to keep, which near incompressibility is more than the nodes can
-//! follow: it locks. Where a few neighbours keep their common volume instead, it does not: two triangles, or four tetrahedra.
-//! Which ones is a matching: groups that share facets are joined two by two, at most one join to a group, so that few are
-//! left over and the joined shapes are compact; once in the plane, twice in space. There the rings of four tetrahedra around
-//! an edge go first: those of the centred lattice are its octahedra, and elsewhere too pressure is smoother with them.
+//! A linear triangle or tetrahedron with a volume constraint of its own locks near incompressibility: there are more
+//! constraints than the nodes can satisfy. Patches of two triangles or four tetrahedra with one common constraint do
+//! not lock. The grouping is a matching in the element graph: groups that share facets are joined two by two, once in
+//! the plane, twice in space. It leaves few groups over and prefers compact unions. In space, rings of four tetrahedra
+//! around an edge are joined first: those of the centred lattice are its octahedra, and elsewhere too they give a
+//! smoother pressure.
 //!
-//! A punch on a quarter of a clamped block (linear, N = 16 cells per edge) at ν = 0.4999, the force over that of nodal
-//! averaging: pairs 0.97–1.00 and plain triangles 1.00–2.28 on crossed, Kuhn's, displaced and random Delaunay triangles;
-//! fours 0.986–1.011 and plain tetrahedra 1.19–3.31 on the centred and Kuhn's lattice, displaced or not, and on random
-//! Delaunay tetrahedra, of which 99 % are in fours. Pairs of tetrahedra still lock, by 7 to 81 %.
+//! Verification: a punch on a quarter of a clamped block (linear, N = 16 cells per edge) at ν = 0.4999, force relative
+//! to nodal averaging. In the plane pairs give 0.97–1.00 and plain triangles 1.00–2.28, on crossed, Kuhn, displaced and
+//! random Delaunay triangles. In space fours give 0.986–1.011 and plain tetrahedra 1.19–3.31, on the centred and Kuhn
+//! lattice, displaced or not, and on random Delaunay tetrahedra, of which 99 % are in fours. Pairs of tetrahedra still
+//! lock, by 7 to 81 %.
 
 mod element_graph;
 mod matching;
@@ -17,31 +19,30 @@ mod rings;
 
 use super::{ElementId, Mesh, Simplex, neighbours};
 use crate::math::Vector;
-use element_graph::Dual;
-use rings::Ring;
+use element_graph::ElementGraph;
+use rings::EdgeRing;
 
-/// Disjoint patches of elements: every element is in one of them.
+/// Partition of the elements into disjoint patches.
 ///
-/// Patches stand in the order of their first elements, elements in a patch in ascending order, so that what is near in the
-/// mesh's own order stays near.
+/// Patches are ordered by their first elements, elements within a patch ascend: the locality of the mesh order is kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patches {
-    /// Patch p is `members[start[p]..start[p + 1]]`; nothing where patch p is element p.
+    /// Offsets: patch p is `members[start[p]..start[p + 1]]`. Empty where patch p is element p.
     start: Vec<u32>,
     members: Vec<ElementId>,
 }
 
 impl Patches {
-    /// Each element by itself.
+    /// Returns the trivial partition: one patch per element.
     #[must_use]
     pub fn alone(n_elements: usize) -> Self {
         let n = n_elements as u32;
         Self { start: vec![], members: (0..n).map(ElementId).collect() }
     }
 
-    /// What keeps a mesh from locking: pairs in the plane, groups of up to four elements in space; what finds no partner
-    /// stays in smaller ones. The elements of a patch are connected through facets, so it has at most 4 nodes in the plane
-    /// and 7 in space.
+    /// Groups the elements of a mesh into patches that do not lock: pairs in the plane, up to four elements in space.
+    /// Elements without a partner stay in smaller patches. The elements of a patch are connected through facets, so it
+    /// has at most 4 nodes in the plane and 7 in space.
     ///
     /// ```
     /// use ballistic_gel::mesh::{Block, ElementId, Patches, Split, block, uniform};
@@ -56,41 +57,41 @@ impl Patches {
         Self::among((&mesh.rest, &mesh.elements), &neighbours::<D>(&mesh.elements))
     }
 
-    /// The same of elements between nodes there, where the neighbours are known.
+    /// Groups elements at given node positions, with known face neighbours, into patches as [`Patches::grouped`] does.
     ///
     /// # Panics
-    /// Unless they are those of so many elements.
+    /// Unless there is one row of neighbours per element.
     #[must_use]
     pub fn among<const D: usize>(
         (nodes, elements): (&[Vector<D>], &[Simplex]),
         across: &[[Option<ElementId>; 4]],
     ) -> Self {
         assert_eq!(elements.len(), across.len(), "each element has its neighbours");
-        let (alone, dual) = (Self::alone(elements.len()), Dual::new((nodes, elements), across));
-        if D == 2 { alone.paired(&dual) } else { alone.quadrupled(&dual, &rings::rings(elements, across, &dual)) }
+        let (alone, graph) = (Self::alone(elements.len()), ElementGraph::new(nodes, elements, across));
+        if D == 2 { alone.paired(&graph) } else { alone.quadrupled(&graph, &rings::rings(elements, across, &graph)) }
     }
 
-    /// Of single elements pairs that share a facet; what finds no partner stays alone.
-    fn paired<const D: usize>(&self, dual: &Dual<D>) -> Self {
-        self.joined(&matching::pair(dual, vec![None; self.len()]))
+    /// Joins single elements into pairs that share a facet; elements without a partner stay alone.
+    fn paired<const D: usize>(&self, graph: &ElementGraph<D>) -> Self {
+        self.joined(&matching::match_groups(graph, vec![None; self.len()]))
     }
 
-    /// Of single elements rings of four, then pairs of pairs; what is left over stays in groups of one to three.
-    fn quadrupled<const D: usize>(&self, dual: &Dual<D>, rings: &[Ring]) -> Self {
+    /// Joins single elements into rings of four, then into pairs of pairs; the rest stay in groups of one to three.
+    fn quadrupled<const D: usize>(&self, graph: &ElementGraph<D>, rings: &[EdgeRing]) -> Self {
         let mut mates = vec![None; self.len()];
         for &[a, b, c, d] in rings {
-            matching::marry(&mut mates, a, b);
-            matching::marry(&mut mates, c, d);
+            matching::set_mates(&mut mates, a, b);
+            matching::set_mates(&mut mates, c, d);
         }
-        let pairs = self.joined(&matching::pair(dual, mates));
+        let pairs = self.joined(&matching::match_groups(graph, mates));
         let patch = pairs.patch_of_elements();
         let mut mates = vec![None; pairs.len()];
         for [a, b, c, d] in rings.iter().map(|ring| ring.map(|e| patch[e.index()])) {
             if a == b && c == d {
-                matching::marry(&mut mates, a, c);
+                matching::set_mates(&mut mates, a, c);
             }
         }
-        pairs.joined(&matching::pair(&dual.joined(&pairs, &patch), mates))
+        pairs.joined(&matching::match_groups(&graph.contracted(&pairs, &patch), mates))
     }
 
     /// Number of patches.
@@ -99,13 +100,13 @@ impl Patches {
         if self.start.is_empty() { self.members.len() } else { self.start.len() - 1 }
     }
 
-    /// Whether there are no patches.
+    /// Returns true if there are no patches.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The elements of a patch.
+    /// Elements of a patch.
     #[must_use]
     pub fn of(&self, patch: usize) -> &[ElementId] {
         match self.start.get(patch..patch + 2) {
@@ -114,18 +115,18 @@ impl Patches {
         }
     }
 
-    /// The elements of each patch.
+    /// Iterates over the patches; each item is the elements of one patch.
     pub fn iter(&self) -> impl Iterator<Item = &[ElementId]> {
         (0..self.len()).map(|p| self.of(p))
     }
 
-    /// Elements of the largest patch.
+    /// Number of elements in the largest patch.
     #[must_use]
     pub fn largest(&self) -> usize {
         self.iter().map(<[ElementId]>::len).max().unwrap_or(0)
     }
 
-    /// The mesh with the elements of a patch one after another, patch by patch, and the patches of that mesh.
+    /// Returns the mesh with the elements of each patch contiguous, patch by patch, and the patches of that mesh.
     #[must_use]
     pub fn gathered<const D: usize>(self, mesh: Mesh<D>) -> (Mesh<D>, Self) {
         let mesh = mesh.reordered(&self.members);
@@ -133,7 +134,7 @@ impl Patches {
         (mesh, Self { start: self.start, members })
     }
 
-    /// The patch that each element is in.
+    /// Patch of each element.
     #[must_use]
     pub fn patch_of_elements(&self) -> Vec<ElementId> {
         let mut patch = vec![ElementId(0); self.members.len()];
@@ -145,7 +146,8 @@ impl Patches {
         patch
     }
 
-    /// What is left of each where only these elements, ascending, are left, numbered anew.
+    /// Restricts the patches to the elements `kept`, ascending, which are renumbered in that order; empty patches are
+    /// dropped.
     #[must_use]
     pub fn left(&self, kept: &[ElementId]) -> Self {
         let patch = self.patch_of_elements();
@@ -163,7 +165,7 @@ impl Patches {
         left
     }
 
-    /// Patches with their mates; they must stand in the order of their first elements.
+    /// Joins each patch with its mate. Patches must be ordered by their first elements.
     fn joined(&self, mates: &[Option<ElementId>]) -> Self {
         let mut joined = Self { start: vec![0], members: Vec::with_capacity(self.members.len()) };
         for (p, mate) in (0..).map(ElementId).zip(mates) {

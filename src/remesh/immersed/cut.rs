@@ -1,34 +1,34 @@
-//! The body cut out of the triangulation that it is immersed in.
+//! Cutting of the body out of its background mesh along the zero level of the signed distance.
 
-use super::super::triangle::{Point, quality};
-use super::super::{Origin, Proposal};
-use super::boundary::{Boundary, Place};
-use super::snap::Immersed;
+use super::super::triangle::{PlanarPoint, quality};
+use super::super::{NodeOrigin, Proposal};
+use super::boundary::{BoundaryLocation, ImmersedBoundary};
+use super::snap::ImmersedMesh;
 use crate::mesh::{NodeId, Simplex};
 use std::collections::BTreeMap;
 
-/// The new mesh while it is cut out.
-struct Cutting<'a> {
-    boundary: &'a Boundary<'a>,
-    immersed: &'a Immersed,
-    points: Vec<Point>,
-    origin: Vec<Origin>,
-    /// The point on each edge that is cut.
+/// New mesh under construction.
+struct MeshCutter<'a> {
+    boundary: &'a ImmersedBoundary<'a>,
+    immersed: &'a ImmersedMesh,
+    points: Vec<PlanarPoint>,
+    origin: Vec<NodeOrigin>,
+    /// Point on each cut edge.
     cuts: BTreeMap<[usize; 2], usize>,
     elements: Vec<[usize; 3]>,
 }
 
 /// See [`super::cut_out`].
-pub(super) fn cut_out(boundary: &Boundary<'_>, immersed: &Immersed) -> Proposal<2> {
+pub(super) fn cut_out(boundary: &ImmersedBoundary<'_>, immersed: &ImmersedMesh) -> Proposal<2> {
     let (points, origin) = (immersed.points.clone(), immersed.origin.clone());
-    let mut cutting = Cutting { boundary, immersed, points, origin, cuts: BTreeMap::new(), elements: vec![] };
+    let mut cutting = MeshCutter { boundary, immersed, points, origin, cuts: BTreeMap::new(), elements: vec![] };
     for triangle in &immersed.triangles {
         cutting.cut(triangle);
     }
     cutting.mesh()
 }
 
-impl Cutting<'_> {
+impl MeshCutter<'_> {
     fn is_in(&self, p: usize) -> bool {
         self.immersed.distance[p] < 0.0
     }
@@ -37,11 +37,11 @@ impl Cutting<'_> {
         self.immersed.distance[p] > 0.0
     }
 
-    /// Takes what is inside of a triangle.
+    /// Adds the inner part of a triangle.
     fn cut(&mut self, triangle: &[usize; 3]) {
         let count = |is: &dyn Fn(usize) -> bool| triangle.iter().filter(|p| is(**p)).count();
         let (n_in, n_out) = (count(&|p| self.is_in(p)), count(&|p| self.is_out(p)));
-        // Turned so that what differs from the others stands first.
+        // Rotated so that the corner of the minority side comes first.
         let turned = |first: usize| [first, first + 1, first + 2].map(|k| triangle[k % 3]);
         let first = |is: &dyn Fn(usize) -> bool| triangle.iter().position(|p| is(*p)).map_or(*triangle, turned);
         match (n_in, n_out) {
@@ -56,13 +56,13 @@ impl Cutting<'_> {
             (2, _) => {
                 let [a, b, c] = first(&|p| self.is_out(p));
                 let (to_b, to_c) = (self.on_edge(b, a), self.on_edge(c, a));
-                self.divide([to_b, b, c, to_c]);
+                self.divide_quadrilateral([to_b, b, c, to_c]);
             }
             _ => self.halve(first(&|p| !self.is_in(p) && !self.is_out(p))),
         }
     }
 
-    /// Takes the inner half of a triangle whose first corner is on the boundary.
+    /// Adds the inner half of a triangle whose first corner is on the boundary.
     fn halve(&mut self, [a, b, c]: [usize; 3]) {
         if self.is_in(b) {
             let cut = self.on_edge(b, c);
@@ -73,23 +73,26 @@ impl Cutting<'_> {
         }
     }
 
-    /// Takes a quadrilateral as two triangles, by the diagonal with the better worst one.
-    fn divide(&mut self, [a, b, c, d]: [usize; 4]) {
+    /// Adds a quadrilateral as two triangles, by the diagonal with the better worst one.
+    fn divide_quadrilateral(&mut self, [a, b, c, d]: [usize; 4]) {
         let worst =
             |pair: &[[usize; 3]; 2]| pair.map(|t| quality(t.map(|p| &self.points[p]))).into_iter().fold(1.0, f64::min);
         let [one, other] = [[[a, b, c], [a, c, d]], [[b, c, d], [b, d, a]]];
         self.elements.extend(if worst(&one) >= worst(&other) { one } else { other });
     }
 
-    /// The point where an edge is cut, from the inside to the outside.
+    /// Point where an edge is cut, from the inside to the outside.
     fn on_edge(&mut self, inside: usize, outside: usize) -> usize {
         let key = [inside, outside];
         if let Some(cut) = self.cuts.get(&key) {
             return *cut;
         }
-        let Immersed { points, distance, .. } = self.immersed;
+        let ImmersedMesh { points, distance, .. } = self.immersed;
         let way = distance[inside] / (distance[inside] - distance[outside]);
-        let zero = || Place { at: (1.0 - way) * points[inside] + way * points[outside], origin: Origin::Inside };
+        let zero = || BoundaryLocation {
+            at: (1.0 - way) * points[inside] + way * points[outside],
+            origin: NodeOrigin::Inside,
+        };
         let place = self.boundary.crossing([&points[inside], &points[outside]], way).unwrap_or_else(zero);
         self.points.push(place.at);
         self.origin.push(place.origin);
@@ -97,11 +100,11 @@ impl Cutting<'_> {
         self.points.len() - 1
     }
 
-    fn middle(&self, triangle: &[usize; 3]) -> Point {
-        triangle.iter().map(|p| self.points[*p]).sum::<Point>() / 3.0
+    fn middle(&self, triangle: &[usize; 3]) -> PlanarPoint {
+        triangle.iter().map(|p| self.points[*p]).sum::<PlanarPoint>() / 3.0
     }
 
-    /// Of the points that are used, in their order.
+    /// Builds the mesh from the points used, in their order.
     fn mesh(self) -> Proposal<2> {
         let mut number = vec![None; self.points.len()];
         self.elements.iter().flatten().for_each(|p| number[*p] = Some(0));

@@ -1,6 +1,8 @@
-//! The mesh of the paper: the body immersed in a triangulation of the square around it, and cut out of it (figure 6).
+//! Immersed remeshing (figure 6 of the paper): the body is embedded in a triangulation of the surrounding square and
+//! cut out of it.
 //!
-//! Each step is a function whose result can be drawn: [`cells`], [`triangulated`], [`distances`], [`snapped`], [`cut_out`].
+//! Each step is a function whose result can be drawn: [`cells`], [`triangulated`], [`distances`], [`snapped`],
+//! [`cut_out`].
 
 mod background;
 mod boundary;
@@ -9,34 +11,34 @@ mod snap;
 #[cfg(test)]
 mod tests;
 
-pub use background::{Background, Cell, cells, triangulated};
-pub use snap::{Immersed, snapped};
+pub use background::{BackgroundCell, BackgroundMesh, cells, triangulated};
+pub use snap::{ImmersedMesh, snapped};
 
-use super::point_insertion::Part;
-use super::triangle::Point;
+use super::point_insertion::OpenRegion;
+use super::triangle::PlanarPoint;
 use super::{Moved, Proposal, RemeshError, Rules, boundary_loops, check};
-use boundary::Boundary;
+use boundary::ImmersedBoundary;
 
-/// Every step on the way to an immersed mesh.
+/// Results of all steps of an immersed remesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steps {
-    /// The quadtree over the square around the body.
-    pub cells: Vec<Cell>,
-    /// The Delaunay triangulation of the middles of its cells.
-    pub background: Background,
+    /// Quadtree over the square around the body.
+    pub cells: Vec<BackgroundCell>,
+    /// Delaunay triangulation of the cell centres.
+    pub background: BackgroundMesh,
     /// Signed distance of its points from the old boundary, m, negative in the body.
     pub distance: Vec<f64>,
-    /// The triangulation with points near the boundary moved onto it.
-    pub immersed: Immersed,
-    /// What is cut out of it: the new mesh.
+    /// Triangulation with the points near the boundary snapped onto it.
+    pub immersed: ImmersedMesh,
+    /// New mesh, cut out of the triangulation.
     pub proposal: Proposal<2>,
 }
 
-/// A new mesh of a plane body with these target sizes, m, by node: nothing of the old one stays but its features (corners, ends of
-/// what is held).
+/// Remeshes a plane body with these target sizes, m, by node. Only features of the old mesh stay: corners and ends of
+/// held boundaries.
 ///
 /// # Errors
-/// If sizes or positions are no numbers to mesh with.
+/// [`RemeshError`] for invalid sizes or positions.
 pub fn immerse(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Steps, RemeshError> {
     check(old, size, rules)?;
     let cells = cells(old, (size, rules.most))?;
@@ -47,27 +49,26 @@ pub fn immerse(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Steps,
     Ok(Steps { cells, background, distance, immersed, proposal })
 }
 
-/// Signed distances of points from the boundary of a body where it is, m: the sign is that of the winding number, so that an
-/// overlap is inside.
+/// Signed distances of points from the deformed boundary, m. The winding number gives the sign: overlaps are inside.
 #[must_use]
-pub fn distances(old: &Moved<'_, 2>, points: &[Point]) -> Vec<f64> {
-    let boundary = Boundary::of(old);
+pub fn distances(old: &Moved<'_, 2>, points: &[PlanarPoint]) -> Vec<f64> {
+    let boundary = ImmersedBoundary::of(old);
     points.iter().map(|p| boundary.signed_distance(p)).collect()
 }
 
-/// The mesh of the body: triangles inside, and what the zero of the linear interpolant of the distance leaves of those that it
-/// cuts.
+/// Cuts the body out: triangles inside, and the inner parts of triangles cut by the zero level of the interpolated
+/// distance.
 ///
-/// A cut goes through the edge where that crosses the old boundary, nearest to the zero of the interpolant: both are the
-/// same where the boundary is straight, and O(h²κ) apart where it is not. A quadrilateral is divided by the diagonal with the
-/// better worst triangle.
+/// An edge is cut where it crosses the old boundary, nearest to the zero of the interpolant: both coincide for a
+/// straight boundary, and are O(h²κ) apart otherwise. A quadrilateral is divided by the diagonal with the better worst
+/// triangle.
 #[must_use]
-pub fn cut_out(old: &Moved<'_, 2>, immersed: &Immersed) -> Proposal<2> {
-    cut::cut_out(&Boundary::of(old), immersed)
+pub fn cut_out(old: &Moved<'_, 2>, immersed: &ImmersedMesh) -> Proposal<2> {
+    cut::cut_out(&ImmersedBoundary::of(old), immersed)
 }
 
-/// By how much cutting may change the area of a body, as a share of it: a chord c across a turn θ leaves out c²θ/8 at most, and
-/// chords are diagonals of cells, c² = 2h². This is the O(h²κ) of the paper.
+/// Greatest relative change of area by cutting: a chord c across a turn θ leaves out c²θ/8 at most, and chords are
+/// diagonals of cells, c² = 2h². This is the O(h²κ) of the paper.
 #[must_use]
 pub fn rounding(old: &Moved<'_, 2>, size: &[f64]) -> f64 {
     let lost: f64 = boundary_loops::turns(old).map(|(node, turn)| 0.25 * size[node] * size[node] * turn).sum();
@@ -75,7 +76,7 @@ pub fn rounding(old: &Moved<'_, 2>, size: &[f64]) -> f64 {
     lost / area
 }
 
-/// The whole old mesh with its sizes.
-fn whole<'a>(old: &Moved<'a, 2>, size: &'a [f64]) -> Part<'a> {
-    Part::new(old, size, old.mesh.elements.clone())
+/// Open region of the whole old mesh with its sizes.
+fn whole<'a>(old: &Moved<'a, 2>, size: &'a [f64]) -> OpenRegion<'a> {
+    OpenRegion::new(old, size, old.mesh.elements.clone())
 }

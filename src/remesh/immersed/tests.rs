@@ -1,7 +1,7 @@
-//! What an immersed mesh must be like, whatever the old one was.
+//! Properties of an immersed mesh of any body.
 
 use super::super::test_meshes::{held, moved, rings, square};
-use super::super::{Acceptance, Origin, Quality, Rejected, graded, judge};
+use super::super::{Acceptance, NodeOrigin, Quality, Rejected, graded, judge};
 use super::*;
 use crate::math::Vector;
 use crate::mesh::{boundary, least_angle, signed_volume};
@@ -12,7 +12,7 @@ fn at(x: f64, y: f64) -> Vector<2> {
     Vector::<2>::new(x, y)
 }
 
-/// The mesh of these sizes and what it is judged to be, its area free within what cutting may change.
+/// Mesh with these sizes and its acceptance; the area may change by as much as cutting allows.
 fn made(old: &Moved<'_, 2>, sizes: &[f64]) -> (Steps, Result<Quality, Rejected>) {
     let steps = immerse(old, sizes, &Rules::default()).unwrap();
     let limits = Acceptance { measure: rounding(old, sizes) + 1e-12, quality: 0.0 };
@@ -26,13 +26,13 @@ fn area(points: &[Vector<2>], triangles: &[[usize; 3]]) -> f64 {
     0.5 * triangles.iter().map(|t| double(corners(t))).sum::<f64>()
 }
 
-/// A square that is turned, by angle.
+/// Map that turns a square by an angle.
 fn turned(angle: f64) -> impl Fn(&Vector<2>) -> Vector<2> {
     let (s, c) = angle.sin_cos();
     move |x| at(c * x[0] - s * x[1] + 3.0, s * x[0] + c * x[1] - 7.0)
 }
 
-/// A disc of radius 1 with waves along its edge.
+/// Disc of radius 1 with waves along its edge.
 fn wavy(x: &Vector<2>, waves: f64, height: f64) -> Vector<2> {
     let d = 2.0 * x - at(1.0, 1.0);
     let (square, round) = (d[0].abs().max(d[1].abs()), d.norm());
@@ -95,7 +95,7 @@ fn every_step_is_what_it_says() {
         let nearest = edges.map(|ends| super::super::triangle::clearance(ends, p)).fold(f64::MAX, f64::min);
         let inside = mesh.elements.iter().any(|e| {
             let [a, b, c] = [0, 1, 2].map(|k| &position[e[k].index()]);
-            super::super::triangle::shares([a, b, c], p).iter().all(|s| *s >= 0.0)
+            super::super::triangle::barycentric([a, b, c], p).iter().all(|s| *s >= 0.0)
         });
         assert!((distance.abs() - nearest).abs() < 1e-12 && (*distance < 0.0) == inside, "{distance} at {p}");
     }
@@ -114,12 +114,12 @@ fn all_of_the_new_boundary_comes_from_the_old_one() {
     for node in boundary::<2>(&new.elements).iter().flat_map(|f| [f[0], f[1]]) {
         let x = new.position[node.index()];
         match new.origin[node.index()] {
-            Origin::Kept(old) => assert_eq!(x, position[old.index()]),
-            Origin::Surface([a, b, _], [u, v, _]) => {
+            NodeOrigin::Kept(old) => assert_eq!(x, position[old.index()]),
+            NodeOrigin::Surface([a, b, _], [u, v, _]) => {
                 n_edges += 1;
                 assert!((x - u * position[a.index()] - v * position[b.index()]).norm() < 1e-15);
             }
-            Origin::Inside => panic!("the node at {x} is on no old edge"),
+            NodeOrigin::Inside => panic!("the node at {x} is on no old edge"),
         }
     }
     assert!(n_edges > 50);

@@ -1,32 +1,33 @@
-//! What is around an edge, and around a point of the surface.
+//! Star of an edge, and fan of a surface point.
 
-use super::tet_mesh::{Complex, Tet};
+use super::tet_mesh::{TetMesh, Tetrahedron};
 
-/// The tetrahedra around an edge in order: each has two neighbours on the ring, those at the surface one.
+/// Edge star: the tetrahedra around an edge in order. Each has two neighbours in the star; at the surface the two outer
+/// ones have one.
 #[derive(Debug, Clone)]
-pub(super) struct Ring {
-    /// In order around the edge from its first to its second end, counter-clockwise.
+pub(super) struct EdgeStar {
+    /// Tetrahedra in order around the edge from its first to its second end, counter-clockwise.
     pub tets: Vec<u32>,
-    /// The points opposite the edge, in order; of an open ring one more than tetrahedra.
+    /// Points opposite the edge, in order; an open star has one more point than tetrahedra.
     pub points: Vec<u32>,
-    /// Whether the edge is on the surface.
+    /// True if the edge is on the surface.
     pub is_open: bool,
 }
 
-/// The other two points of a tetrahedron with this edge, counter-clockwise around it.
-fn opposite(tet: &Tet, a: u32, b: u32) -> Option<[u32; 2]> {
+/// Other two points of a tetrahedron with this edge, counter-clockwise around it.
+fn opposite(tet: &Tetrahedron, a: u32, b: u32) -> Option<[u32; 2]> {
     let i = tet.iter().position(|&point| point == a)?;
     let j = tet.iter().position(|&point| point == b)?;
     let mut rest = (0..4).filter(|k| *k != i && *k != j);
     let (k, l) = (rest.next()?, rest.next()?);
-    // (i, j, k, l) is an even permutation of 0…3 or its last two change places.
+    // The tuple (i, j, k, l) is an even permutation of 0…3, or its last two entries are swapped.
     let inversions = [(i, j), (i, k), (i, l), (j, k), (j, l)].iter().filter(|(p, q)| p > q).count();
     Some(if inversions % 2 == 0 { [tet[k], tet[l]] } else { [tet[l], tet[k]] })
 }
 
-impl Ring {
-    /// Around this edge, if it is one and its tetrahedra are one fan.
-    pub fn of(complex: &Complex, a: u32, b: u32) -> Option<Self> {
+impl EdgeStar {
+    /// Builds the star of an edge, if the edge exists and its tetrahedra form one fan.
+    pub fn of(complex: &TetMesh, a: u32, b: u32) -> Option<Self> {
         let sides: Vec<(u32, [u32; 2])> =
             complex.star(a).filter_map(|(t, tet)| Some((t, opposite(&tet, a, b)?))).collect();
         let is_end = |side: &&(u32, [u32; 2])| !sides.iter().any(|(_, [_, q])| *q == side.1[0]);
@@ -47,7 +48,7 @@ impl Ring {
         is_whole.then_some(ring)
     }
 
-    /// Whether an edge is between points of the ring that are not beside each other on it.
+    /// Returns true if an edge joins two non-adjacent points of the star.
     pub fn is_chord(&self, [p, q]: [u32; 2]) -> bool {
         let place = |point| self.points.iter().position(|other| *other == point);
         let (Some(p), Some(q)) = (place(p), place(q)) else { return false };
@@ -56,8 +57,8 @@ impl Ring {
     }
 }
 
-/// The facets of the surface around a point, by their other two points, outward oriented.
-pub(super) fn fan(complex: &Complex, a: u32) -> Vec<[u32; 2]> {
+/// Surface facets around a point, by their other two points, outward oriented.
+pub(super) fn fan(complex: &TetMesh, a: u32) -> Vec<[u32; 2]> {
     let mut sides: Vec<([u32; 2], [u32; 2])> = vec![];
     for (_, tet) in complex.star(a) {
         for &b in tet.iter().filter(|&&b| b != a) {

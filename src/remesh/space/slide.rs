@@ -1,34 +1,35 @@
-//! A point of the surface goes along it to where its tetrahedra are better.
+//! Tangential smoothing: a surface point slides along the surface to improve its tetrahedra.
 
 use super::edge_star::fan;
-use super::smooth::{WAYS, aim};
+use super::smooth::{WAYS, target_position};
 use super::split::blend;
-use super::surface_criteria::{Flat, is_along, twice_area};
-use super::tet_mesh::{Complex, Tet, gradient};
+use super::surface_criteria::{SurfaceCriteria, is_along, twice_area};
+use super::tet_mesh::{TetMesh, Tetrahedron, gradient};
 use super::{GAIN, STANDING};
 use crate::math::Vector;
-use crate::remesh::Origin;
+use crate::remesh::NodeOrigin;
 
-/// An area vector of less than this part of a squared target length is none: the surface around the point is a plane that holds it.
+/// Area vector, relative to a squared target length, below which it vanishes: the surface around the point is a plane
+/// that holds it.
 const PLANE: f64 = 1e-9;
 
-/// Moves a point of the surface, if the worst tetrahedron around it gets better.
+/// Slides a surface point if its worst tetrahedron improves.
 ///
-/// It goes in its free directions and across the area vector of its facets, so that the volume stays what it is (Lindstrom, Turk
-/// 1998), and comes off them no further than [`Flat::slide`] says, nor deeper into a body than points may stand: `cleared` is the place
-/// nearest to one that is in none.
+/// The point moves in its free directions and across the area vector of its facets, which conserves the volume
+/// (Lindstrom & Turk 1998). It leaves its facets by at most [`SurfaceCriteria::slide`] and does not enter a body deeper
+/// than points may stand; `cleared` projects out of bodies.
 pub(super) fn slide(
-    complex: &mut Complex,
+    complex: &mut TetMesh,
     point: u32,
-    (flat, cleared): (&Flat<'_>, &dyn Fn(&Vector<3>) -> Vector<3>),
+    (flat, cleared): (&SurfaceCriteria<'_>, &dyn Fn(&Vector<3>) -> Vector<3>),
 ) -> bool {
     if !complex.points[point as usize].is_on_surface || complex.points[point as usize].ends != 0 {
         return false;
     }
-    let star: Vec<(u32, Tet)> = complex.star(point).collect();
+    let star: Vec<(u32, Tetrahedron)> = complex.star(point).collect();
     let worst = complex.worst_of(star.iter().map(|(t, _)| *t));
     let here = *complex.x(point);
-    let way = along(complex, (point, aim(complex, point, &star) - here), &star);
+    let way = along(complex, (point, target_position(complex, point, &star) - here), &star);
     let depth = |x: &Vector<3>| (cleared(x) - x).norm();
     let most = depth(&here).max(STANDING * complex.points[point as usize].size);
     let best = WAYS
@@ -41,10 +42,10 @@ pub(super) fn slide(
     origin.map(|origin| complex.slide(point, (best.1, origin))).is_some()
 }
 
-/// The part of a way that leaves held directions and the volume as they are.
-fn along(complex: &Complex, (point, way): (u32, Vector<3>), star: &[(u32, Tet)]) -> Vector<3> {
+/// Projects a displacement onto the free directions that conserve the volume.
+fn along(complex: &TetMesh, (point, way): (u32, Vector<3>), star: &[(u32, Tetrahedron)]) -> Vector<3> {
     let own = &complex.points[point as usize];
-    let free = |v: Vector<3>| complex.allowed(point, own.x + v) - own.x;
+    let free = |v: Vector<3>| complex.project_to_free(point, own.x + v) - own.x;
     let area = free(star.iter().map(|(_, tet)| gradient(complex, tet, point)).sum());
     let way = free(way);
     if area.norm() < PLANE * own.size * own.size {
@@ -53,8 +54,8 @@ fn along(complex: &Complex, (point, way): (u32, Vector<3>), star: &[(u32, Tet)])
     way - area * (way.dot(&area) / area.norm_squared())
 }
 
-/// Whether a point of the surface is near the planes of its facets there, and none of them is turned far.
-fn stays(complex: &Complex, (point, x): (u32, &Vector<3>), flat: &Flat<'_>) -> bool {
+/// Returns true if a surface point at `x` is near the planes of its facets, and none of them turns far.
+fn stays(complex: &TetMesh, (point, x): (u32, &Vector<3>), flat: &SurfaceCriteria<'_>) -> bool {
     let own = &complex.points[point as usize];
     fan(complex, point).iter().all(|[u, v]| {
         let [old, new] = [&own.x, x].map(|apex| twice_area(apex, [complex.x(*u), complex.x(*v)]));
@@ -62,9 +63,9 @@ fn stays(complex: &Complex, (point, x): (u32, &Vector<3>), flat: &Flat<'_>) -> b
     })
 }
 
-/// What a point is made of that goes from where it is towards one of the points around it on the surface, held as it is at least:
-/// the one that it comes nearest to the edge to.
-fn made_of(complex: &Complex, (point, x): (u32, &Vector<3>)) -> Option<Origin> {
+/// Origin of a point displaced towards one of its surface neighbours of at least equal constraints: a blend along the
+/// edge that it is nearest to.
+fn made_of(complex: &TetMesh, (point, x): (u32, &Vector<3>)) -> Option<NodeOrigin> {
     let own = &complex.points[point as usize];
     let way = x - own.x;
     let towards = |p: u32| {

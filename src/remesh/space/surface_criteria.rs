@@ -1,43 +1,44 @@
-//! Where the surface is flat enough to be made of other facets, now and at rest.
+//! Surface criteria: where the surface is flat enough, now and at rest, to be made of other facets.
 
 use super::edge_star::fan;
-use super::tet_mesh::{Change, Complex};
-use super::volume_correction::Level;
+use super::tet_mesh::{MeshOperation, TetMesh};
+use super::volume_correction::VolumeCorrection;
 use super::{FAIR, STANDING, cube};
 use crate::math::Vector;
 
-/// How flat is flat.
+/// Limits for operations at the surface.
 #[derive(Clone, Copy)]
-pub(super) struct Flat<'a> {
-    /// How far a point may be from a new facet, in target lengths; 0 where the surface must stay as it is.
+pub(super) struct SurfaceCriteria<'a> {
+    /// Greatest distance of a point from a new facet, in target lengths; 0 where the surface must stay.
     pub sag: f64,
-    /// How far a point that slides along the surface may come off its facets, in target lengths; 0 where none slides.
+    /// Greatest distance of a sliding point from its facets, in target lengths; 0 disables sliding.
     pub slide: f64,
-    /// Whether facets of a held plane are flat, whichever they are. Not of a gel that flows: a yaw of 4° in `bullet-yaw` stops so after 117 µs.
+    /// True if all facets within a held plane count as flat. It must be false for a flowing gel: otherwise the run of
+    /// `bullet-yaw` with a yaw of 4° ends after 117 µs.
     pub planes: bool,
-    /// What the volume may change by in all, and has changed by, m³.
+    /// Greatest total change of volume, and the change so far, m³.
     pub volume: f64,
     pub swept: f64,
-    /// The place nearest to one that is in no body, of a gel that flows: no facets come that are deep in one. Of others they may be 0.3 of a size
-    /// deep, and all that is remade around the body has some that are.
+    /// Projection out of bodies, for a flowing gel: no new facet may be deep in a body. In other gels facets may be 0.3
+    /// of a size deep, and some of the remeshed ones around the body are.
     pub cleared: Option<&'a dyn Fn(&Vector<3>) -> Vector<3>>,
 }
 
-/// The part of what the volume may change by that one operation may take without giving it back.
+/// Part of the volume limit that one operation may use without returning it.
 const LITTLE: f64 = 1e-3;
-/// The least cosine between the normals of an old facet and the new one in its place.
+/// Least cosine between the normals of an old facet and its replacement.
 const TURNED: f64 = 0.7;
 
-type Place<'a> = &'a dyn Fn(u32) -> Vector<3>;
+type PointPosition<'a> = &'a dyn Fn(u32) -> Vector<3>;
 
-impl Flat<'_> {
-    /// Whether the facets on both sides of an edge may be those on both sides of the other diagonal.
-    pub fn turns(&self, complex: &Complex, (a, b): (u32, u32), (first, last): (u32, u32)) -> bool {
+impl SurfaceCriteria<'_> {
+    /// Returns true if the two facets at an edge may be replaced by those at the other diagonal.
+    pub fn can_flip_edge(&self, complex: &TetMesh, (a, b): (u32, u32), (first, last): (u32, u32)) -> bool {
         if self.planes && is_in_held_plane(complex, [a, b, first, last]) {
             return self.sag > 0.0;
         }
         let limit = self.limit(complex, a);
-        self.both(complex, &|at: Place| {
+        self.holds_in_both_configurations(complex, &|at: PointPosition| {
             let [a, b, p, q] = [a, b, first, last].map(at);
             // The facets are (a, p, b) and (a, b, q); those of the other diagonal (a, p, q) and (p, b, q).
             let old = [(p - a).cross(&(b - a)), (b - a).cross(&(q - a))];
@@ -48,9 +49,9 @@ impl Flat<'_> {
         }) && self.stands_off(complex, (&[[a, b]], &[[first, last]]))
     }
 
-    /// Whether edges of the surface that come are no deeper in a body than points may stand, or than those that go: a facet that is deep is
-    /// stopped there, and pushed out once it is split.
-    fn stands_off(&self, complex: &Complex, (old, new): (&[[u32; 2]], &[[u32; 2]])) -> bool {
+    /// Returns true if new surface edges are no deeper in a body than points may stand, or than the edges they replace.
+    /// Contact stops a deep facet where it is and pushes it out once it is split.
+    fn stands_off(&self, complex: &TetMesh, (old, new): (&[[u32; 2]], &[[u32; 2]])) -> bool {
         let Some(cleared) = self.cleared else { return true };
         let depth = |[p, q]: &[u32; 2]| {
             let middle = (complex.x(*p) + complex.x(*q)) / 2.0;
@@ -63,13 +64,13 @@ impl Flat<'_> {
         comes <= STANDING * least || comes <= deepest(old)
     }
 
-    /// Whether a point of the surface may be left out, its facets drawn to another one.
-    pub fn spares(&self, complex: &Complex, a: u32, b: u32) -> bool {
+    /// Returns true if a surface point may be removed by collapsing its facets onto another one.
+    pub fn can_collapse(&self, complex: &TetMesh, a: u32, b: u32) -> bool {
         let limit = self.limit(complex, a);
         let is_held = |[u, v]: &[u32; 2]| self.planes && is_in_held_plane(complex, [a, b, *u, *v]);
         let (held, fan): (Vec<[u32; 2]>, Vec<[u32; 2]>) = fan(complex, a).into_iter().partition(is_held);
         faces_as_before(complex, (a, b), &held)
-            && self.both(complex, &|at: Place| {
+            && self.holds_in_both_configurations(complex, &|at: PointPosition| {
                 let [a_at, b_at] = [a, b].map(at);
                 fan.iter().filter(|edge| !edge.contains(&b)).all(|&[u, v]| {
                     let [u, v] = [u, v].map(at);
@@ -80,53 +81,54 @@ impl Flat<'_> {
             && self.stands_off(complex, (&spokes(&fan, (a, b)), &spokes(&fan, (b, b))))
     }
 
-    /// A change of this quality with the volume that there was: a little may be lost, and what is more is given back at one of
-    /// these points. With what it is then; `None` where none of them may go there.
-    pub fn level(
+    /// Returns an operation of this quality with its volume change within limits: a small change is accepted, a larger
+    /// one is returned at one of these points. `None` where none of them may move.
+    pub fn correct_volume(
         &self,
-        complex: &Complex,
-        (worst, change): (f64, Change),
+        complex: &TetMesh,
+        (worst, change): (f64, MeshOperation),
         (points, enough): (&[u32], f64),
-    ) -> Option<(f64, Change)> {
+    ) -> Option<(f64, MeshOperation)> {
         if change.swept.abs() <= LITTLE * self.volume && self.allows(change.swept) {
             return Some((worst, change));
         }
         let kept = points.iter().find_map(|point| {
             let most = self.limit(complex, *point);
-            Level { most, enough, fair: cube(FAIR) }.kept(complex, &change, *point)
+            VolumeCorrection { most, enough, fair: cube(FAIR) }.kept(complex, &change, *point)
         });
         kept.or_else(|| self.allows(change.swept).then_some((worst, change)))
     }
 
-    /// Whether the volume may change by so much more, m³.
+    /// Returns true if the volume may change by `swept` more, m³.
     fn allows(&self, swept: f64) -> bool {
         (self.swept + swept).abs() <= self.volume
     }
 
-    fn limit(&self, complex: &Complex, a: u32) -> f64 {
+    fn limit(&self, complex: &TetMesh, a: u32) -> f64 {
         self.sag * complex.points[a as usize].size
     }
 
-    /// Whether this holds where the points are and where they were at rest.
-    fn both(&self, complex: &Complex, holds: &dyn Fn(Place) -> bool) -> bool {
+    /// Returns true if a criterion holds for current and for rest positions.
+    fn holds_in_both_configurations(&self, complex: &TetMesh, holds: &dyn Fn(PointPosition) -> bool) -> bool {
         let point = |p: u32| &complex.points[p as usize];
         self.sag > 0.0 && holds(&|p| point(p).x) && holds(&|p| point(p).rest)
     }
 }
 
-/// The edges from a point to those of a fan, but for one.
+/// Edges from a point to the points of a fan, except for one.
 fn spokes(fan: &[[u32; 2]], (apex, other): (u32, u32)) -> Vec<[u32; 2]> {
     fan.iter().flatten().filter(|p| **p != other).map(|p| [apex, *p]).collect()
 }
 
-/// Whether these points are held in a plane that they are in: facets between them are flat, whichever these are.
-fn is_in_held_plane(complex: &Complex, points: [u32; 4]) -> bool {
+/// Returns true if the points lie in a plane in which they are held: all facets between them are flat.
+fn is_in_held_plane(complex: &TetMesh, points: [u32; 4]) -> bool {
     let [first, others @ ..] = points.map(|p| &complex.points[p as usize]);
     (0..3).any(|axis| first.held[axis] && others.iter().all(|p| p.held[axis] && p.x[axis] == first.x[axis]))
 }
 
-/// Whether facets of a held plane face, drawn from one point to another, as all of them did before; one of these may be turned over.
-fn faces_as_before(complex: &Complex, (a, b): (u32, u32), fan: &[[u32; 2]]) -> bool {
+/// Returns true if the facets of a held plane keep their orientation when collapsed from one point to another, apart
+/// from one that is inverted.
+fn faces_as_before(complex: &TetMesh, (a, b): (u32, u32), fan: &[[u32; 2]]) -> bool {
     let facet = |apex: u32, [u, v]: &[u32; 2]| twice_area(complex.x(apex), [complex.x(*u), complex.x(*v)]);
     let before: Vector<3> = fan.iter().map(|edge| facet(a, edge)).sum();
     fan.iter().filter(|edge| !edge.contains(&b)).all(|edge| facet(b, edge).dot(&before) > 0.0)
@@ -158,19 +160,19 @@ mod tests {
         };
         let elements = [0, 1, 2, 3].map(|k| [k, (k + 1) % 4, 4, 5].map(NodeId));
         let mut mesh = Mesh::<3>::new(points([0.1, 0.1]), elements.to_vec());
-        let flat = Flat { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared: None };
+        let flat = SurfaceCriteria { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared: None };
         for (place, is_turned) in [([0.1, 0.1], false), ([0.1, -0.02], true)] {
             let position = points(place);
             for is_held in [true, false] {
                 mesh.held = (0..6).map(|point| [is_held && point < 5, false, false]).collect();
-                let complex = Complex::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 6]);
-                let spares = |to: u32| flat.spares(&complex, 4, to);
-                assert_eq!((spares(1), spares(2)), (false, is_held || !is_turned), "{place:?} {is_held}");
+                let complex = TetMesh::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 6]);
+                let can_collapse = |to: u32| flat.can_collapse(&complex, 4, to);
+                assert_eq!((can_collapse(1), can_collapse(2)), (false, is_held || !is_turned), "{place:?} {is_held}");
             }
         }
     }
 
-    /// The edge of two facets beneath a body, so much below their other diagonal, which is so deep in it.
+    /// Edge of two facets beneath a body, at a distance below their other diagonal, which is deep in it.
     #[test]
     fn no_facet_comes_that_is_deep_in_a_body_unless_one_as_deep_goes() {
         for (depth, below, stands_off) in [(0.05, 0.02, true), (0.07, 0.02, false), (0.07, -0.01, true)] {
@@ -178,17 +180,15 @@ mod tests {
             let position = points.map(Vector::<3>::from).to_vec();
             let elements = [[0, 3, 1, 4], [0, 1, 2, 4]].map(|nodes| nodes.map(NodeId)).to_vec();
             let mesh = Mesh::<3>::new(position.clone(), elements);
-            let complex = Complex::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 5]);
+            let complex = TetMesh::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 5]);
             let beneath = |x: &Vector<3>| Vector::<3>::new(x[0], x[1], x[2].min(-depth));
             let stays_clear: Option<&dyn Fn(&Vector<3>) -> Vector<3>> = Some(&beneath);
-            let turns = |cleared| {
-                Flat { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared }.turns(
-                    &complex,
-                    (0, 1),
-                    (2, 3),
-                )
-            };
-            assert_eq!((turns(None), turns(stays_clear)), (true, stands_off), "{depth} {below}");
+            let can_flip_edge =
+                |cleared| {
+                    SurfaceCriteria { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared }
+                        .can_flip_edge(&complex, (0, 1), (2, 3))
+                };
+            assert_eq!((can_flip_edge(None), can_flip_edge(stays_clear)), (true, stands_off), "{depth} {below}");
         }
     }
 }

@@ -1,22 +1,22 @@
-//! Other tetrahedra between the same points: an edge or a face is taken out and what was around it joined anew.
+//! Edge removal and face flips: other tetrahedra between the same points.
 
-use super::edge_star::Ring;
-use super::surface_criteria::Flat;
-use super::tet_mesh::{Change, Complex, Tet};
+use super::edge_star::EdgeStar;
+use super::surface_criteria::SurfaceCriteria;
+use super::tet_mesh::{MeshOperation, TetMesh, Tetrahedron};
 use crate::mesh::FACES;
 
-/// The most points around an edge that is taken out.
+/// Greatest number of points around an edge that is removed.
 const MOST: usize = 9;
 
-/// The best triangles between the points of a ring: those whose worst tetrahedron with either end of the edge is best.
-/// Found for every part of the ring from smaller parts (Klincsek 1980).
-struct Table {
-    /// By first and last point of a part of the ring: its worst shape, and the point between.
+/// Optimal triangulation of the polygon around an edge: the worst tetrahedron with either end is best. Dynamic
+/// programming over parts of the polygon (Klincsek 1980).
+struct SwapTable {
+    /// Worst shape and point between, by first and last point of a part.
     best: [[(f64, usize); MOST]; MOST],
 }
 
-impl Table {
-    fn of(complex: &Complex, edge: (u32, u32), points: &[u32]) -> Self {
+impl SwapTable {
+    fn of(complex: &TetMesh, edge: (u32, u32), points: &[u32]) -> Self {
         let mut table = Self { best: [[(f64::INFINITY, 0); MOST]; MOST] };
         for width in 2..points.len() {
             for first in 0..points.len() - width {
@@ -26,8 +26,8 @@ impl Table {
         table
     }
 
-    /// The best triangles of a part of the ring, those of its own parts being known.
-    fn part(&self, complex: &Complex, edge: (u32, u32), (points, first, last): (&[u32], usize, usize)) -> (f64, usize) {
+    /// Best triangles of a part of the polygon, given those of its own parts.
+    fn part(&self, complex: &TetMesh, edge: (u32, u32), (points, first, last): (&[u32], usize, usize)) -> (f64, usize) {
         (first + 1..last).fold((f64::NEG_INFINITY, first + 1), |found, middle| {
             let parts = self.best[first][middle].0.min(self.best[middle][last].0);
             let both = ends(edge, [first, middle, last].map(|k| points[k]));
@@ -36,7 +36,7 @@ impl Table {
         })
     }
 
-    fn collect(&self, edge: (u32, u32), points: &[u32], (first, last): (usize, usize), new: &mut Vec<Tet>) {
+    fn collect(&self, edge: (u32, u32), points: &[u32], (first, last): (usize, usize), new: &mut Vec<Tetrahedron>) {
         if last - first < 2 {
             return;
         }
@@ -47,30 +47,30 @@ impl Table {
     }
 }
 
-/// The tetrahedra over and under a triangle that is counter-clockwise around the edge.
-fn ends((a, b): (u32, u32), [p, q, r]: [u32; 3]) -> [Tet; 2] {
+/// Tetrahedra above and below a triangle that is counter-clockwise around the edge.
+fn ends((a, b): (u32, u32), [p, q, r]: [u32; 3]) -> [Tetrahedron; 2] {
     [[p, q, r, b], [p, r, q, a]]
 }
 
-/// Takes an edge out, if what comes is better than `enough`; and how good it is. At the surface only where that is flat
-/// and no loaded face may end.
-pub(super) fn without_edge(
-    complex: &Complex,
+/// Removes an edge if all new tetrahedra are better than `enough`; returns their quality and the operation. At the
+/// surface only where it is flat and no loaded face may end.
+pub(super) fn remove_edge(
+    complex: &TetMesh,
     (a, b): (u32, u32),
     enough: f64,
-    flat: &Flat<'_>,
-) -> Option<(f64, Change)> {
-    let ring = Ring::of(complex, a, b)?;
+    flat: &SurfaceCriteria<'_>,
+) -> Option<(f64, MeshOperation)> {
+    let ring = EdgeStar::of(complex, a, b)?;
     let n = ring.points.len();
     let [first, last] = [ring.points[0], ring.points[n - 1]];
     if !(3..=MOST).contains(&n) {
         return None;
     }
     let is_end = complex.points[a as usize].ends & complex.points[b as usize].ends != 0;
-    if ring.is_open && (is_end || !flat.turns(complex, (a, b), (first, last))) {
+    if ring.is_open && (is_end || !flat.can_flip_edge(complex, (a, b), (first, last))) {
         return None;
     }
-    let table = Table::of(complex, (a, b), &ring.points);
+    let table = SwapTable::of(complex, (a, b), &ring.points);
     let worst = table.best[0][n - 1].0;
     if worst <= enough {
         return None;
@@ -81,16 +81,16 @@ pub(super) fn without_edge(
         return None;
     }
     let swept = if ring.is_open { complex.growth(&new, &ring.tets) } else { 0.0 };
-    let change = Change { gone: ring.tets, new, swept, moved: None };
-    // What is held does not shrink: its volume is not given back elsewhere.
+    let change = MeshOperation { gone: ring.tets, new, swept, moved: None };
+    // The volume of held points is not returned elsewhere.
     let is_held = [a, b].iter().all(|p| complex.points[*p as usize].held.contains(&true));
     let points: &[u32] = if is_held { &[] } else { &[first, last, a, b] };
-    flat.level(complex, (worst, change), (points, enough))
+    flat.correct_volume(complex, (worst, change), (points, enough))
 }
 
-/// Whether there is already, beside the ring, an edge or a triangle of those that come across it, each between two of the tetrahedra
-/// in `new`: in a mesh that lies over itself.
-fn is_there_already(complex: &Complex, ring: &Ring, new: &[Tet]) -> bool {
+/// Returns true if an edge or triangle across the star, each between two of the tetrahedra in `new`, exists already
+/// elsewhere: in a mesh that overlaps itself.
+fn is_there_already(complex: &TetMesh, ring: &EdgeStar, new: &[Tetrahedron]) -> bool {
     let is_face = |[p, q, r]: [u32; 3]| complex.star(p).any(|(_, tet)| tet.contains(&q) && tet.contains(&r));
     let is_edge = |[p, q]: [u32; 2]| ring.is_chord([p, q]) && are_joined(complex, p, q);
     new.iter()
@@ -98,10 +98,10 @@ fn is_there_already(complex: &Complex, ring: &Ring, new: &[Tet]) -> bool {
         .any(|[p, q, r, _]| is_face([*p, *q, *r]) || [[*p, *q], [*q, *r], [*r, *p]].map(is_edge).contains(&true))
 }
 
-/// Puts an edge in the place of a face between two tetrahedra, if the three that come are better than `enough`.
-pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64) -> Option<(f64, Change)> {
+/// Replaces a face between two tetrahedra by an edge (2–3 flip) if the three new tetrahedra are better than `enough`.
+pub(super) fn flip_face(complex: &TetMesh, (t, k): (u32, usize), enough: f64) -> Option<(f64, MeshOperation)> {
     let tet = complex.tet(t)?;
-    // Counter-clockwise seen from the corner opposite.
+    // Counter-clockwise seen from the opposite corner.
     let [a, c, b] = FACES[k].map(|corner| tet[corner]);
     let above = tet[k];
     let (other, below) = complex.star(a).find_map(|(other, nodes)| {
@@ -113,11 +113,12 @@ pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64)
     }
     let new = [[below, above, a, b], [below, above, b, c], [below, above, c, a]];
     let worst = complex.worst_new(&new, enough);
-    (worst > enough).then(|| (worst, Change { gone: vec![t, other], new: new.to_vec(), ..Change::default() }))
+    (worst > enough)
+        .then(|| (worst, MeshOperation { gone: vec![t, other], new: new.to_vec(), ..MeshOperation::default() }))
 }
 
-/// Whether two points have an edge.
-pub(super) fn are_joined(complex: &Complex, a: u32, b: u32) -> bool {
+/// Returns true if two points are joined by an edge.
+pub(super) fn are_joined(complex: &TetMesh, a: u32, b: u32) -> bool {
     complex.star(a).any(|(_, tet)| tet.contains(&b))
 }
 
@@ -128,8 +129,8 @@ mod tests {
 
     #[test]
     fn no_edge_and_no_triangle_comes_that_is_there_already() {
-        let flat = Flat { sag: 0.0, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared: None };
-        let taken = |n: u32, more: &[Tet]| without_edge(&around_an_edge(n, more), (n, n + 1), 0.0, &flat);
+        let flat = SurfaceCriteria { sag: 0.0, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared: None };
+        let taken = |n: u32, more: &[Tetrahedron]| remove_edge(&around_an_edge(n, more), (n, n + 1), 0.0, &flat);
         let (_, change) = taken(4, &[]).unwrap();
         assert!(change.new.iter().all(|tet| tet.contains(&0) && tet.contains(&2)), "by the shorter diagonal");
         assert!(taken(4, &[[0, 2, 6, 7]]).is_none() && taken(4, &[[3, 2, 6, 7]]).is_some());

@@ -1,7 +1,7 @@
-//! New meshes of random bodies with random sizes: what must hold of each, and of a second one with the same sizes.
+//! Random bodies with random target sizes: properties of every new mesh, and of a second one with the same sizes.
 
-use super::super::test_bodies::Random;
-use super::super::{Acceptance, Moved, Origin, Proposal, Quality, Rules, graded, judge, rest_positions};
+use super::super::test_bodies::TestRandom;
+use super::super::{Acceptance, Moved, NodeOrigin, Proposal, Quality, Rules, graded, judge, rest_positions};
 use super::propose;
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{
@@ -9,20 +9,20 @@ use crate::mesh::{
 };
 use std::f64::consts::TAU;
 
-/// Seeds of the bodies.
+/// Seeds of the random bodies.
 const SEEDS: std::ops::Range<u64> = 1..201;
-/// What the volume may change by: half of it is allowed where it cannot be given back.
+/// Greatest change of volume: half of it is allowed where it cannot be returned.
 const CHANGE: f64 = 1e-6;
-/// What a round held face may lose of its area: 0.26 % were measured.
+/// Greatest loss of area of a round held face: 0.26 % were measured.
 const ROUND: f64 = 4e-3;
-/// A new mesh is as good as this, or as the old one; a second one as the first, or as the other: of 200 one has
-/// 0.451 after 0.453, because an edge that was too short was drawn together.
+/// Quality of a new mesh, or that of the old one; a second mesh has that of the first, or the other value. Of 200
+/// bodies one has 0.451 after 0.453, because a short edge was collapsed.
 const FAIR: [f64; 2] = [0.3, 0.45];
 
-/// A box of about the unit cube, or a cylinder in it, and whether it is a box; a face of it is held.
-fn body(random: &mut Random) -> (Mesh<3>, bool) {
+/// Box of about the unit cube, or a cylinder in it, and true for the box; one of its faces is held.
+fn body(random: &mut TestRandom) -> (Mesh<3>, bool) {
     let is_box = random.next() < 0.5;
-    let count = |random: &mut Random| 4 + (3.0 * random.next()) as usize;
+    let count = |random: &mut TestRandom| 4 + (3.0 * random.next()) as usize;
     let hold = if random.next() < 0.5 { Hold::All } else { Hold::Normal };
     let split = if random.next() < 0.7 { Split::Centred } else { Split::Kuhn };
     let axis = |n: usize| uniform(0.0, 1.0, 1.0 / n as f64);
@@ -36,11 +36,11 @@ fn body(random: &mut Random) -> (Mesh<3>, bool) {
     (cylinder(0.5, square), false)
 }
 
-/// A sum of waves of random direction with a slope of at most one in all.
-struct Waves([(Vector<3>, f64, Vector<3>); 3]);
+/// Sum of waves of random direction with a total slope of at most one.
+struct RandomWaves([(Vector<3>, f64, Vector<3>); 3]);
 
-impl Waves {
-    fn new(random: &mut Random) -> Self {
+impl RandomWaves {
+    fn new(random: &mut TestRandom) -> Self {
         Self([(); 3].map(|()| {
             let wave = any(random) * 0.7 * TAU;
             let phase = TAU * random.next();
@@ -53,15 +53,15 @@ impl Waves {
     }
 }
 
-/// A vector no longer than 1.
-fn any(random: &mut Random) -> Vector<3> {
+/// Random vector no longer than 1.
+fn any(random: &mut TestRandom) -> Vector<3> {
     let x = Vector::<3>::from_fn(|_, _| 2.0 * random.next() - 1.0);
     x / x.norm().max(1.0)
 }
 
-/// A map that turns nothing inside out: an affine one of waves of less than a slope of one.
-fn map(random: &mut Random) -> impl Fn(&Vector<3>) -> Vector<3> {
-    let (waves, steepness) = (Waves::new(random), 0.7 * random.next());
+/// Map without inversion: an affine map of waves of a slope below one.
+fn map(random: &mut TestRandom) -> impl Fn(&Vector<3>) -> Vector<3> {
+    let (waves, steepness) = (RandomWaves::new(random), 0.7 * random.next());
     let turned = loop {
         let a = Tensor::<3>::from_fn(|i, j| f64::from(i == j) + 1.4 * (random.next() - 0.5));
         if det(&a) > 0.3 {
@@ -71,16 +71,16 @@ fn map(random: &mut Random) -> impl Fn(&Vector<3>) -> Vector<3> {
     move |x| turned * (x + waves.at(x) * steepness)
 }
 
-/// Sizes that differ by up to a factor of three, around the edges of the mesh.
-fn sizes(old: &Moved<'_, 3>, random: &mut Random) -> Vec<f64> {
+/// Sizes that vary by up to a factor of three around the edges of the mesh.
+fn sizes(old: &Moved<'_, 3>, random: &mut TestRandom) -> Vec<f64> {
     let volume: f64 = old.mesh.elements.iter().map(|e| crate::mesh::signed_volume(old.position, e)).sum();
     let edge = (6.0 * 2.0_f64.sqrt() * volume / old.mesh.elements.len() as f64).cbrt();
-    let (waves, whole) = (Waves::new(random), edge * (0.7 + 0.8 * random.next()));
+    let (waves, whole) = (RandomWaves::new(random), edge * (0.7 + 0.8 * random.next()));
     let uneven = |x: &Vector<3>| (3.0_f64.ln() * 0.5 * (2.0 * waves.at(x)[0]).sin()).exp();
     graded(old, old.position.iter().map(|x| whole * uneven(x)).collect(), 0.5)
 }
 
-/// The sizes of the old nodes that are nearest to the new ones.
+/// Sizes of the old nodes nearest to the new ones.
 fn nearest(old: &Moved<'_, 3>, size: &[f64], new: &[Vector<3>]) -> Vec<f64> {
     let distance = |i: usize, x: &Vector<3>| (old.position[i] - x).norm_squared();
     let of = |x: &Vector<3>| (0..size.len()).min_by(|a, b| distance(*a, x).total_cmp(&distance(*b, x)));
@@ -91,12 +91,14 @@ fn worst(x: &[Vector<3>], mesh: &Mesh<3>) -> f64 {
     mesh.elements.iter().map(|e| shape_quality(x, e)).fold(f64::INFINITY, f64::min)
 }
 
-/// The mesh that a proposal makes of another one, at rest on its surface where that was.
+/// Mesh of a proposal, with the rest positions of its surface interpolated.
 fn settled(old: &Moved<'_, 3>, new: &Proposal<3>) -> Mesh<3> {
-    let rest = |(origin, x): (&Origin, &Vector<3>)| match origin {
-        Origin::Kept(node) => old.mesh.rest[node.index()],
-        Origin::Surface(nodes, weights) => nodes.iter().zip(weights).map(|(n, w)| old.mesh.rest[n.index()] * *w).sum(),
-        Origin::Inside => *x,
+    let rest = |(origin, x): (&NodeOrigin, &Vector<3>)| match origin {
+        NodeOrigin::Kept(node) => old.mesh.rest[node.index()],
+        NodeOrigin::Surface(nodes, weights) => {
+            nodes.iter().zip(weights).map(|(n, w)| old.mesh.rest[n.index()] * *w).sum()
+        }
+        NodeOrigin::Inside => *x,
     };
     Mesh {
         rest: new.origin.iter().zip(&new.position).map(rest).collect(),
@@ -107,7 +109,7 @@ fn settled(old: &Moved<'_, 3>, new: &Proposal<3>) -> Mesh<3> {
     }
 }
 
-/// Whether every edge of the surface is that of two facets, and the surface a sphere.
+/// Returns true if every surface edge has two facets, and the surface is a sphere.
 fn is_sphere(mesh: &Mesh<3>) -> bool {
     let ends = |f: &[NodeId; 3]| [[f[0], f[1]], [f[1], f[2]], [f[2], f[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
     let mut edges: Vec<[NodeId; 2]> = mesh.facets.iter().flat_map(ends).collect();
@@ -126,11 +128,12 @@ fn held_area(mesh: &Mesh<3>) -> f64 {
     mesh.facets.iter().filter(is_held).map(|f| facet_measure(&mesh.rest, f)).sum()
 }
 
-/// A new mesh, and what it was judged to be; what is wrong with it, if something is.
+/// New mesh and its accepted quality, or a description of the failure.
 fn remeshed(old: &Moved<'_, 3>, size: &[f64], quality: f64) -> Result<(Proposal<3>, Quality), String> {
     let new = propose(old, size, &Rules::default(), &|x| *x);
     let judged = judge(old, &new, &Acceptance { measure: CHANGE, quality });
-    let moved = |(origin, x): (&Origin, &Vector<3>)| matches!(origin, Origin::Kept(n) if old.position[n.index()] != *x);
+    let moved =
+        |(origin, x): (&NodeOrigin, &Vector<3>)| matches!(origin, NodeOrigin::Kept(n) if old.position[n.index()] != *x);
     if new.origin.iter().zip(&new.position).any(moved) {
         return Err("a kept node was moved".into());
     }
@@ -140,7 +143,7 @@ fn remeshed(old: &Moved<'_, 3>, size: &[f64], quality: f64) -> Result<(Proposal<
     judged.map(|quality| (new, quality)).map_err(|why| why.to_string())
 }
 
-/// Whether the corners of a box, and all of what was held, are there at rest.
+/// Checks that the corners of a box, and all held faces, exist at rest.
 fn keeps_its_shape(old: &Mesh<3>, new: &Mesh<3>, is_box: bool) -> Result<(), String> {
     let corner = |k: usize| Vector::<3>::from_fn(|axis, _| f64::from(u8::from(k >> axis & 1 == 1)));
     if let Some(lost) = (0..8).map(corner).find(|corner| is_box && !new.rest.contains(corner)) {
@@ -156,9 +159,9 @@ fn keeps_its_shape(old: &Mesh<3>, new: &Mesh<3>, is_box: bool) -> Result<(), Str
     }
 }
 
-/// Both meshes of a body; what is wrong with one, if something is.
+/// Tests both meshes of a body.
 fn case(seed: u64) -> Result<(), String> {
-    let mut random = Random::new(seed);
+    let mut random = TestRandom::new(seed);
     let (mesh, is_box) = body(&mut random);
     let map = map(&mut random);
     let position: Vec<Vector<3>> = mesh.rest.iter().map(map).collect();

@@ -1,6 +1,6 @@
-use super::super::{Moved, Origin, Proposal, Rules};
+use super::super::{Moved, NodeOrigin, Proposal, Rules};
 use super::propose;
-use super::tet_mesh::{Complex, Tet};
+use super::tet_mesh::{TetMesh, Tetrahedron};
 use crate::math::Vector;
 use crate::mesh::{Block, Mesh, NodeId, Split, block, boundary, shape_quality, signed_volume, uniform};
 use std::time::Instant;
@@ -10,9 +10,9 @@ fn cube(n: usize, split: Split) -> Mesh<3> {
     block(Block { planes: [axis(), axis(), axis()], split, faces: vec![] })
 }
 
-/// `n` tetrahedra around an edge from point n to n + 1, of four such points two nearer to it; and more of them, also of points n + 2 and
-/// n + 3 beside it.
-pub(super) fn around_an_edge(n: u32, more: &[Tet]) -> Complex {
+/// Star of `n` tetrahedra around an edge from point n to n + 1, two of four such points nearer to it; `more` adds
+/// tetrahedra, also of the points n + 2 and n + 3 beside it.
+pub(super) fn around_an_edge(n: u32, more: &[Tetrahedron]) -> TetMesh {
     let at = |k: u32| {
         let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(n)).sin_cos();
         Vector::<3>::new(cos, sin, 0.0) * if n == 4 && k % 2 == 1 { 2.0 } else { 1.0 }
@@ -22,7 +22,7 @@ pub(super) fn around_an_edge(n: u32, more: &[Tet]) -> Complex {
     let around = (0..n).map(|k| [k, (k + 1) % n, n, n + 1]);
     let elements = around.chain(more.iter().copied()).map(|tet| tet.map(NodeId)).collect();
     let mesh = Mesh::new(rest, elements);
-    Complex::new(&Moved { mesh: &mesh, position: &mesh.rest }, &vec![1.0; mesh.rest.len()])
+    TetMesh::new(&Moved { mesh: &mesh, position: &mesh.rest }, &vec![1.0; mesh.rest.len()])
 }
 
 fn volume(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
@@ -33,7 +33,7 @@ fn worst(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
     elements.iter().map(|e| shape_quality(x, e)).fold(f64::INFINITY, f64::min)
 }
 
-/// Everything that must hold of a new mesh; its least quality.
+/// Checks all properties of a new mesh and returns its least quality.
 fn check(old: &Moved<'_, 3>, new: &Proposal<3>, tolerance: f64) -> f64 {
     assert!(new.elements.iter().all(|e| signed_volume(&new.position, e) > 0.0));
     let [before, after] = [volume(old.position, &old.mesh.elements), volume(&new.position, &new.elements)];
@@ -52,7 +52,7 @@ fn check(old: &Moved<'_, 3>, new: &Proposal<3>, tolerance: f64) -> f64 {
     edges.dedup();
     assert_eq!(nodes.len() + facets.len(), edges.len() + 2, "the surface is a sphere");
     for (origin, x) in new.origin.iter().zip(&new.position) {
-        if let Origin::Kept(node) = origin {
+        if let NodeOrigin::Kept(node) = origin {
             assert_eq!(*x, old.position[node.index()]);
         }
     }
@@ -103,7 +103,7 @@ fn speed() {
     }
 }
 
-/// A swirl about the vertical through the middle that leaves the outside where it is.
+/// Swirl about the vertical through the middle that leaves the outer region in place.
 fn swirled(x: &Vector<3>, angle: f64) -> Vector<3> {
     let d = [x[0] - 0.5, x[2] - 0.5];
     let wall = |s: f64| (16.0 * s * s * (1.0 - s) * (1.0 - s)).min(1.0);
@@ -134,7 +134,7 @@ fn a_mesh_that_is_stirred_stays_good() {
     assert!(remeshes > 3);
 }
 
-/// The surface drawn down by a ball that comes from above.
+/// Surface pressed down by a ball from above.
 fn pressed(x: &Vector<3>, depth: f64) -> Vector<3> {
     let d = x - Vector::<3>::new(0.5, 0.5, 1.0);
     let r2 = d[0] * d[0] + d[1] * d[1];
@@ -156,11 +156,11 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
         last = check(&old, &new, 1e-5);
         println!("{before:.3} -> {last:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
         let rest = new.origin.iter().zip(&new.position).map(|(origin, x)| match origin {
-            Origin::Kept(node) => mesh.rest[node.index()],
-            Origin::Surface(nodes, weights) => {
+            NodeOrigin::Kept(node) => mesh.rest[node.index()],
+            NodeOrigin::Surface(nodes, weights) => {
                 (0..3).map(|k| mesh.rest[nodes[k].index()] * weights[k]).sum::<Vector<3>>()
             }
-            Origin::Inside => *x,
+            NodeOrigin::Inside => *x,
         });
         let facets = boundary::<3>(&new.elements);
         let held = vec![[false; 3]; new.position.len()];
@@ -190,8 +190,8 @@ fn a_point_that_was_pushed_along_the_surface_slides_back_and_the_volume_stays() 
     assert!(slid > 1.2 * held, "{held} {slid}");
 }
 
-/// A pyramid that stands on a plane of symmetry, with a point there that was pushed over an edge of the plane's facets, of the kite that
-/// these make: the edge is taken out, whichever way its facets face.
+/// Pyramid on a plane of symmetry with a point pushed over an edge of the plane's facets: the edge of the resulting
+/// kite is removed, whichever way its facets face.
 #[test]
 fn on_a_plane_of_symmetry_facets_that_are_turned_over_are_joined_anew() {
     let at = |x: f64, y: f64, z: f64| Vector::<3>::new(x, y, z);
@@ -215,8 +215,8 @@ fn on_a_plane_of_symmetry_facets_that_are_turned_over_are_joined_anew() {
     }
 }
 
-/// A tetrahedron with a point on one of its faces, which was pushed over an edge of that face: nothing that leaves the body as it is makes
-/// what is between them upright again.
+/// Tetrahedron with a point on one of its faces, pushed over an edge of that face: no operation that preserves the
+/// topology makes the element between them upright.
 #[test]
 fn what_is_flat_at_the_surface_is_cut_off() {
     let at = |x: f64, y: f64, z: f64| Vector::<3>::new(x, y, z);

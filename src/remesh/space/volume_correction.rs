@@ -1,40 +1,42 @@
-//! What an operation at the surface takes from the volume of the body or adds to it is given back at a point of it.
+//! Volume correction: the volume change of a surface operation is returned at one of its points.
 
-use super::tet_mesh::{Change, Complex, Tet, gradient};
+use super::tet_mesh::{MeshOperation, TetMesh, Tetrahedron, gradient};
 use crate::math::Vector;
 
-/// How a point may be moved along the surface's normal.
+/// Limits of a volume correction along the surface normal.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Level {
-    /// No further than this, m.
+pub(super) struct VolumeCorrection {
+    /// Greatest displacement, m.
     pub most: f64,
-    /// What is new must be better than this.
+    /// Quality that new tetrahedra must exceed.
     pub enough: f64,
-    /// What is not new and worse than this must not get worse by it.
+    /// Quality below which other tetrahedra must not worsen.
     pub fair: f64,
 }
 
-impl Level {
-    /// The change with a point of its surface where the volume stays what it was, and how good what is new is then; `None` where it
-    /// may not go there.
+impl VolumeCorrection {
+    /// Completes an operation by the displacement of a surface point that conserves the volume, and returns the new
+    /// quality; `None` where the point may not move.
     ///
-    /// The volume is linear in the place of a point: a third of the area vectors of its facets is what it changes by. The
-    /// point goes along that, in its free directions (Lindstrom, Turk 1998).
-    pub fn kept(&self, complex: &Complex, change: &Change, point: u32) -> Option<(f64, Change)> {
-        let holds = |tet: &&Tet| tet.contains(&point);
+    /// The volume is linear in the position of a point; its gradient is a third of the area vectors of the facets. The
+    /// point moves along the gradient, in its free directions (Lindstrom & Turk 1998).
+    pub fn kept(&self, complex: &TetMesh, change: &MeshOperation, point: u32) -> Option<(f64, MeshOperation)> {
+        let holds = |tet: &&Tetrahedron| tet.contains(&point);
         let stays = || complex.star(point).filter(|(t, _)| !change.gone.contains(t));
         let around = stays().map(|(_, tet)| tet).chain(change.new.iter().filter(holds).copied());
         let gradient: Vector<3> = around.map(|tet| gradient(complex, &tet, point)).sum();
         let here = *complex.x(point);
-        let along = complex.allowed(point, here + gradient) - here;
+        let along = complex.project_to_free(point, here + gradient) - here;
         let x = here - along * (change.swept / along.norm_squared());
         if (x - here).norm().is_nan() || (x - here).norm() > self.most {
             return None;
         }
-        let bears = |(t, tet): (u32, Tet)| complex.would_be_with(&tet, (point, &x)) >= complex.shape(t).min(self.fair);
-        let shapes = change.new.iter().map(|tet| complex.would_be_with(tet, (point, &x)));
+        let bears = |(t, tet): (u32, Tetrahedron)| {
+            complex.displaced_shape(&tet, (point, &x)) >= complex.shape(t).min(self.fair)
+        };
+        let shapes = change.new.iter().map(|tet| complex.displaced_shape(tet, (point, &x)));
         let worst = shapes.fold(f64::INFINITY, |worst, shape| if shape.is_nan() { shape } else { worst.min(shape) });
-        let change = || Change { swept: 0.0, moved: Some((point, x)), ..change.clone() };
+        let change = || MeshOperation { swept: 0.0, moved: Some((point, x)), ..change.clone() };
         (worst > self.enough && stays().all(bears)).then(|| (worst, change()))
     }
 }
