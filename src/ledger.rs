@@ -3,7 +3,7 @@
 //! Every account is computed from its own formula, never as the difference of others: the closure of the balance
 //! tests every formula at once.
 
-use crate::fem::Spent;
+use crate::fem::Dissipation;
 use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
@@ -56,19 +56,19 @@ pub struct EnergyAccounts {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct MomentumAccounts {
     /// Reaction of held nodes, and of the planes of symmetry.
-    pub restraint: Account,
+    pub restraint: CompensatedSum,
     /// External force or torque, and the reaction of a fixed or prescribed projectile.
-    pub external: Account,
+    pub external: CompensatedSum,
     /// Jumps made by the importer.
-    pub importer: Account,
+    pub importer: CompensatedSum,
     /// Changes by remeshing.
-    pub remesh: Account,
+    pub remesh: CompensatedSum,
     /// Impulse of the pressures on faces.
-    pub load: Account,
+    pub load: CompensatedSum,
     /// Impulse of the damping.
-    pub damping: Account,
+    pub damping: CompensatedSum,
     /// Momentum of the eroded mass.
-    pub splash: Account,
+    pub splash: CompensatedSum,
 }
 
 /// Compensated sum of millions of vectors: its rounding error is kept beside it (Knuth's two-sum, by component).
@@ -76,12 +76,12 @@ pub struct MomentumAccounts {
 /// A pressure adds the same impulse at every tick, rounded the same way as often as not. That makes 6e-12 of the sum
 /// after 10⁵ ticks, where the momentum itself is kept to 1e-14.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Account {
+pub struct CompensatedSum {
     sum: Vector3,
     lost: Vector3,
 }
 
-impl Account {
+impl CompensatedSum {
     /// Returns the sum.
     #[must_use]
     pub fn value(&self) -> Vector3 {
@@ -89,7 +89,7 @@ impl Account {
     }
 }
 
-impl AddAssign<Vector3> for Account {
+impl AddAssign<Vector3> for CompensatedSum {
     fn add_assign(&mut self, part: Vector3) {
         let sum = self.sum + part;
         let taken = sum - self.sum;
@@ -114,20 +114,20 @@ impl EnergyAccounts {
     /// Returns the initial energy and the external work since, |E₀| + |external| + |load|, J: the scale of an
     /// imbalance. Accounts are net: energy put in and taken back does not count.
     #[must_use]
-    pub fn worked(&self, initial: f64) -> f64 {
+    pub fn scale_of_work(&self, initial: f64) -> f64 {
         initial.abs() + self.external.abs() + self.load.abs()
     }
 
-    /// Returns [`Self::worked`] with the jumps made by the importer, which no method answers for, J: an upper bound
+    /// Returns [`Self::scale_of_work`] with the jumps made by the importer, which no method answers for, J: an upper bound
     /// of the available energy.
     #[must_use]
     pub fn provided(&self, initial: f64) -> f64 {
-        self.worked(initial) + self.importer.abs()
+        self.scale_of_work(initial) + self.importer.abs()
     }
 
     /// Books the dissipation of a patch, and adds it to the residual of its step, which is computed from the stored
     /// energy.
-    pub fn lose(&mut self, spent: &Spent) {
+    pub fn book_dissipation(&mut self, spent: &Dissipation) {
         self.plastic -= spent.plastic;
         self.viscous -= spent.viscous;
         self.damage -= spent.damage;
@@ -171,7 +171,7 @@ impl MomentumAccounts {
 
     fn accounts(&self) -> [Vector3; 7] {
         let Self { restraint, external, importer, remesh, load, damping, splash } = self;
-        [restraint, external, importer, remesh, load, damping, splash].map(Account::value)
+        [restraint, external, importer, remesh, load, damping, splash].map(CompensatedSum::value)
     }
 }
 
@@ -184,13 +184,13 @@ mod tests {
         let books = EnergyAccounts { external: -3.0, load: 0.5, importer: -0.25, ..EnergyAccounts::default() };
         let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, plastic: -9.0, ..books };
         for books in [books, made] {
-            assert_eq!((books.worked(-2.0), books.provided(-2.0)), (5.5, 5.75));
+            assert_eq!((books.scale_of_work(-2.0), books.provided(-2.0)), (5.5, 5.75));
         }
     }
 
     #[test]
     fn a_million_equal_parts_add_up_to_round_off() {
-        let (part, mut account, mut plain) = (Vector3::repeat(0.1), Account::default(), Vector3::zeros());
+        let (part, mut account, mut plain) = (Vector3::repeat(0.1), CompensatedSum::default(), Vector3::zeros());
         for _ in 0..1_000_000 {
             account += part;
             plain += part;

@@ -1,7 +1,7 @@
 //! Dynamic state of a simulation as a value that can be cloned, compared, hashed and serialised.
 
 use crate::contact::BodyState;
-use crate::fem::Memory;
+use crate::fem::HistoryVariables;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 mod bytes;
 mod mesh_instance;
 
-pub use mesh_instance::Birth;
+pub use mesh_instance::MeshInstance;
 
 /// Tick count since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;
@@ -21,7 +21,7 @@ pub const MOST_TICKS: Tick = 1 << 53;
 /// Dynamic state of a simulation. Data derived from it (queues, bins, batches, the last tick of each node) is not
 /// part of it.
 #[derive(Debug, PartialEq)]
-pub struct State<const D: usize> {
+pub struct DynamicState<const D: usize> {
     /// x, position of each node at its own last tick, m.
     pub position: Vec<Vector<D>>,
     /// v, velocity of each node since that tick, m/s.
@@ -31,13 +31,13 @@ pub struct State<const D: usize> {
     /// κ, stiffness of each element at its own last tick, N/m, in the order of the groups.
     pub stiffness: Vec<f64>,
     /// Clocks of the groups of patches that step together.
-    pub clocks: Vec<Clock>,
+    pub clocks: Vec<GroupClock>,
     /// Last and next tick of each group of the queue; the groups of bins are active on the multiples of their steps.
-    pub alarms: Vec<Alarm>,
+    pub alarms: Vec<GroupAlarm>,
     /// History variables by element; empty for elements without any.
-    pub memory: Vec<Memory<D>>,
+    pub memory: Vec<HistoryVariables<D>>,
     /// Mesh instance, unless it is the first mesh.
-    pub birth: Option<Arc<Birth<D>>>,
+    pub birth: Option<Arc<MeshInstance<D>>>,
     /// Last tick that was processed.
     pub now: Option<Tick>,
     /// States of the projectile and of the fragments, each at its own last event.
@@ -45,12 +45,12 @@ pub struct State<const D: usize> {
     /// Balance ledger.
     pub ledger: Ledger,
     /// Record of the contact and the cost.
-    pub record: Record,
+    pub record: RunRecord,
 }
 
 /// Clock of a group of patches, with its values at its own last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Clock {
+pub struct GroupClock {
     /// Step, ticks; 0 before the first tick.
     pub step: Tick,
     /// V, stored energy, J.
@@ -67,7 +67,7 @@ pub struct Clock {
 
 /// Alarm of a group of the queue: its last and next active ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Alarm {
+pub struct GroupAlarm {
     /// Last tick of the group.
     pub last: Tick,
     /// Next tick of the group: one step later, except where the group aligns itself with its neighbours.
@@ -76,7 +76,7 @@ pub struct Alarm {
 
 /// Record of the contact and the cost since the start.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct RunRecord {
     /// Number of element updates.
     pub updates: u64,
     /// Number of remeshes.
@@ -155,7 +155,7 @@ impl ExitRecord {
     }
 }
 
-impl Record {
+impl RunRecord {
     /// Creates an empty record of `n_bodies` bodies.
     #[must_use]
     pub fn new(n_bodies: usize) -> Self {
@@ -193,7 +193,7 @@ impl Default for ContactRecord {
 
 /// Sizes of the arrays of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Sizes {
+pub struct StateSizes {
     /// Nodes.
     pub nodes: usize,
     /// Slots of elements, empty ones included.
@@ -212,7 +212,7 @@ pub struct Sizes {
     pub references: usize,
 }
 
-impl<const D: usize> State<D> {
+impl<const D: usize> DynamicState<D> {
     /// Creates a state with empty arrays.
     #[must_use]
     pub fn empty() -> Self {
@@ -228,7 +228,7 @@ impl<const D: usize> State<D> {
             now: None,
             bodies: vec![],
             ledger: Ledger::default(),
-            record: Record::new(0),
+            record: RunRecord::new(0),
         }
     }
 
@@ -250,7 +250,7 @@ impl<const D: usize> State<D> {
     ///
     /// # Errors
     /// The first contradiction.
-    pub fn check_invariants(&self, sizes: &Sizes) -> Result<(), &'static str> {
+    pub fn check_invariants(&self, sizes: &StateSizes) -> Result<(), &'static str> {
         let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
         let nodes = [self.position.len(), self.velocity.len(), self.excess.len()];
         let lengths = [nodes[0], nodes[1], nodes[2], self.stiffness.len(), self.clocks.len()];
@@ -268,7 +268,7 @@ impl<const D: usize> State<D> {
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not begun is at rest")?;
         holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
-        let memories = self.memory.len() == sizes.memories && self.memory.iter().all(Memory::is_valid);
+        let memories = self.memory.len() == sizes.memories && self.memory.iter().all(HistoryVariables::is_valid);
         holds(memories, "what an element remembers is missing or no number")?;
         holds(self.bodies.iter().all(BodyState::is_valid), "a number of a body is none")?;
         let ticks = self
@@ -278,13 +278,13 @@ impl<const D: usize> State<D> {
             .chain(self.alarms.iter().map(|alarm| alarm.next))
             .chain(self.now);
         holds(ticks.fold(0, Tick::max) < MOST_TICKS, "a tick is too far away")?;
-        let runs = |alarm: &Alarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
+        let runs = |alarm: &GroupAlarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
         holds(!begun || self.alarms.iter().all(runs), "the clock of an element stands still")
     }
 }
 
 /// Cloned by hand, as a derived `clone_from` allocates new memory even where there is some.
-impl<const D: usize> Clone for State<D> {
+impl<const D: usize> Clone for DynamicState<D> {
     fn clone(&self) -> Self {
         let mut copy = Self::empty();
         copy.clone_from(self);
@@ -308,7 +308,7 @@ impl<const D: usize> Clone for State<D> {
     }
 }
 
-impl Clone for Record {
+impl Clone for RunRecord {
     fn clone(&self) -> Self {
         Self { contacts: self.contacts.clone(), ..*self }
     }

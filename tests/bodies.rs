@@ -4,7 +4,7 @@
 
 use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Inputs, Observation, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Observation, Simulation, StepInputs};
 
 /// A ball on a block, and a smaller one that follows beside it.
 const TWO: &str = r#"
@@ -48,7 +48,7 @@ fn made(scene: &Scene, mode: CouplingMode) -> Simulation {
 fn run(
     simulation: &mut Simulation,
     (end, slices): (f64, u32),
-    mut inputs: impl FnMut(f64, &mut [Inputs]),
+    mut inputs: impl FnMut(f64, &mut [StepInputs]),
 ) -> Observation {
     let start = simulation.time();
     for slice in 1..=slices {
@@ -189,7 +189,7 @@ fn a_body_cannot_be_put_into_the_gel_past_its_surface() {
         assert!(!simulation.is_swallowed(1, &inputs(&simulation, 0.015)));
         // Below the block.
         assert!(!simulation.is_swallowed(1, &inputs(&simulation, -0.05)));
-        assert!(!simulation.is_swallowed(1, &Inputs { active: false, ..inside }));
+        assert!(!simulation.is_swallowed(1, &StepInputs { active: false, ..inside }));
     }
     let tilted = ["fragment[1].position=[0.02, 0.005, -0.015]", "fragment[1].orientation=[0.8, 0.6, 0.0, 0.0]"];
     let refused = Simulation::new(&scene(&tilted), CouplingMode::Integrated, 1).err().unwrap();

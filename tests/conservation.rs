@@ -2,7 +2,7 @@
 
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Saved, Simulation, Wrench};
+use ballistic_gel::simulation::{CouplingMode, SavedSimulation, Simulation, Wrench};
 use proptest::prelude::*;
 
 /// Spatial: a small block and a large ball, a few hundred elements.
@@ -180,7 +180,7 @@ proptest! {
         let mut bytes = Vec::new();
         whole.save().write(&mut |run| bytes.extend_from_slice(run));
         run(&mut whole, [end], Wrench::default());
-        let mut saved = Saved::empty();
+        let mut saved = SavedSimulation::empty();
         prop_assert!(saved.read(&bytes));
         let mut restarted = simulation(&scene, 1);
         restarted.restore(&saved).unwrap();

@@ -1,14 +1,17 @@
 //! The fast form of the engine against its reference form, and against itself: on every instruction set, with any number of
 //! threads, and with what is at rest computed or not.
 
-use ballistic_gel::constitutive::{Confinement, Material, NeoHookean};
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
-use ballistic_gel::fem::{Memory, Potential, Section, Simplices};
-use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::integrator::{Engine, Gel, Kind, NoStep, Pool, Reached, Rules, Surface, Wear};
+use ballistic_gel::constitutive::{Material, NeoHookean, PressureHardening};
+use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::fem::{HistoryVariables, Potential, Section, Simplices};
+use ballistic_gel::geometry::{ShapeGeometry, Sphere};
+use ballistic_gel::integrator::{
+    AdvanceOutcome, ContactSurface, DiscreteGel, DistortionLimits, Engine, IntegratorSettings, SteppingSchedule,
+    UnusableStep, WorkerPool,
+};
 use ballistic_gel::math::{Vector, Vector3};
-use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Split};
-use ballistic_gel::state::State;
+use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh};
+use ballistic_gel::state::DynamicState;
 use fearless_simd::Level;
 
 #[path = "lanes/gels.rs"]
@@ -19,7 +22,7 @@ mod gels;
 struct Case {
     section: Section,
     patches: bool,
-    schedule: Kind,
+    schedule: SteppingSchedule,
     gel: Made,
 }
 
@@ -32,13 +35,14 @@ enum Made {
 }
 
 const MADE: [Made; 3] = [Made::Elastic, Made::Flowing, Made::Relaxing];
-const SPACE: Case = Case { section: Section::Spatial, patches: false, schedule: Kind::Bins, gel: Made::Elastic };
+const SPACE: Case =
+    Case { section: Section::Spatial, patches: false, schedule: SteppingSchedule::Bins, gel: Made::Elastic };
 
 /// Every section, plain and in patches, in bins and with one step for all, of every gel that has a fast form.
 fn cases() -> impl Iterator<Item = Case> {
     let sections = [Section::Spatial, Section::Planar { thickness: 0.7 }, Section::Axisymmetric];
     let all = sections.into_iter().flat_map(|section| [false, true].map(|patches| (section, patches)));
-    let all = all.flat_map(|made| [Kind::Bins, Kind::Global].map(|schedule| (made, schedule)));
+    let all = all.flat_map(|made| [SteppingSchedule::Bins, SteppingSchedule::Global].map(|schedule| (made, schedule)));
     all.flat_map(|((section, patches), schedule)| MADE.map(|gel| Case { section, patches, schedule, gel }))
 }
 
@@ -51,72 +55,77 @@ fn in_space() -> impl Iterator<Item = Case> {
 fn material(case: Case) -> Material {
     match case.gel {
         Made::Elastic => NeoHookean::new(1.0, 10.0).into(),
-        Made::Flowing => gels::flowing(Some(Confinement { pressure: 1.0, factor: 2.0, time: 0.05 })),
+        Made::Flowing => gels::flowing(Some(PressureHardening { pressure: 1.0, factor: 2.0, time: 0.05 })),
         Made::Relaxing => gels::relaxing(&[(0.7, 0.4), (0.9, 0.03)]),
     }
 }
 
 /// A graded block below z = 0, its bottom held; a coarser one of a gel that remembers, which the reference form steps five times as slowly.
-fn gel<const D: usize>(case: Case) -> Gel<D, Simplices<D>> {
+fn gel<const D: usize>(case: Case) -> DiscreteGel<D, Simplices<D>> {
     let finest = if case.gel == Made::Elastic { 0.06 } else { 0.12 };
     let right = mesh::graded(0.6, finest, (0.15, 1.3, 0.15));
     let both: Vec<f64> = right.iter().rev().map(|x| -x).chain(right[1..].iter().copied()).collect();
     let down: Vec<f64> = right.iter().rev().map(|x| -x).collect();
     let across = if case.section == Section::Axisymmetric { right } else { both };
     let planes = std::array::from_fn(|i| if i == D - 1 { down.clone() } else { across.clone() });
-    let bottom = Face { axis: D - 1, high: false, hold: Hold::All };
-    let axis = Face { axis: 0, high: false, hold: Hold::Normal };
+    let bottom = HeldFace { axis: D - 1, high: false, hold: FaceConstraint::All };
+    let axis = HeldFace { axis: 0, high: false, hold: FaceConstraint::Normal };
     let faces = if case.section == Section::Axisymmetric { vec![bottom, axis] } else { vec![bottom] };
-    let mesh: Mesh<D> = mesh::block(Block { planes, split: Split::Centred, faces });
-    let patches = if case.patches { Patches::grouped(&mesh) } else { Patches::alone(mesh.elements.len()) };
+    let mesh: Mesh<D> = mesh::block(BlockSpec { planes, split: CellSplit::Centred, faces });
+    let patches =
+        if case.patches { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(mesh.elements.len()) };
     let simplices = Simplices::in_patches(&mesh, patches, (material(case), case.section));
     let mass = simplices.lumped_masses(&mesh, 1.0);
-    let surface = Surface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |facet| {
+    let surface = ContactSurface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |facet| {
         let edge = (mesh.rest[facet[1].index()] - mesh.rest[facet[0].index()]).norm();
         (edge, if D == 2 { edge } else { 0.5 * edge * edge })
     });
-    Gel::new(simplices, mass, &mesh.held, surface)
+    DiscreteGel::new(simplices, mass, &mesh.held, surface)
 }
 
 /// The block, and a ball of radius 0.3 above its middle that falls with 0.2.
-fn engine<const D: usize>(case: Case, height: f64, (schedule, law): (Kind, Law)) -> Engine<D, Simplices<D>> {
+fn engine<const D: usize>(
+    case: Case,
+    height: f64,
+    (schedule, law): (SteppingSchedule, ImpulseLaw),
+) -> Engine<D, Simplices<D>> {
     let gel = gel::<D>(case);
     let nodes = gel.potential.rest().iter().map(|x| (*x, Vector::<D>::zeros())).collect();
     let freedom = match case.section {
-        Section::Spatial => Freedom::SPATIAL,
-        Section::Planar { .. } => Freedom::PLANAR,
-        Section::Axisymmetric => Freedom::AXISYMMETRIC,
+        Section::Spatial => FreeDirections::SPATIAL,
+        Section::Planar { .. } => FreeDirections::PLANAR,
+        Section::Axisymmetric => FreeDirections::AXISYMMETRIC,
     };
-    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
+    let rules = IntegratorSettings { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     Engine::new(gel, vec![ball(freedom, height)], rules, nodes)
 }
 
-fn ball(freedom: Freedom, height: f64) -> (Body, BodyState) {
+fn ball(freedom: FreeDirections, height: f64) -> (RigidBody, BodyState) {
     let inertia = nalgebra::Matrix3::identity() * 0.01;
-    let body = Body::new(Shape::Sphere(Sphere { radius: 0.3 }), Motion::Free, freedom, (0.3, inertia));
-    (body, BodyState::starting(Vector3::new(0.0, 0.0, 0.3 + height), Vector3::new(0.0, 0.0, -0.2)))
+    let body = RigidBody::new(ShapeGeometry::Sphere(Sphere { radius: 0.3 }), BodyMotion::Free, freedom, (0.3, inertia));
+    (body, BodyState::at_start(Vector3::new(0.0, 0.0, 0.3 + height), Vector3::new(0.0, 0.0, -0.2)))
 }
 
-const MOREAU: Law = Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.2 };
+const MOREAU: ImpulseLaw = ImpulseLaw::Moreau { restitution: 0.0, bias: 0.1, friction: 0.2 };
 
 fn fast<const D: usize>(case: Case, height: f64) -> Engine<D, Simplices<D>> {
     engine(case, height, (case.schedule, MOREAU))
 }
 
-fn run<const D: usize>(mut engine: Engine<D, Simplices<D>>, end: f64) -> State<D> {
-    engine.advance_to(end, &mut [Exchange::default()]).expect("a slow ball does not fail");
+fn run<const D: usize>(mut engine: Engine<D, Simplices<D>>, end: f64) -> DynamicState<D> {
+    engine.advance_to(end, &mut [ImpulseExchange::default()]).expect("a slow ball does not fail");
     engine.state().clone()
 }
 
 /// Greatest difference of positions over the depth of the ball, and of its velocity.
-fn difference<const D: usize>(a: &State<D>, b: &State<D>) -> f64 {
+fn difference<const D: usize>(a: &DynamicState<D>, b: &DynamicState<D>) -> f64 {
     let moved = a.position.iter().zip(&b.position).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     moved.max((a.bodies[0].velocity - b.bodies[0].velocity).norm())
 }
 
 fn check_reference<const D: usize>(case: Case) {
-    let [fast, reference] = [run(fast::<D>(case, 0.0), 1.0), run(fast::<D>(case, 0.0).by_reference(), 1.0)];
-    let steps = |state: &State<D>| state.clocks.iter().map(|clock| clock.step).collect::<Vec<_>>();
+    let [fast, reference] = [run(fast::<D>(case, 0.0), 1.0), run(fast::<D>(case, 0.0).with_reference_form(), 1.0)];
+    let steps = |state: &DynamicState<D>| state.clocks.iter().map(|clock| clock.step).collect::<Vec<_>>();
     assert_eq!(steps(&fast), steps(&reference), "{case:?}");
     assert!(fast.bodies[0].velocity.z > -0.19, "{case:?}: the ball has met the gel");
     assert!(difference(&fast, &reference) < 1e-11, "{case:?}: {:e}", difference(&fast, &reference));
@@ -128,7 +137,7 @@ fn check_reference<const D: usize>(case: Case) {
         energy[0].damage - energy[1].damage,
     ];
     assert!(differences.iter().all(|difference| difference.abs() < 1e-12), "{case:?}: {differences:?}");
-    let flown = fast.memory.iter().filter(|memory| memory.plastic > 1e-3 && memory.left < 1.0).count();
+    let flown = fast.memory.iter().filter(|memory| memory.plastic > 1e-3 && memory.restricted_to < 1.0).count();
     assert_eq!(flown > 10, case.gel == Made::Flowing, "{case:?}: {flown} elements have flowed");
     assert_eq!(fast.ledger.energy.viscous < -1e-5, case.gel != Made::Elastic, "{case:?}: {:?}", fast.ledger.energy);
     for (own, other) in fast.memory.iter().zip(&reference.memory) {
@@ -163,7 +172,7 @@ fn levels() -> Vec<Level> {
 
 fn check_levels<const D: usize>(case: Case) {
     let mut digests: Vec<u128> =
-        levels().into_iter().map(|level| run(fast::<D>(case, 0.0).on_level(level), 0.5).digest()).collect();
+        levels().into_iter().map(|level| run(fast::<D>(case, 0.0).with_simd_level(level), 0.5).digest()).collect();
     assert!(digests.len() >= 2, "there are instruction sets to compare");
     digests.dedup();
     assert_eq!(digests.len(), 1, "{case:?}");
@@ -184,9 +193,9 @@ fn every_instruction_set_gives_the_same_bits() {
 fn any_number_of_threads_gives_the_same_bits() {
     for case in in_space() {
         let digest = |threads| {
-            let mut engine = fast::<3>(case, 0.0).with_pool(Pool::new(threads));
+            let mut engine = fast::<3>(case, 0.0).with_pool(WorkerPool::new(threads));
             // The second part is a call that begins in a gel that moves.
-            engine.advance_to(0.2, &mut [Exchange::default()]).expect("a slow ball does not fail");
+            engine.advance_to(0.2, &mut [ImpulseExchange::default()]).expect("a slow ball does not fail");
             run(engine, 0.5).digest()
         };
         let one = digest(1);
@@ -199,7 +208,7 @@ fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
     // The ball needs half a second to the gel, and then the wave does to the bottom.
     for (end, gel) in [0.3, 0.6, 1.0].iter().flat_map(|end| MADE.map(|gel| (*end, gel))) {
         let case = Case { gel, ..SPACE };
-        let [resting, computed] = [fast::<3>(case, 0.1), fast::<3>(case, 0.1).without_rest()];
+        let [resting, computed] = [fast::<3>(case, 0.1), fast::<3>(case, 0.1).with_sweeps_at_rest()];
         let [resting, computed] = [run(resting, end), run(computed, end)];
         assert_eq!(resting.record.updates == 0, end < 0.5, "nothing moves before the ball is there");
         assert!(resting == computed, "the same bits up to {end}");
@@ -209,15 +218,15 @@ fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
 #[test]
 fn what_no_wave_has_reached_is_not_swept() {
     let advanced = |mut engine: Engine<3, Simplices<3>>| {
-        engine.advance_to(0.505, &mut [Exchange::default()]).unwrap();
+        engine.advance_to(0.505, &mut [ImpulseExchange::default()]).unwrap();
         let swept: Vec<bool> = engine.runs().iter().map(|run| run.was_swept).collect();
         (swept.iter().filter(|swept| **swept).count(), swept.len())
     };
     // With one step for all, all that moves fires at every tick.
-    let case = Case { schedule: Kind::Global, ..SPACE };
+    let case = Case { schedule: SteppingSchedule::Global, ..SPACE };
     let (swept, all) = advanced(fast(case, 0.1));
     assert!(swept > 0 && 2 * swept <= all, "{swept} of {all} runs are swept soon after the ball has come");
-    assert_eq!(advanced(fast(case, 0.1).without_rest()), (all, all));
+    assert_eq!(advanced(fast(case, 0.1).with_sweeps_at_rest()), (all, all));
 }
 
 #[test]
@@ -226,7 +235,7 @@ fn a_body_that_starts_to_move_over_a_gel_at_rest_meets_it() {
     let mut body = engine.state().bodies[0];
     body.velocity = Vector3::zeros();
     engine.set_body(0, &body);
-    let mut exchange = [Exchange::default()];
+    let mut exchange = [ImpulseExchange::default()];
     engine.advance_to(0.1, &mut exchange).unwrap();
     engine.rebase_body(0, 0.1);
     let start = BodyState { velocity: Vector3::new(0.0, 0.0, -100.0), ..engine.state().bodies[0] };
@@ -242,7 +251,7 @@ fn a_gel_at_rest_stays_at_rest_to_the_bit() {
     for case in in_space() {
         let start = fast::<3>(case, 10.0);
         let rest = start.state().position.clone();
-        let state = run(start.without_rest(), 2.0);
+        let state = run(start.with_sweeps_at_rest(), 2.0);
         assert!(state.position == rest && state.velocity.iter().all(|v| *v == Vector::<3>::zeros()));
         assert_eq!(state.record.min_jacobian, 1.0);
     }
@@ -263,10 +272,14 @@ fn a_restart_in_the_middle_leaves_no_trace() {
 
 #[test]
 fn the_paper_s_law_and_queue_are_stepped_by_the_reference_form() {
-    for (schedule, law) in [(Kind::Bins, Law::Reversal), (Kind::Queue, MOREAU), (Kind::Queue, Law::Reversal)] {
+    for (schedule, law) in [
+        (SteppingSchedule::Bins, ImpulseLaw::Reversal),
+        (SteppingSchedule::Queue, MOREAU),
+        (SteppingSchedule::Queue, ImpulseLaw::Reversal),
+    ] {
         let digest = |reference: bool| {
             let engine = engine::<3>(SPACE, 0.0, (schedule, law));
-            run(if reference { engine.by_reference() } else { engine }, 0.5).digest()
+            run(if reference { engine.with_reference_form() } else { engine }, 0.5).digest()
         };
         assert_eq!(digest(false), digest(true));
     }
@@ -281,19 +294,19 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         let n = fast::<3>(case, 0.0).gel().potential.len();
         // A mesh that could be exchanged and never is: contact holds the facets of a gel that flows as it does there.
         let mut lasting = fast::<3>(case, 0.0);
-        lasting.set_wear(Some(Wear { quality: vec![0.0; n], least: vec![0.0; n] }));
+        lasting.set_distortion_limits(Some(DistortionLimits { quality: vec![0.0; n], least: vec![0.0; n] }));
         let whole = run(lasting, 1.0);
         let start = fast::<3>(case, 0.0);
-        let start = if reference { start.by_reference() } else { start };
+        let start = if reference { start.with_reference_form() } else { start };
         // Any mesh is worse than the best one: it ends as soon as it is looked at.
         let mut engine = start;
-        engine.set_wear(Some(Wear { quality: vec![1.0; n], least: vec![0.0; n] }));
-        let mut exchange = [Exchange::default()];
+        engine.set_distortion_limits(Some(DistortionLimits { quality: vec![1.0; n], least: vec![0.0; n] }));
+        let mut exchange = [ImpulseExchange::default()];
         let mut ends = 0;
-        while engine.advance_to(1.0, &mut exchange).unwrap() == Reached::Worn {
+        while engine.advance_to(1.0, &mut exchange).unwrap() == AdvanceOutcome::Worn {
             let nodes = engine.state().position.iter().copied().zip(engine.state().velocity.iter().copied()).collect();
             let memory = engine.state().memory.clone();
-            engine = engine.renewed((gel::<3>(case), Some(memory)), nodes, None).unwrap();
+            engine = engine.continue_on_mesh((gel::<3>(case), Some(memory)), nodes, None).unwrap();
             ends += 1;
         }
         let state = engine.state();
@@ -313,7 +326,7 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
 #[test]
 fn an_energy_given_to_elements_changes_neither_momentum_nor_angular_momentum() {
     let mut engine = fast::<3>(SPACE, 0.0);
-    engine.advance_to(0.3, &mut [Exchange::default()]).unwrap();
+    engine.advance_to(0.3, &mut [ImpulseExchange::default()]).unwrap();
     let (gel, before) = (engine.gel(), engine.totals(0.3));
     let made: Vec<_> = (0..gel.potential.len() as u32)
         .step_by(3)
@@ -323,7 +336,7 @@ fn an_energy_given_to_elements_changes_neither_momentum_nor_angular_momentum() {
     for part in [1e-3, -1e-3] {
         let given = part * before.energies.gel_kinetic;
         let (was, booked) = (engine.totals(0.3), engine.state().ledger.energy.remesh);
-        engine.refund(&made, given);
+        engine.return_energy(&made, given);
         let now = engine.totals(0.3);
         let grown = now.energies.gel_kinetic - was.energies.gel_kinetic;
         assert!((grown / given - 1.0).abs() < 1e-10, "{grown:e} of {given:e} J");
@@ -332,8 +345,8 @@ fn an_energy_given_to_elements_changes_neither_momentum_nor_angular_momentum() {
         assert!(now.angular_momentum_closure.1 < 1e-14, "{now:?}");
     }
     let was = engine.state().clone();
-    engine.refund(&[], 1.0);
-    engine.refund(&made, 0.0);
+    engine.return_energy(&[], 1.0);
+    engine.return_energy(&made, 0.0);
     assert_eq!(*engine.state(), was, "nothing is given to nothing, nor does nothing change anything");
 }
 
@@ -343,22 +356,23 @@ fn a_mesh_that_begins_in_mid_step_settles_every_group_there() {
         let (mut old, mut in_between) = (fast::<3>(case, 0.0), 0);
         let n = old.gel().potential.len();
         for end in [0.2, 0.23, 0.29, 0.31] {
-            old.advance_to(end, &mut [Exchange::default()]).unwrap();
+            old.advance_to(end, &mut [ImpulseExchange::default()]).unwrap();
             // Any mesh is worse than the best one: it ends with the next of the finest steps, in the middle of others.
-            old.set_wear(Some(Wear { quality: vec![1.0; n], least: vec![0.0; n] }));
-            assert_eq!(old.advance_to(1.0, &mut [Exchange::default()]), Ok(Reached::Worn), "{case:?}");
+            old.set_distortion_limits(Some(DistortionLimits { quality: vec![1.0; n], least: vec![0.0; n] }));
+            assert_eq!(old.advance_to(1.0, &mut [ImpulseExchange::default()]), Ok(AdvanceOutcome::Worn), "{case:?}");
             let mut begun = |by_reference: bool| {
                 let nodes = old.state().position.iter().copied().zip(old.state().velocity.iter().copied()).collect();
-                let mut new = old.renewed((gel::<3>(case), Some(old.state().memory.clone())), nodes, None).unwrap();
-                new = if by_reference { new.by_reference() } else { new };
+                let mut new =
+                    old.continue_on_mesh((gel::<3>(case), Some(old.state().memory.clone())), nodes, None).unwrap();
+                new = if by_reference { new.with_reference_form() } else { new };
                 // Its first tick.
-                new.advance_to(old.now(), &mut [Exchange::default()]).unwrap();
+                new.advance_to(old.now(), &mut [ImpulseExchange::default()]).unwrap();
                 new
             };
             let [new, reference] = [false, true].map(&mut begun);
             in_between += compare_begun(case, &new, &reference);
             old = new;
-            old.set_wear(None);
+            old.set_distortion_limits(None);
         }
         assert!(in_between > 0, "{case:?}");
     }
@@ -382,17 +396,18 @@ fn compare_begun(case: Case, fast: &Engine<3, Simplices<3>>, reference: &Engine<
 fn a_mesh_that_has_flowed_far_begins_with_steps_by_what_it_remembers() {
     let case = Case { gel: Made::Flowing, ..SPACE };
     let mut old = fast::<3>(case, 1.0);
-    old.advance_to(0.0, &mut [Exchange::default()]).unwrap();
+    old.advance_to(0.0, &mut [ImpulseExchange::default()]).unwrap();
     let mut sheared = nalgebra::Matrix3::identity();
     sheared[(0, 2)] = 300.0;
     let nodes = || old.state().position.iter().map(|x| (sheared * x, Vector::<3>::zeros())).collect::<Vec<_>>();
     let [fresh, flowed] = [old.state().memory.clone(), old.state().memory.clone()];
     let inverse = sheared.try_inverse().unwrap();
-    let flowed = flowed.into_iter().map(|own| Memory { inverse: inverse * inverse.transpose(), ..own }).collect();
+    let flowed =
+        flowed.into_iter().map(|own| HistoryVariables { inverse: inverse * inverse.transpose(), ..own }).collect();
     let [unmoved, relaxed] = [nodes(), nodes()];
-    let unmoved = old.renewed((gel::<3>(case), Some(fresh)), unmoved, None).map(|_| ());
-    assert!(matches!(unmoved, Err(NoStep { step, .. }) if step > 0.0), "{unmoved:?}");
-    assert_eq!(old.renewed((gel::<3>(case), Some(flowed)), relaxed, None).map(|_| ()), Ok(()));
+    let unmoved = old.continue_on_mesh((gel::<3>(case), Some(fresh)), unmoved, None).map(|_| ());
+    assert!(matches!(unmoved, Err(UnusableStep { step, .. }) if step > 0.0), "{unmoved:?}");
+    assert_eq!(old.continue_on_mesh((gel::<3>(case), Some(flowed)), relaxed, None).map(|_| ()), Ok(()));
 }
 
 /// Rows of a long cell and of ones a 64th as long, which go at a speed to where the rows are held: the long cells alone are crushed, by
@@ -400,17 +415,23 @@ fn a_mesh_that_has_flowed_far_begins_with_steps_by_what_it_remembers() {
 fn crushed(speed: f64) -> Engine<2, Simplices<2>> {
     let across = std::iter::once(0.0).chain((64..=80).map(|i| f64::from(i) / 64.0)).collect();
     let planes = [across, (0..=12).map(f64::from).collect()];
-    let left = Face { axis: 0, high: false, hold: Hold::All };
-    let mesh: Mesh<2> = mesh::block(Block { planes, split: Split::Kuhn, faces: vec![left] });
-    let alone = Patches::alone(mesh.elements.len());
+    let left = HeldFace { axis: 0, high: false, hold: FaceConstraint::All };
+    let mesh: Mesh<2> = mesh::block(BlockSpec { planes, split: CellSplit::Kuhn, faces: vec![left] });
+    let alone = ElementPatches::alone(mesh.elements.len());
     let material = (NeoHookean::new(1.0, 10.0), Section::Planar { thickness: 1.0 });
     let simplices = Simplices::in_patches(&mesh, alone, material);
     let mass = simplices.lumped_masses(&mesh, 1.0);
-    let surface = Surface::new::<2>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    let surface = ContactSurface::new::<2>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
     let velocity = |x: &Vector<2>| Vector::<2>::new(if x[0] > 0.0 { -speed } else { 0.0 }, 0.0);
     let nodes = mesh.rest.iter().map(|x| (*x, velocity(x))).collect();
-    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law: MOREAU, force_window: 1.0, damping: 0.0 };
-    Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![ball(Freedom::PLANAR, 100.0)], rules, nodes)
+    let rules =
+        IntegratorSettings { schedule: SteppingSchedule::Bins, cfl: 0.8, law: MOREAU, force_window: 1.0, damping: 0.0 };
+    Engine::new(
+        DiscreteGel::new(simplices, mass, &mesh.held, surface),
+        vec![ball(FreeDirections::PLANAR, 100.0)],
+        rules,
+        nodes,
+    )
 }
 
 /// Only elements of the longest step can be worn, and none of them fires before the end of the first one: their mesh ends within it, at the
@@ -418,9 +439,9 @@ fn crushed(speed: f64) -> Engine<2, Simplices<2>> {
 #[test]
 fn an_element_that_is_crushed_within_its_step_ends_its_mesh_from_half_of_it_on() {
     for by_reference in [false, true] {
-        let made = |speed: f64| if by_reference { crushed(speed).by_reference() } else { crushed(speed) };
+        let made = |speed: f64| if by_reference { crushed(speed).with_reference_form() } else { crushed(speed) };
         let mut still = made(0.0);
-        still.advance_to(0.0, &mut [Exchange::default()]).unwrap();
+        still.advance_to(0.0, &mut [ImpulseExchange::default()]).unwrap();
         let steps = (0..still.gel().potential.len() as u32).map(|element| still.step_of(ElementId(element)));
         let steps: Vec<_> = steps.collect();
         let (step, finest) = (*steps.iter().max().unwrap(), *steps.iter().min().unwrap());
@@ -429,9 +450,12 @@ fn an_element_that_is_crushed_within_its_step_ends_its_mesh_from_half_of_it_on()
         // In a young mesh seven tenths of what they measure at rest: that is so after this part of the step.
         for (part, end) in [(0.3, step / 2), (0.6, step * 5 / 8), (0.74, step * 6 / 8)] {
             let mut engine = made(0.3 / (part * still.grid().time(step)));
-            engine.set_wear(Some(Wear { quality: vec![0.0; least.len()], least: least.clone() }));
-            let reached = engine.advance_to(still.grid().time(step), &mut [Exchange::default()]);
-            assert_eq!((reached, engine.last_tick()), (Ok(Reached::Worn), end), "{part} of {step} ticks");
+            engine.set_distortion_limits(Some(DistortionLimits {
+                quality: vec![0.0; least.len()],
+                least: least.clone(),
+            }));
+            let reached = engine.advance_to(still.grid().time(step), &mut [ImpulseExchange::default()]);
+            assert_eq!((reached, engine.last_tick()), (Ok(AdvanceOutcome::Worn), end), "{part} of {step} ticks");
         }
     }
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Refused, Saved, Simulation};
+use ballistic_gel::simulation::{CouplingMode, RemeshRefusal, SavedSimulation, Simulation};
 
 /// The first 0.15 ms of the calibration shot on cells of R/4.
 const COARSE: [&str; 4] = [
@@ -70,7 +70,7 @@ fn bits_of_a_gel_that_softens_do_not_depend_on_communication_steps_threads_or_wh
         bytes
     };
     let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
-    let mut saved = Saved::empty();
+    let mut saved = SavedSimulation::empty();
     assert!(saved.read(&half));
     other.restore(&saved).unwrap();
     let inputs = other.inputs();
@@ -102,7 +102,7 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
             states.push(bytes);
         }
     }
-    let mut saved = Saved::empty();
+    let mut saved = SavedSimulation::empty();
     assert!(saved.read(states.first().expect("an exchange that is refused")));
     let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     other.restore(&saved).unwrap();
@@ -207,7 +207,7 @@ fn a_shot_into_coarse_cells_that_grow_slowly_leaves_no_node_without_mass() {
     let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
     let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb").unwrap(), &changes).unwrap()).unwrap();
     let done = run(&scene, 1, 1);
-    let is_massless = |why: &Refused| matches!(why, Refused::Massless { .. });
+    let is_massless = |why: &RemeshRefusal| matches!(why, RemeshRefusal::Massless { .. });
     assert!(!done.refusals().iter().flat_map(|refusal| &refusal.why).any(is_massless), "{:?}", done.refusals());
     assert!(done.observe().cost.remeshes > 16);
 }

@@ -9,8 +9,8 @@ mod closed;
 #[path = "hyperelastic/runs.rs"]
 mod runs;
 
-use ballistic_gel::constitutive::{Material, MooneyRivlin, NeoHookean, Ogden, Term};
-use ballistic_gel::fem::{Answer, DEPTH, Potential, Section, Simplices};
+use ballistic_gel::constitutive::{Material, MooneyRivlin, NeoHookean, Ogden, OgdenTerm};
+use ballistic_gel::fem::{DEPTH, ElementResponse, Potential, Section, Simplices};
 use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{Mesh, NodeId};
 
@@ -22,7 +22,7 @@ fn mooney_rivlin(constants: [f64; 2]) -> Material {
 }
 
 fn ogden(terms: &[(f64, f64)]) -> Material {
-    let terms: Vec<Term> = terms.iter().map(|&(modulus, exponent)| Term { modulus, exponent }).collect();
+    let terms: Vec<OgdenTerm> = terms.iter().map(|&(modulus, exponent)| OgdenTerm { modulus, exponent }).collect();
     Material::Ogden(Ogden::new(&terms, BULK))
 }
 
@@ -45,8 +45,8 @@ fn single<const D: usize>(rest: &[Vector<D>], gel: impl Into<Material>, section:
     Simplices::new(&Mesh::new(rest.to_vec(), vec![nodes.map(NodeId)]), gel, section)
 }
 
-fn answer<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, Answer<D>) {
-    let mut answers = [Answer::default(); DEPTH];
+fn answer<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, ElementResponse<D>) {
+    let mut answers = [ElementResponse::default(); DEPTH];
     (simplices.evaluate(0, x, &[], &mut answers), answers[0])
 }
 

@@ -1,12 +1,12 @@
 //! Eight elements side by side against one after the other, of every gel that has both forms, strained as far as a run never goes.
 
-use ballistic_gel::constitutive::{Confinement, Material, NeoHookean};
+use ballistic_gel::constitutive::{Material, NeoHookean, PressureHardening};
 use ballistic_gel::fem::{
-    Answer, DEPTH, GroupAnswer, Held, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall,
-    Section, Simplices,
+    DEPTH, ElementBatches, ElementResponse, GroupKick, GroupKicks, GroupResponse, HeldNodes, HistoryLanes,
+    HistoryVariables, LANES, MAX_NODES, NodeCache, Potential, ReportPower, Section, Simplices,
 };
 use ballistic_gel::math::Vector;
-use ballistic_gel::mesh::{ElementId, Mesh, NodeId, Patches};
+use ballistic_gel::mesh::{ElementId, ElementPatches, Mesh, NodeId};
 use fearless_simd::Level;
 
 #[path = "lanes/gels.rs"]
@@ -16,7 +16,7 @@ fn all_gels() -> [Material; 4] {
     [
         NeoHookean::new(1.0, 10.0).into(),
         gels::flowing(None),
-        gels::flowing(Some(Confinement { pressure: 2.0, factor: 4.0, time: 0.05 })),
+        gels::flowing(Some(PressureHardening { pressure: 2.0, factor: 4.0, time: 0.05 })),
         gels::relaxing(&[(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)]),
     ]
 }
@@ -28,7 +28,7 @@ fn apart<const D: usize>(gel: Material, section: Section) -> Simplices<D> {
     let rest: Vec<_> = (0..9).flat_map(|_| corners[..=D].iter().map(corner)).collect();
     let nodes = |e: u32| std::array::from_fn(|a| NodeId(e * (D as u32 + 1) + if a <= D { a as u32 } else { 0 }));
     let mesh = Mesh::new(rest, (0..9).map(nodes).collect());
-    Simplices::in_patches(&mesh, Patches::alone(9), (gel, section))
+    Simplices::in_patches(&mesh, ElementPatches::alone(9), (gel, section))
 }
 
 /// Positions of the nodes, each element strained by more than the one before; the first stays at rest.
@@ -43,10 +43,10 @@ fn strained<const D: usize>(simplices: &Simplices<D>, size: f64) -> Vec<Vector<D
 /// Both forms of the same elements.
 struct Both<const D: usize> {
     simplices: Simplices<D>,
-    lanes: Lanes<D>,
-    local: Local,
-    batches: Vec<Recall>,
-    memory: Vec<Memory<D>>,
+    lanes: ElementBatches<D>,
+    local: NodeCache,
+    batches: Vec<HistoryLanes>,
+    memory: Vec<HistoryVariables<D>>,
 }
 
 impl<const D: usize> Both<D> {
@@ -56,21 +56,21 @@ impl<const D: usize> Both<D> {
             .map(|slot| std::array::from_fn(|a| if slot < 9 && a <= D { (slot * (D + 1) + a) as u16 } else { 0 }))
             .collect();
         let lanes = simplices.lanes(&slots, 1, &local).expect("a gel with a fast form");
-        let (batches, memory) = (lanes.memory(), vec![Memory::default(); 9 * simplices.memories()]);
-        Self { simplices, lanes, local: Local::new(0.0), batches, memory }
+        let (batches, memory) = (lanes.memory(), vec![HistoryVariables::default(); 9 * simplices.memories()]);
+        Self { simplices, lanes, local: NodeCache::new(0.0), batches, memory }
     }
 
     /// Goes on to these positions, and compares everything that both answer.
     fn advance(&mut self, x: &[Vector<D>], elapsed: f64) {
         let nodes = (0..x.len()).map(|number| (number, NodeId(number as u32)));
-        self.local.load(Level::new(), &Held::new(x, self.simplices.rest()), nodes);
-        let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupAnswer::default(); 2]);
-        let kick = Kick { length: 1.0, elapsed };
+        self.local.load(Level::new(), &HeldNodes::new(x, self.simplices.rest()), nodes);
+        let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupResponse::default(); 2]);
+        let kick = GroupKick { length: 1.0, elapsed };
         let found = (&mut stiffness[..], &mut groups[..], self.batches.as_mut_slice());
-        self.lanes.sweep(Level::new(), (0..2, Kicks::Same(kick), Power::Untold), &mut self.local, found);
+        self.lanes.sweep(Level::new(), (0..2, GroupKicks::Same(kick), ReportPower::Untold), &mut self.local, found);
         let (mut energy, mut lost) = (0.0, 0.0);
         for e in 0..9 {
-            let mut answers = [Answer::default(); DEPTH];
+            let mut answers = [ElementResponse::default(); DEPTH];
             let spent = self.simplices.advance(e, x, (elapsed, &mut self.memory), &mut answers);
             energy += spent.energy;
             lost += spent.plastic + spent.viscous + spent.damage;
@@ -95,7 +95,7 @@ impl<const D: usize> Both<D> {
     fn compare_memories(&self) {
         let (rows, each) = (self.lanes.rows(), self.simplices.memories());
         for e in 0..if each > 0 { 9 } else { 0 } {
-            let mut own = vec![Memory::default(); each];
+            let mut own = vec![HistoryVariables::default(); each];
             let batch = e / LANES * rows;
             self.lanes.recall(&self.batches[batch..batch + rows], e % LANES, &mut own);
             for (own, its) in own.iter().zip(&self.memory[e * each..]) {
@@ -140,7 +140,7 @@ fn eight_elements_side_by_side_do_what_they_do_one_after_the_other() {
 fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
     let mut both = Both::new(apart::<3>(all_gels()[3], Section::Spatial));
     both.advance(&strained(&both.simplices, 0.05), 0.01);
-    let (rows, mut own) = (both.lanes.rows(), vec![Memory::default(); both.simplices.memories()]);
+    let (rows, mut own) = (both.lanes.rows(), vec![HistoryVariables::default(); both.simplices.memories()]);
     let mut other = both.lanes.memory();
     for lane in 0..LANES {
         both.lanes.recall(&both.batches[..rows], lane, &mut own);

@@ -1,7 +1,7 @@
 //! Pressures on faces of the gel, damping, and the cavity that is blown up.
 
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
+use ballistic_gel::simulation::{CouplingMode, MeshFrame, Simulation};
 use std::f64::consts::PI;
 
 const PLANAR: &str = "dimension = \"planar\"\n[gel]\nshape.block.size = [0.04, 0.02]\nthickness = 0.5";
@@ -172,7 +172,7 @@ fn a_pressure_all_around_compresses_as_the_material_says() {
 }
 
 /// Where the centre of mass of a planar frame is along x, m: elements count as they were at rest.
-fn centre(frame: &Frame) -> f64 {
+fn centre(frame: &MeshFrame) -> f64 {
     let of = |(nodes, jacobian): (&[u32; 4], &f64)| {
         let [a, b, c] = [0, 1, 2].map(|k| frame.points[nodes[k] as usize]);
         let weight = (b - a).cross(&(c - a)).norm() / jacobian;

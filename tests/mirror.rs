@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use ballistic_gel::constitutive::NeoHookean;
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
+use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{Potential, Section, Simplices};
-use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::geometry::{ShapeGeometry, Sphere};
+use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Vector, Vector3};
-use ballistic_gel::mesh::{self, Block, Face, Hold, Split};
+use ballistic_gel::mesh::{self, BlockSpec, CellSplit, FaceConstraint, HeldFace};
 
 /// Of the strip: μ, K, ρ in SI units, its length, what lies between it and the plane, and how fast it comes.
 const SHEAR: f64 = 1.0;
@@ -18,34 +18,43 @@ const GAP: f64 = 0.02;
 const SPEED: f64 = 0.01;
 
 /// A body that is never met: an engine has one.
-fn bystander() -> (Body, BodyState) {
+fn bystander() -> (RigidBody, BodyState) {
     let inertia = nalgebra::Matrix3::identity();
-    let body = Body::new(Shape::Sphere(Sphere { radius: 0.3 }), Motion::Free, Freedom::PLANAR, (1.0, inertia));
-    (body, BodyState::starting(Vector3::new(0.0, 0.0, 50.0), Vector3::zeros()))
+    let body = RigidBody::new(
+        ShapeGeometry::Sphere(Sphere { radius: 0.3 }),
+        BodyMotion::Free,
+        FreeDirections::PLANAR,
+        (1.0, inertia),
+    );
+    (body, BodyState::at_start(Vector3::new(0.0, 0.0, 50.0), Vector3::zeros()))
 }
 
 /// A strip between two walls that lets it slide along x, which comes to the plane x = 0.
-fn strip(n: usize, rules: (Kind, Law)) -> Engine<2, Simplices<2>> {
+fn strip(n: usize, rules: (SteppingSchedule, ImpulseLaw)) -> Engine<2, Simplices<2>> {
     thrown(n, (GAP, SPEED), rules)
 }
 
 /// The same from so far and so fast.
-fn thrown(n: usize, (gap, speed): (f64, f64), (schedule, law): (Kind, Law)) -> Engine<2, Simplices<2>> {
+fn thrown(
+    n: usize,
+    (gap, speed): (f64, f64),
+    (schedule, law): (SteppingSchedule, ImpulseLaw),
+) -> Engine<2, Simplices<2>> {
     let h = LENGTH / n as f64;
     let along = (0..=n).map(|i| gap + h * i as f64).collect();
     let across = (0..=4).map(|i| h * f64::from(i)).collect();
-    let faces = [false, true].map(|high| Face { axis: 1, high, hold: Hold::Normal }).to_vec();
-    let mesh = mesh::block(Block { planes: [along, across], split: Split::Centred, faces });
+    let faces = [false, true].map(|high| HeldFace { axis: 1, high, hold: FaceConstraint::Normal }).to_vec();
+    let mesh = mesh::block(BlockSpec { planes: [along, across], split: CellSplit::Centred, faces });
     let simplices = Simplices::new(&mesh, NeoHookean::new(SHEAR, BULK), Section::Planar { thickness: 1.0 });
     let mass = simplices.lumped_masses(&mesh, 1.0);
-    let surface = Surface::new::<2>(mesh.rest.len(), mesh.facets.clone(), |_| (h, h));
-    let gel = Gel::new(simplices, mass, &mesh.held, surface).mirrored(&[0]);
+    let surface = ContactSurface::new::<2>(mesh.rest.len(), mesh.facets.clone(), |_| (h, h));
+    let gel = DiscreteGel::new(simplices, mass, &mesh.held, surface).mirrored(&[0]);
     let nodes = gel.potential.rest().iter().map(|x| (*x, Vector::<2>::new(-speed, 0.0))).collect();
-    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
+    let rules = IntegratorSettings { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     Engine::new(gel, vec![bystander()], rules, nodes)
 }
 
-const MOREAU: Law = Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 };
+const MOREAU: ImpulseLaw = ImpulseLaw::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 };
 
 /// Where the node of the surface is that has come the farthest, m.
 fn least(engine: &Engine<2, Simplices<2>>) -> f64 {
@@ -67,10 +76,10 @@ fn a_strip_leaves_its_image_as_a_bar_leaves_a_wall() {
     let (met, passage) = (GAP / SPEED, LENGTH / wave);
     let mut errors = vec![];
     for n in [20, 40] {
-        let mut engine = strip(n, (Kind::Bins, MOREAU));
+        let mut engine = strip(n, (SteppingSchedule::Bins, MOREAU));
         let mut beyond: f64 = 0.0;
         let mut speed_at = |t: f64| {
-            engine.advance_to(t, &mut [Exchange::default()]).unwrap();
+            engine.advance_to(t, &mut [ImpulseExchange::default()]).unwrap();
             beyond = beyond.min(least(&engine));
             mean(&engine)
         };
@@ -101,21 +110,27 @@ fn a_strip_leaves_its_image_as_a_bar_leaves_a_wall() {
 fn the_image_is_met_in_every_form_schedule_and_law() {
     let end = GAP / SPEED + 0.7;
     let run = |mut engine: Engine<2, Simplices<2>>| {
-        engine.advance_to(end - 0.5, &mut [Exchange::default()]).unwrap();
+        engine.advance_to(end - 0.5, &mut [ImpulseExchange::default()]).unwrap();
         let state = engine.state().clone();
-        engine.advance_to(end - 0.3, &mut [Exchange::default()]).unwrap();
+        engine.advance_to(end - 0.3, &mut [ImpulseExchange::default()]).unwrap();
         engine.restore(&state).unwrap();
-        engine.advance_to(end, &mut [Exchange::default()]).unwrap();
+        engine.advance_to(end, &mut [ImpulseExchange::default()]).unwrap();
         let totals = engine.totals(end);
         assert!(totals.energy_closure.1 < 1e-13 && totals.momentum_closure.1 < 1e-13, "{totals:?}");
         assert!(least(&engine) > -1e-15, "a node is {:e} m beyond its image", least(&engine));
         (engine.state().ledger.energy.contact, engine.state().position.clone())
     };
-    let fast = run(strip(20, (Kind::Bins, MOREAU)));
+    let fast = run(strip(20, (SteppingSchedule::Bins, MOREAU)));
     assert!(fast.0 < 0.0, "the strip has met its image");
-    let others =
-        [(Kind::Bins, Law::Reversal), (Kind::Queue, MOREAU), (Kind::Global, MOREAU)].map(|rules| strip(20, rules));
-    for (i, other) in others.into_iter().chain([strip(20, (Kind::Bins, MOREAU)).by_reference()]).enumerate() {
+    let others = [
+        (SteppingSchedule::Bins, ImpulseLaw::Reversal),
+        (SteppingSchedule::Queue, MOREAU),
+        (SteppingSchedule::Global, MOREAU),
+    ]
+    .map(|rules| strip(20, rules));
+    for (i, other) in
+        others.into_iter().chain([strip(20, (SteppingSchedule::Bins, MOREAU)).with_reference_form()]).enumerate()
+    {
         let other = run(other);
         let off = fast.1.iter().zip(&other.1).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         // Steps of other schedules are other ones.
@@ -129,10 +144,10 @@ fn the_image_is_met_in_every_form_schedule_and_law() {
 #[test]
 fn what_comes_faster_than_sound_does_not_pass_its_image() {
     for (gap, speed) in [(0.051, 14.0), (0.07, 10.0)] {
-        let mut engine = thrown(20, (gap, speed), (Kind::Bins, MOREAU));
+        let mut engine = thrown(20, (gap, speed), (SteppingSchedule::Bins, MOREAU));
         for i in 1..=40 {
             // It is crushed: what happens to it then is another question.
-            let done = engine.advance_to(2.5e-4 * f64::from(i), &mut [Exchange::default()]);
+            let done = engine.advance_to(2.5e-4 * f64::from(i), &mut [ImpulseExchange::default()]);
             assert!(least(&engine) > -1e-15, "a node is {:e} m beyond its image", least(&engine));
             if done.is_err() {
                 break;

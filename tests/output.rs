@@ -12,9 +12,9 @@ mod stage;
 mod written;
 
 use ballistic_gel::math::Vector3;
-use ballistic_gel::output::{Ending, Interface, Recorder, model_picture};
+use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder, model_picture};
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{Frame, Observation};
+use ballistic_gel::simulation::{MeshFrame, Observation};
 use stage::{frame, observation, scene};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -94,7 +94,7 @@ fn time(scene: &Scene, step: usize) -> f64 {
     scene.scene.end_time * step as f64 / STEPS as f64
 }
 
-fn record(recorder: &mut Recorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>) {
+fn record(recorder: &mut RunRecorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>) {
     for step in steps {
         let t = time(scene, step);
         recorder.record_observation(&observation(scene, t), || frame(scene, t)).unwrap();
@@ -103,11 +103,11 @@ fn record(recorder: &mut Recorder, scene: &Scene, steps: std::ops::RangeInclusiv
 
 fn run(name: &str, scene: &Scene, failure: Option<&str>) -> PathBuf {
     let folder = new_folder(name);
-    let mut recorder = Recorder::create(&folder, scene, Interface::Direct, 2).unwrap();
+    let mut recorder = RunRecorder::create(&folder, scene, DriverInterface::Direct, 2).unwrap();
     let last = if failure.is_some() { STEPS - 7 } else { STEPS };
     record(&mut recorder, scene, 0..=last);
-    let (o, f): (Observation, Frame) = (observation(scene, time(scene, last)), frame(scene, time(scene, last)));
-    recorder.conclude(&Ending { observation: &o, frame: &f, digest: 0xABC, failure }).unwrap();
+    let (o, f): (Observation, MeshFrame) = (observation(scene, time(scene, last)), frame(scene, time(scene, last)));
+    recorder.conclude(&FinalState { observation: &o, frame: &f, digest: 0xABC, failure }).unwrap();
     folder
 }
 
@@ -154,7 +154,7 @@ fn history_has_a_row_per_step_that_reads_back_with_the_same_bits() {
 fn rows_are_on_disk_before_the_run_ends() {
     let scene = scene("planar");
     let folder = new_folder("killed");
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Fmi2, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Fmi2, 1).unwrap();
     record(&mut recorder, &scene, 0..=20);
     assert_eq!(lines(&folder, "history.csv").len(), 22);
     assert_eq!(lines(&folder, "series.pvd").iter().filter(|line| line.contains("frame_")).count(), 5);
@@ -269,7 +269,7 @@ fn rewinding_and_repeating_leaves_the_files_of_a_straight_run() {
     let scene = scene("axisymmetric");
     let straight = run("straight", &scene, None);
     let folder = new_folder("rewound");
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=37);
     recorder.rewind(time(&scene, 12)).unwrap();
     assert_eq!((lines(&folder, "history.csv").len(), frames(&folder)), (14, 3));
@@ -284,7 +284,7 @@ fn a_new_run_removes_what_an_earlier_one_left() {
     let scene = scene("planar");
     let folder = run("again", &scene, None);
     fs::write(folder.join("notes.txt"), "mine").unwrap();
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     assert_eq!(frames(&folder), 11, "they are there until the new run has a record");
     record(&mut recorder, &scene, 0..=0);
     assert_eq!((frames(&folder), lines(&folder, "history.csv").len()), (1, 2));
@@ -295,7 +295,7 @@ fn a_new_run_removes_what_an_earlier_one_left() {
 fn a_folder_that_cannot_be_made_is_named() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let inside = file.path().join("run");
-    let error = Recorder::create(&inside, &scene("planar"), Interface::Direct, 1).unwrap_err();
+    let error = RunRecorder::create(&inside, &scene("planar"), DriverInterface::Direct, 1).unwrap_err();
     assert!(error.to_string().contains(&inside.display().to_string()), "{error}");
 }
 
@@ -378,7 +378,7 @@ fn every_chart_reaches_to_the_end_of_the_run() {
 /// A run with a dome that takes part and a splinter that does not.
 fn run_with_fragments(name: &str) -> (Scene, PathBuf) {
     let (scene, folder) = (fragments::scene(), new_folder(name));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 2).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 2).unwrap();
     for step in 0..=STEPS {
         let t = time(&scene, step);
         recorder
@@ -387,7 +387,7 @@ fn run_with_fragments(name: &str) -> (Scene, PathBuf) {
     }
     let end = time(&scene, STEPS);
     let (o, f) = (fragments::observation(&scene, end), fragments::frame(&scene, end, false));
-    recorder.conclude(&Ending { observation: &o, frame: &f, digest: 0xABC, failure: None }).unwrap();
+    recorder.conclude(&FinalState { observation: &o, frame: &f, digest: 0xABC, failure: None }).unwrap();
     (scene, folder)
 }
 

@@ -2,7 +2,8 @@
 
 use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{
-    Block, ElementId, Grid, Mesh, NodeId, Patches, Simplex, Split, block, boundary, neighbours, signed_volume, uniform,
+    BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, NodeId, RectilinearGrid, Simplex, block, boundary,
+    face_neighbours, signed_volume, uniform,
 };
 use proptest::prelude::*;
 use std::collections::BTreeSet;
@@ -11,7 +12,7 @@ use std::collections::BTreeSet;
 #[derive(Debug, Clone, Copy)]
 struct Recipe {
     cells: usize,
-    split: Split,
+    split: CellSplit,
     seed: u64,
     /// Share of cells left out.
     holes: f64,
@@ -31,12 +32,12 @@ impl Recipe {
     fn mesh<const D: usize>(self) -> Mesh<D> {
         let Self { cells, split, seed, holes, missing } = self;
         let number = move |cell: [usize; D]| cell.iter().fold(1, |n, i| n * 64 + *i as u64);
-        let grid = Grid {
+        let grid = RectilinearGrid {
             planes: std::array::from_fn(|_| uniform(0.0, cells as f64, 1.0)),
             filled: Box::new(move |cell| random(seed, number(cell)) >= holes),
         };
         let (mut points, mut elements) = grid.split(split);
-        if D == 2 && split == Split::Kuhn {
+        if D == 2 && split == CellSplit::Kuhn {
             elements
                 .chunks_mut(2)
                 .enumerate()
@@ -72,7 +73,7 @@ fn orient<const D: usize>(points: &[Vector<D>], nodes: &mut Simplex) {
 }
 
 fn recipe(cells: std::ops::Range<usize>, missing: f64) -> impl Strategy<Value = Recipe> {
-    let split = prop_oneof![Just(Split::Centred), Just(Split::Kuhn)];
+    let split = prop_oneof![Just(CellSplit::Centred), Just(CellSplit::Kuhn)];
     (cells, split, any::<u64>(), 0.0..0.3, 0.0..=missing).prop_map(|(cells, split, seed, holes, missing)| Recipe {
         cells,
         split,
@@ -83,13 +84,13 @@ fn recipe(cells: std::ops::Range<usize>, missing: f64) -> impl Strategy<Value = 
 }
 
 /// A block of unit cells.
-fn cube<const D: usize>(cells: usize, split: Split) -> Mesh<D> {
+fn cube<const D: usize>(cells: usize, split: CellSplit) -> Mesh<D> {
     let planes = std::array::from_fn(|_| uniform(0.0, cells as f64, 1.0));
-    block(Block { planes, split, faces: vec![] })
+    block(BlockSpec { planes, split, faces: vec![] })
 }
 
 /// Share of the elements that are in patches of so many.
-fn share(patches: &Patches, size: usize) -> f64 {
+fn share(patches: &ElementPatches, size: usize) -> f64 {
     let full: usize = patches.iter().map(<[_]>::len).filter(|n| *n == size).sum();
     full as f64 / patches.iter().map(<[_]>::len).sum::<usize>() as f64
 }
@@ -112,7 +113,7 @@ fn nodes<const D: usize>(mesh: &Mesh<D>, elements: &[ElementId]) -> BTreeSet<Nod
 }
 
 /// What holds on every mesh.
-fn check<const D: usize>(mesh: &Mesh<D>, patches: &Patches) {
+fn check<const D: usize>(mesh: &Mesh<D>, patches: &ElementPatches) {
     let (most, across) = (if D == 2 { 2 } else { 4 }, neighbours::<D>(&mesh.elements));
     let mut members: Vec<ElementId> = patches.iter().flatten().copied().collect();
     members.sort_unstable();
@@ -147,8 +148,8 @@ fn is_octahedron(mesh: &Mesh<3>, elements: &[ElementId]) -> bool {
 #[test]
 fn the_centred_lattice_falls_into_its_octahedra() {
     for cells in 1..7 {
-        let mesh = cube::<3>(cells, Split::Centred);
-        let patches = Patches::grouped(&mesh);
+        let mesh = cube::<3>(cells, CellSplit::Centred);
+        let patches = ElementPatches::grouped(&mesh);
         let made_together =
             |elements: &[ElementId]| elements[0].0.is_multiple_of(4) && elements[3].0 == elements[0].0 + 3;
         assert!(patches.iter().all(|elements| is_octahedron(&mesh, elements) && made_together(elements)));
@@ -158,8 +159,8 @@ fn the_centred_lattice_falls_into_its_octahedra() {
 #[test]
 fn kuhns_lattice_falls_into_fours_but_for_a_twentieth() {
     for cells in 2..13 {
-        let mesh = cube::<3>(cells, Split::Kuhn);
-        let patches = Patches::grouped(&mesh);
+        let mesh = cube::<3>(cells, CellSplit::Kuhn);
+        let patches = ElementPatches::grouped(&mesh);
         check(&mesh, &patches);
         assert!(share(&patches, 4) >= 0.95, "{cells} cells: {}", share(&patches, 4));
     }
@@ -167,10 +168,10 @@ fn kuhns_lattice_falls_into_fours_but_for_a_twentieth() {
 
 #[test]
 fn lattices_of_the_plane_fall_into_pairs_but_for_two_triangles() {
-    for split in [Split::Centred, Split::Kuhn] {
+    for split in [CellSplit::Centred, CellSplit::Kuhn] {
         for cells in 1..20 {
             let mesh = cube::<2>(cells, split);
-            let patches = Patches::grouped(&mesh);
+            let patches = ElementPatches::grouped(&mesh);
             check(&mesh, &patches);
             assert!(patches.iter().filter(|elements| elements.len() == 1).count() <= 2, "{cells} cells, {split:?}");
         }
@@ -179,9 +180,9 @@ fn lattices_of_the_plane_fall_into_pairs_but_for_two_triangles() {
 
 #[test]
 fn a_gathered_mesh_has_the_same_patches_in_a_row() {
-    let mesh = cube::<2>(5, Split::Centred);
-    let patches = Patches::grouped(&mesh);
-    let (gathered, rows) = patches.clone().gathered(mesh.clone());
+    let mesh = cube::<2>(5, CellSplit::Centred);
+    let patches = ElementPatches::grouped(&mesh);
+    let (gathered, rows) = patches.clone().made_contiguous(mesh.clone());
     assert_eq!((&gathered.rest, &gathered.facets, &gathered.held), (&mesh.rest, &mesh.facets, &mesh.held));
     assert_ne!(gathered.elements, mesh.elements, "pairs reach across cells");
     for (before, after) in patches.iter().zip(rows.iter()) {
@@ -194,10 +195,10 @@ fn a_gathered_mesh_has_the_same_patches_in_a_row() {
 
 #[test]
 fn what_is_left_of_patches_stays_together() {
-    let mesh = cube::<3>(3, Split::Kuhn);
-    let patches = Patches::grouped(&mesh);
+    let mesh = cube::<3>(3, CellSplit::Kuhn);
+    let patches = ElementPatches::grouped(&mesh);
     let kept: Vec<ElementId> = (0..mesh.elements.len() as u32).map(ElementId).filter(|e| e.0 % 7 > 1).collect();
-    let left = patches.left(&kept);
+    let left = patches.restricted_to(&kept);
     let (was, now) = (patches.patch_of_elements(), left.patch_of_elements());
     assert_eq!(now.len(), kept.len());
     let of = |old: &ElementId| was[old.index()];
@@ -207,33 +208,33 @@ fn what_is_left_of_patches_stays_together() {
     let firsts: Vec<_> = left.iter().map(|elements| elements[0]).collect();
     assert!(firsts.is_sorted() && left.iter().all(<[ElementId]>::is_sorted));
     let all: Vec<ElementId> = (0..mesh.elements.len() as u32).map(ElementId).collect();
-    assert_eq!(patches.left(&all), patches);
-    let alone = Patches::alone(5).left(&[ElementId(1), ElementId(4)]);
+    assert_eq!(patches.restricted_to(&all), patches);
+    let alone = ElementPatches::alone(5).restricted_to(&[ElementId(1), ElementId(4)]);
     assert_eq!(alone.iter().map(<[ElementId]>::len).collect::<Vec<_>>(), [1, 1]);
 }
 
 #[test]
 fn elements_can_stay_alone() {
-    let patches = Patches::alone(3);
-    assert_eq!((patches.len(), Patches::alone(0).is_empty()), (3, true));
+    let patches = ElementPatches::alone(3);
+    assert_eq!((patches.len(), ElementPatches::alone(0).is_empty()), (3, true));
     assert_eq!((patches.of(2), patches.largest()), (&[ElementId(2)][..], 1));
 }
 
 #[test]
 #[should_panic(expected = "element 1 stands twice in the new order")]
 fn an_order_that_names_an_element_twice_is_refused() {
-    let _ = cube::<2>(1, Split::Kuhn).reordered(&[ElementId(1), ElementId(1)]);
+    let _ = cube::<2>(1, CellSplit::Kuhn).reordered(&[ElementId(1), ElementId(1)]);
 }
 
 #[test]
 #[should_panic(expected = "the new order leaves out elements")]
 fn an_order_that_leaves_out_elements_is_refused() {
-    let _ = cube::<2>(1, Split::Kuhn).reordered(&[ElementId(1)]);
+    let _ = cube::<2>(1, CellSplit::Kuhn).reordered(&[ElementId(1)]);
 }
 
 /// Renumbers a cube of two cells along each axis.
 fn renumber<const D: usize>() {
-    let mut mesh = cube::<D>(2, Split::Centred);
+    let mut mesh = cube::<D>(2, CellSplit::Centred);
     mesh.held[3] = std::array::from_fn(|i| i == 0);
     mesh.marks = (0..).take(mesh.facets.len()).collect();
     let n = mesh.rest.len() as u32;
@@ -259,55 +260,55 @@ fn nodes_with_other_numbers_make_the_same_mesh() {
 #[test]
 #[should_panic(expected = "node 1 stands twice in the new order")]
 fn an_order_that_names_a_node_twice_is_refused() {
-    let _ = cube::<2>(1, Split::Kuhn).renumbered(&[0, 1, 1, 2].map(NodeId));
+    let _ = cube::<2>(1, CellSplit::Kuhn).renumbered(&[0, 1, 1, 2].map(NodeId));
 }
 
 #[test]
 #[should_panic(expected = "the new order names every node")]
 fn an_order_that_leaves_out_nodes_is_refused() {
-    let _ = cube::<2>(1, Split::Kuhn).renumbered(&[NodeId(1)]);
+    let _ = cube::<2>(1, CellSplit::Kuhn).renumbered(&[NodeId(1)]);
 }
 
 proptest! {
     #[test]
     fn patches_are_disjoint_connected_and_none_too_small_in_the_plane(recipe in recipe(2..12, 0.2)) {
         let mesh = recipe.mesh::<2>();
-        check(&mesh, &Patches::grouped(&mesh));
+        check(&mesh, &ElementPatches::grouped(&mesh));
     }
 
     #[test]
     fn patches_are_disjoint_connected_and_none_too_small_in_space(recipe in recipe(1..5, 0.2)) {
         let mesh = recipe.mesh::<3>();
-        check(&mesh, &Patches::grouped(&mesh));
+        check(&mesh, &ElementPatches::grouped(&mesh));
     }
 
     #[test]
     fn displaced_triangles_with_holes_are_paired_but_for_a_twentieth(recipe in recipe(4..16, 0.0)) {
         let mesh = recipe.mesh::<2>();
-        let patches = Patches::grouped(&mesh);
+        let patches = ElementPatches::grouped(&mesh);
         prop_assert!(share(&patches, 2) >= 0.95, "{}", share(&patches, 2));
     }
 
     #[test]
     fn a_displaced_centred_lattice_with_holes_falls_into_octahedra(recipe in recipe(1..5, 0.0)) {
-        let mesh = Recipe { split: Split::Centred, ..recipe }.mesh::<3>();
-        let patches = Patches::grouped(&mesh);
+        let mesh = Recipe { split: CellSplit::Centred, ..recipe }.mesh::<3>();
+        let patches = ElementPatches::grouped(&mesh);
         prop_assert!(patches.iter().all(|elements| is_octahedron(&mesh, elements)));
     }
 
     #[test]
     fn displaced_kuhn_cells_with_holes_fall_into_fours_but_for_a_twentieth(recipe in recipe(4..7, 0.0)) {
-        let mesh = Recipe { split: Split::Kuhn, holes: recipe.holes / 3.0, ..recipe }.mesh::<3>();
-        let patches = Patches::grouped(&mesh);
+        let mesh = Recipe { split: CellSplit::Kuhn, holes: recipe.holes / 3.0, ..recipe }.mesh::<3>();
+        let patches = ElementPatches::grouped(&mesh);
         prop_assert!(share(&patches, 4) >= 0.95, "{}", share(&patches, 4));
     }
 
     #[test]
     fn neither_a_second_look_nor_the_unit_changes_the_patches(recipe in recipe(1..5, 0.1)) {
         let mut mesh = recipe.mesh::<3>();
-        let patches = Patches::grouped(&mesh);
-        prop_assert_eq!(&patches, &Patches::grouped(&mesh));
+        let patches = ElementPatches::grouped(&mesh);
+        prop_assert_eq!(&patches, &ElementPatches::grouped(&mesh));
         mesh.rest.iter_mut().for_each(|x| *x /= 1024.0);
-        prop_assert_eq!(&patches, &Patches::grouped(&mesh));
+        prop_assert_eq!(&patches, &ElementPatches::grouped(&mesh));
     }
 }

@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use ballistic_gel::math::Vector3;
-use ballistic_gel::output::{Interface, Recorder};
+use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Saved, Simulation};
+use ballistic_gel::simulation::{CouplingMode, SavedSimulation, Simulation};
 use std::path::Path;
 
 /// The ball of the calibration shot through 12 mm of its gel, on cells of R/3; it leaves within 0.1 ms.
@@ -43,7 +43,7 @@ fn summary(name: &str, scene: &Scene) -> serde_json::Value {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("perforation").join(name);
     let (mut simulation, step) = (simulation(scene, 1), scene.scene.communication_step);
     drop(std::fs::remove_dir_all(&folder));
-    let mut recorder = Recorder::create(&folder, scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, scene, DriverInterface::Direct, 1).unwrap();
     recorder.record(&simulation).unwrap();
     while !simulation.is_over() && simulation.time() < scene.scene.end_time * (1.0 - 1e-9) {
         let end = (simulation.time() + step).min(scene.scene.end_time);
@@ -112,7 +112,7 @@ fn exit_and_rest_are_the_same_bits_for_any_communication_step_threads_and_restor
         advance(&mut first, at, 3);
         let mut bytes = vec![];
         first.save().write(&mut |run| bytes.extend_from_slice(run));
-        let mut saved = Saved::empty();
+        let mut saved = SavedSimulation::empty();
         assert!(saved.read(&bytes));
         let mut again = simulation(&scene, 1);
         again.restore(&saved).unwrap();

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use ballistic_gel::scene::{self, Fact, Materials, Override, Preset, Scene};
+use ballistic_gel::scene::{self, ApplicableModels, Override, Preset, PresetValue, Scene};
 
 /// A gel of which only the shape is said, and its name.
 const NAMED: &str = r#"
@@ -29,7 +29,7 @@ fn read(text: &str, changes: &[&str]) -> Result<Scene, String> {
 }
 
 /// Whether a scene has the value of a fact.
-fn has(scene: &Scene, fact: &Fact) -> bool {
+fn has(scene: &Scene, fact: &PresetValue) -> bool {
     let mut found = toml::Value::try_from(scene).unwrap();
     for name in fact.key.split('.') {
         found = found[name].clone();
@@ -49,17 +49,16 @@ fn a_preset_fills_what_a_scene_does_not_set() {
             let (named, made) = (format!("gel.preset={}", preset.name()), format!("gel.material={model}"));
             let changes = [&[named.as_str(), &made], branches].concat();
             let scene = read(NAMED, &changes).unwrap();
-            let facts: Vec<&Fact> = preset.facts().iter().filter(|fact| fact.of.includes(model)).collect();
+            let facts: Vec<&PresetValue> = preset.facts().iter().filter(|fact| fact.of.includes(model)).collect();
             assert!(facts.len() >= 4, "{model}: {facts:?}");
             for fact in facts.into_iter().filter(|fact| fact.key != "gel.material") {
                 assert!(has(&scene, fact), "{}, {model}: {fact:?}", preset.name());
             }
         }
         assert!(
-            preset
-                .facts()
-                .iter()
-                .all(|fact| fact.key == "gel.material" || fact.of != Materials::All || fact.key == "gel.density")
+            preset.facts().iter().all(|fact| fact.key == "gel.material"
+                || fact.of != ApplicableModels::All
+                || fact.key == "gel.density")
         );
     }
 }
@@ -113,12 +112,12 @@ fn the_gels_of_both_shots_are_those_that_they_were_measured_with() {
 
 /// The rows of the table of a preset.
 fn rows(preset: Preset) -> Vec<String> {
-    let of = |fact: &Fact| match fact.of {
-        Materials::All => "all",
-        Materials::Slow => "neo-hookean, viscoelastic",
-        Materials::NeoHookean => "neo-hookean",
-        Materials::Viscoelastic => "viscoelastic",
-        Materials::Flowing => "flowing",
+    let of = |fact: &PresetValue| match fact.of {
+        ApplicableModels::All => "all",
+        ApplicableModels::Slow => "neo-hookean, viscoelastic",
+        ApplicableModels::NeoHookean => "neo-hookean",
+        ApplicableModels::Viscoelastic => "viscoelastic",
+        ApplicableModels::Flowing => "flowing",
     };
     preset.facts().iter().map(|f| format!("| `{}` | `{}` | {} | {} |", f.key, f.value, of(f), f.source)).collect()
 }

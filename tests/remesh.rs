@@ -5,7 +5,7 @@
 
 use ballistic_gel::integrator::StepError;
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Saved, SavedState, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, SavedSimulation, SavedState, Simulation};
 
 /// A disc that runs into a coarse square faster than its mesh can follow.
 const SQUARE: [&str; 3] = ["mesh.size=2.5e-3", "remesh.quality=0.3", "projectile.velocity=[0, 0, -36]"];
@@ -330,7 +330,7 @@ fn taken_up_again(scene: &Scene) {
     // In a new simulation, and in one that is on a later mesh, backwards.
     let mut late = run(scene, (1, 1));
     for (time, bytes) in states.iter().rev() {
-        let mut saved = Saved::empty();
+        let mut saved = SavedSimulation::empty();
         assert!(saved.read(bytes));
         for other in [&mut simulation(scene, 1), &mut late] {
             other.restore(&saved).unwrap();

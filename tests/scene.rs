@@ -185,7 +185,7 @@ fn an_override_may_replace_a_whole_table() {
 
 #[test]
 fn a_bare_word_is_text() {
-    assert_eq!(read(&resolved("mesh.lattice=kuhn")).mesh.lattice, scene::Lattice::Kuhn);
+    assert_eq!(read(&resolved("mesh.lattice=kuhn")).mesh.lattice, scene::CellLattice::Kuhn);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Sensors in the gel: waves, hydrostatic pressure, exchanges of the mesh, files.
 
-use ballistic_gel::output::{Interface, Recorder};
+use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, SensorReport, Simulation};
 use std::path::Path;
@@ -130,7 +130,7 @@ fn a_state_that_is_taken_up_again_on_another_mesh_has_its_sensors_there() {
         simulation.sensors()
     };
     let early = step(&mut simulation, 0.5e-3);
-    let mut first = ballistic_gel::simulation::Saved::empty();
+    let mut first = ballistic_gel::simulation::SavedSimulation::empty();
     simulation.save_into(&mut first);
     let late = step(&mut simulation, 1.5e-3);
     simulation.restore(&first).expect("its own state");
@@ -167,7 +167,7 @@ fn files_of_a_run_have_its_sensors() {
     drop(std::fs::remove_dir_all(&folder));
     let scene = ball("");
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).expect("a folder");
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).expect("a folder");
     recorder.record(&simulation).expect("a row");
     let (mut greatest, mut deepest) = (0.0_f64, 0.0_f64);
     for k in 1..=40 {

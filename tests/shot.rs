@@ -6,9 +6,9 @@
 mod stage;
 
 use ballistic_gel::math::Vector3;
-use ballistic_gel::output::{Ending, Interface, Recorder};
+use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder};
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{ExitReport, Frame, FrameCells, Observation};
+use ballistic_gel::simulation::{ExitReport, FrameCells, MeshFrame, Observation};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ fn observation(scene: &Scene, t: f64, part: f64) -> Observation {
 }
 
 /// A cylinder with a bore as deep as the ball.
-fn frame(scene: &Scene, t: f64, part: f64) -> Frame {
+fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
     let (a, d) = (radius(t), (part * depth(t)).max(1e-6));
     let points = [(a, 0.0), (0.05, 0.0), (0.05, -d), (0.05, -0.05), (0.0, -0.05), (0.0, -d), (a, -d)];
     let points: Vec<Vector3> = points.iter().map(|(x, z)| Vector3::new(*x, 0.0, *z)).collect();
@@ -51,19 +51,19 @@ fn frame(scene: &Scene, t: f64, part: f64) -> Frame {
     let mut bodies = stage::frame(scene, t).bodies;
     bodies[0].kinematics = observation(scene, t, part).bodies[0].kinematics;
     let cells = FrameCells { nodes, step: vec![1e-6; 5], jacobian: vec![1.0; 5], energy_density: vec![0.0; 5], facets };
-    Frame { time: t, dimension: 2, mass: 1.0, points, velocities: rest.clone(), displacements: rest, cells, bodies }
+    MeshFrame { time: t, dimension: 2, mass: 1.0, points, velocities: rest.clone(), displacements: rest, cells, bodies }
 }
 
-fn record(recorder: &mut Recorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {
+fn record(recorder: &mut RunRecorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {
     for step in steps {
         let t = END * step as f64 / STEPS as f64;
         recorder.record_observation(&observation(scene, t, part), || frame(scene, t, part)).unwrap();
     }
 }
 
-fn conclude(recorder: &mut Recorder, scene: &Scene, part: f64) {
+fn conclude(recorder: &mut RunRecorder, scene: &Scene, part: f64) {
     let (o, f) = (observation(scene, END, part), frame(scene, END, part));
-    recorder.conclude(&Ending { observation: &o, frame: &f, digest: 1, failure: None }).unwrap();
+    recorder.conclude(&FinalState { observation: &o, frame: &f, digest: 1, failure: None }).unwrap();
 }
 
 /// A new folder: an earlier run of the tests may have left one.
@@ -76,7 +76,7 @@ fn folder(name: &str) -> PathBuf {
 fn run(name: &str, part: f64) -> PathBuf {
     let (scene, folder) = (stage::scene("axisymmetric"), folder(name));
     drop(fs::remove_dir_all(&folder));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS, part);
     conclude(&mut recorder, &scene, part);
     folder
@@ -114,14 +114,14 @@ fn what_has_just_turned_back_has_the_yaw_of_its_way_in() {
     let scene = stage::scene("axisymmetric");
     let folder = folder("turned");
     drop(fs::remove_dir_all(&folder));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS - 1, 1.0);
     // Deeper than a step before, and on its way out.
     let mut last = observation(&scene, END, 1.0);
     last.bodies[0].kinematics.velocity *= -1.0;
     recorder.record_observation(&last, || frame(&scene, END, 1.0)).unwrap();
     let frame = frame(&scene, END, 1.0);
-    recorder.conclude(&Ending { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    recorder.conclude(&FinalState { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
     let (_, rows) = table(&folder.join("shot.csv"));
     let deepest = rows.last().unwrap();
     assert_eq!((deepest[0], deepest[5]), (depth(END), 0.0));
@@ -158,14 +158,14 @@ fn what_is_open_ahead_of_the_projectile_is_no_cavity() {
     let (scene, folder) =
         (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("ahead"));
     drop(fs::remove_dir_all(&folder));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     for step in 0..=STEPS {
         let t = END * step as f64 / STEPS as f64;
         // A bore half as deep again as the ball has come.
         recorder.record_observation(&observation(&scene, t, 1.0), || frame(&scene, t, 1.5)).unwrap();
     }
     let (last, frame) = (observation(&scene, END, 1.0), frame(&scene, END, 1.5));
-    recorder.conclude(&Ending { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    recorder.conclude(&FinalState { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
     let (_, rows) = table(&folder.join("cavity.csv"));
     let deepest = rows.iter().map(|row| row[1]).fold(0.0, f64::max);
     assert!((deepest - depth(END)).abs() < 1e-12, "{deepest} m of {}", depth(END));
@@ -186,14 +186,14 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
         seen
     };
     drop(fs::remove_dir_all(&folder));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     for step in 0..STEPS {
         let t = END * step as f64 / STEPS as f64;
         recorder.record_observation(&seen(t), || frame(&scene, t, 1.0)).unwrap();
     }
     let t = END * (STEPS - 1) as f64 / STEPS as f64;
     let (last, frame) = (seen(t), frame(&scene, t, 1.0));
-    recorder.conclude(&Ending { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    recorder.conclude(&FinalState { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
     let (_, rows) = table(&folder.join("shot.csv"));
     assert_eq!(rows.last().unwrap()[0], 0.05);
     let found = summary(&folder);
@@ -227,7 +227,7 @@ fn rewinding_and_repeating_leaves_the_tables_of_a_straight_run() {
     let straight = run("straight", 1.0);
     let (scene, folder) = (stage::scene("axisymmetric"), straight.with_file_name("rewound"));
     drop(fs::remove_dir_all(&folder));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=37, 1.0);
     recorder.rewind(END * 12.0 / STEPS as f64).unwrap();
     record(&mut recorder, &scene, 13..=STEPS, 1.0);

@@ -6,7 +6,7 @@
 #[path = "solid/bodies.rs"]
 mod bodies;
 
-use ballistic_gel::geometry::{Plate, SignedDistance, Solid, Surface, SurfaceError};
+use ballistic_gel::geometry::{RoundedCuboid, SignedDistance, SurfaceError, TriangleSurface, TriangulatedBody};
 use ballistic_gel::math::{Tensor3, Vector3};
 use bodies::{Triangles, angle, cuboid, cylinder, fork, moved, reversed, sphere, turned};
 use nalgebra::Rotation3;
@@ -15,8 +15,8 @@ use parry3d_f64::query::PointQuery as _;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 use std::f64::consts::PI;
 
-fn solid(triangles: &Triangles) -> Solid {
-    Solid::new(Surface::new(triangles).unwrap(), 1.0).unwrap()
+fn solid(triangles: &Triangles) -> TriangulatedBody {
+    TriangulatedBody::new(TriangleSurface::new(triangles).unwrap(), 1.0).unwrap()
 }
 
 /// A bullet with a point.
@@ -41,7 +41,7 @@ fn points(size: f64) -> impl Iterator<Item = Vector3> {
 struct Referee(TriMesh);
 
 impl Referee {
-    fn of(solid: &Solid) -> Self {
+    fn of(solid: &TriangulatedBody) -> Self {
         let points = solid.points().iter().map(|p| Point::new(p.x, p.y, p.z)).collect();
         Self(TriMesh::with_flags(points, solid.triangles().to_vec(), TriMeshFlags::ORIENTED).unwrap())
     }
@@ -139,7 +139,7 @@ fn a_sphere_of_triangles_comes_near_the_sphere_with_the_square_of_its_facets() {
 #[test]
 fn a_cuboid_of_triangles_is_a_plate() {
     let size = [1.0, 2.0, 0.5];
-    let (body, plate) = (solid(&cuboid(size)), Plate::new(size, 0.0));
+    let (body, plate) = (solid(&cuboid(size)), RoundedCuboid::new(size, 0.0));
     assert!((body.volume().unwrap() - plate.volume().unwrap()).abs() < 1e-15);
     assert!((body.specific_inertia().unwrap() - plate.specific_inertia().unwrap()).norm() < 1e-15);
     assert!((body.inner_radius() - plate.inner_radius()).abs() < 1e-3);
@@ -228,8 +228,9 @@ fn the_greatest_ball_inside_a_thin_body_is_found() {
 
 #[test]
 fn inertia_and_volume_scale_with_the_unit_of_the_file() {
-    let surface = || Surface::new(&angle()).unwrap();
-    let (one, small) = (Solid::new(surface(), 1.0).unwrap(), Solid::new(surface(), 1e-3).unwrap());
+    let surface = || TriangleSurface::new(&angle()).unwrap();
+    let (one, small) =
+        (TriangulatedBody::new(surface(), 1.0).unwrap(), TriangulatedBody::new(surface(), 1e-3).unwrap());
     // Volume and centre of two cuboids, 3 × 1 and 1 × 1.
     assert!((one.volume().unwrap() - 6.0).abs() < 1e-14 && (small.volume().unwrap() - 6e-9).abs() < 1e-23);
     assert!((one.centre() - Vector3::new(1.25, 0.75, 0.75)).norm() < 1e-14);
@@ -240,9 +241,9 @@ fn inertia_and_volume_scale_with_the_unit_of_the_file() {
 
 #[test]
 fn a_surface_inside_out_is_turned_and_a_cavity_is_left() {
-    let turned = Surface::new(&reversed(&angle())).unwrap();
-    assert!(turned.was_turned() && !Surface::new(&angle()).unwrap().was_turned());
-    let body = Solid::new(turned, 1.0).unwrap();
+    let turned = TriangleSurface::new(&reversed(&angle())).unwrap();
+    assert!(turned.was_turned() && !TriangleSurface::new(&angle()).unwrap().was_turned());
+    let body = TriangulatedBody::new(turned, 1.0).unwrap();
     let plain = solid(&angle());
     assert!(
         body.volume().unwrap() > 0.0
@@ -254,7 +255,7 @@ fn a_surface_inside_out_is_turned_and_a_cavity_is_left() {
 }
 
 fn refused(triangles: &Triangles) -> SurfaceError {
-    Surface::new(triangles).and_then(|surface| Solid::new(surface, 1.0)).unwrap_err()
+    TriangleSurface::new(triangles).and_then(|surface| TriangulatedBody::new(surface, 1.0)).unwrap_err()
 }
 
 #[test]
@@ -273,7 +274,7 @@ fn what_encloses_nothing_is_refused_with_the_place() {
     nowhere[4][1].y = f64::NAN;
     assert_eq!(refused(&nowhere), SurfaceError::NotFinite { triangle: 5 });
     assert!(matches!(refused(&cuboid([1.0, 1.0, 1e-10])), SurfaceError::Flat { .. }));
-    let most = Surface::MOST_TRIANGLES + 1;
+    let most = TriangleSurface::MOST_TRIANGLES + 1;
     assert_eq!(refused(&vec![cube[0]; most]), SurfaceError::TooMany { count: most });
 }
 

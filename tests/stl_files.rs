@@ -6,7 +6,7 @@
 #[path = "solid/bodies.rs"]
 mod bodies;
 
-use ballistic_gel::fmi2::Manifest;
+use ballistic_gel::fmi2::ArchiveManifest;
 use bodies::{Triangles, binary, moved, sphere};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -93,7 +93,7 @@ fn resources(folder: &TempDir, archive: &str) -> Vec<(String, Vec<u8>)> {
     zip::ZipArchive::new(file).unwrap().extract(&unpacked).unwrap();
     let mut found = vec![];
     collect(&unpacked.join("resources"), "", &mut found);
-    found.retain(|(name, _)| name != Manifest::FILE);
+    found.retain(|(name, _)| name != ArchiveManifest::FILE);
     found.sort();
     found
 }

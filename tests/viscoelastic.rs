@@ -1,7 +1,7 @@
 //! A viscoelastic gel: what a bounce keeps, what the books say, and that no bit depends on how it is run.
 
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Observation, Saved, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Observation, SavedSimulation, Simulation};
 
 /// A few hundred elements in the plane, in space and about an axis.
 const SMALL: &str = r#"
@@ -95,7 +95,7 @@ fn a_restart_from_bytes_and_another_number_of_threads_give_the_same_bits() {
         let mut bytes = Vec::new();
         whole.save().write(&mut |run| bytes.extend_from_slice(run));
         go_on(&mut whole, [end]);
-        let mut saved = Saved::empty();
+        let mut saved = SavedSimulation::empty();
         assert!(saved.read(&bytes));
         let mut restarted = simulation(&scene, 2);
         restarted.restore(&saved).expect("a state of this scene");

@@ -24,7 +24,7 @@ pub fn read(named: &str) -> Result<Scene, String> {
         None => std::fs::read_to_string(named).map_err(|error| format!("scene {named}: {error}"))?,
     };
     let folder = Path::new(named).parent().unwrap_or(Path::new(""));
-    scene::read_with_files(&text, &fmi2::files_in(folder)).map_err(|error| format!("scene {named}: {error}"))
+    scene::read_with_files(&text, &fmi2::scene_file_reader(folder)).map_err(|error| format!("scene {named}: {error}"))
 }
 
 /// Start values of the body: the projectile of the scene, as the gel takes it.

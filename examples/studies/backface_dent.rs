@@ -1,6 +1,6 @@
 use super::run::scene;
 use ballistic_gel::scene::{BodyShape, Scene};
-use ballistic_gel::simulation::{CouplingMode, Inputs, SensorReport, Simulation};
+use ballistic_gel::simulation::{CouplingMode, SensorReport, Simulation, StepInputs};
 use std::io::Write as _;
 use std::time::Instant;
 
@@ -115,7 +115,7 @@ fn height(time: f64) -> f64 {
 }
 
 /// The inputs of a step: mean rates, so that the bulge moves without a gap.
-fn moved(who: Dent, simulation: &Simulation) -> Vec<Inputs> {
+fn moved(who: Dent, simulation: &Simulation) -> Vec<StepInputs> {
     let mut inputs = simulation.inputs();
     if let (Dent::Bulge, Some(bulge)) = (who, &mut inputs[0].bulge) {
         let (now, then) = (height(simulation.time()), height(simulation.time() + LOOK));

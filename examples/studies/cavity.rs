@@ -1,7 +1,7 @@
 use super::run::{run, scene};
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::Frame;
+use ballistic_gel::simulation::MeshFrame;
 use std::f64::consts::PI;
 
 /// Radii, m, and shear modulus, Pa, of `cavity-exact`.
@@ -49,7 +49,7 @@ impl Form {
     }
 
     /// Volume of the cavity, m³: Σ π Δz (r₀² + r₀r₁ + r₁²)/3 over the facets that were nearer to its wall than to the outer one.
-    fn volume(self, frame: &Frame) -> f64 {
+    fn volume(self, frame: &MeshFrame) -> f64 {
         let rest = |node: u32| frame.points[node as usize] - frame.displacements[node as usize];
         let radius = |x: Vector3| if self == Self::Cylinder { x.x } else { x.norm() };
         let is_inner = |facet: &&[u32; 3]| {

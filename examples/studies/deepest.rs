@@ -3,12 +3,12 @@
 use ballistic_gel::geometry::SignedDistance as _;
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::Frame;
+use ballistic_gel::simulation::MeshFrame;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Depth inside the projectile of the deepest of many points all over the surface of the gel, corners and sides
 /// included, m: every side of a facet is cut into `n`.
-pub fn deepest(frame: &Frame, scene: &Scene, n: u32) -> f64 {
+pub fn deepest(frame: &MeshFrame, scene: &Scene, n: u32) -> f64 {
     let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
     let (shape, turn) = (scene.shape(0), UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)));
     let gap =

@@ -2,7 +2,7 @@
 
 use super::cpu::seconds;
 use super::run::{scene, tell_refusals};
-use ballistic_gel::output::{Ending, Interface, Recorder};
+use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 
@@ -137,7 +137,7 @@ pub fn row(shot: &str, name: &str, keys: &Keys) {
 /// A shot to its end: where the nose was at the times, the cavity, and the CPU time of the steps, s.
 fn fly(name: &str, scene: &Scene, simulation: &mut Simulation) -> (String, String, f64) {
     let folder = tempfile::tempdir().expect("a folder of its own");
-    let mut recorder = Recorder::create(folder.path(), scene, Interface::Direct, 1).expect("a run's folder");
+    let mut recorder = RunRecorder::create(folder.path(), scene, DriverInterface::Direct, 1).expect("a run's folder");
     recorder.record(simulation).expect("a row of history");
     let inputs = simulation.inputs();
     let (mut seen_at, mut cpu) = (vec![], 0.0);
@@ -156,7 +156,7 @@ fn fly(name: &str, scene: &Scene, simulation: &mut Simulation) -> (String, Strin
     }
     seen_at.resize(TIMES.len(), " – |".to_owned());
     let (observation, frame) = (&simulation.observe(), &simulation.frame());
-    let ending = Ending { observation, frame, digest: simulation.digest(), failure: None };
+    let ending = FinalState { observation, frame, digest: simulation.digest(), failure: None };
     let seen = recorder.conclude(&ending).expect("a summary");
     let cavity = [seen.greatest_cavity_diameter, seen.time_of_greatest_cavity, seen.final_cavity_diameter]
         .map(|figure| format!(" {:.2} |", 1e3 * figure.unwrap_or(f64::NAN)));

@@ -3,15 +3,16 @@ mod engine;
 mod slivers;
 
 use super::cpu;
-use ballistic_gel::contact::Exchange;
+use ballistic_gel::contact::ImpulseExchange;
 use ballistic_gel::fem::Simplices;
-use ballistic_gel::integrator::{Engine, Kind};
+use ballistic_gel::integrator::{Engine, SteppingSchedule};
 use case::{Case, cases};
 use engine::engine;
 use std::io::Write as _;
 
 /// The schedules, first the one that the others are compared with: one stable step for all, that of the assembled system.
-const SCHEDULES: [(&str, Kind); 3] = [("global", Kind::Global), ("bins", Kind::Bins), ("queue", Kind::Queue)];
+const SCHEDULES: [(&str, SteppingSchedule); 3] =
+    [("global", SteppingSchedule::Global), ("bins", SteppingSchedule::Bins), ("queue", SteppingSchedule::Queue)];
 /// Times at which the unrounded steps are looked at.
 const LOOKS: u32 = 40;
 
@@ -28,7 +29,7 @@ pub fn study() {
 }
 
 fn describe(case: &Case) {
-    let steps = engine(case, Kind::Bins).stable_steps();
+    let steps = engine(case, SteppingSchedule::Bins).stable_steps();
     let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = steps.iter().copied().fold(0.0, f64::max);
     println!(
@@ -88,7 +89,7 @@ fn row(case: &Case, (schedule, outcome): (&str, &Outcome), global: (f64, f64)) {
 }
 
 /// Runs a case to its end on one thread.
-fn run(case: &Case, schedule: Kind) -> Outcome {
+fn run(case: &Case, schedule: SteppingSchedule) -> Outcome {
     let mut engine = engine(case, schedule);
     let end = case.scene.scene.end_time;
     let slice = end / f64::from(LOOKS);
@@ -96,7 +97,9 @@ fn run(case: &Case, schedule: Kind) -> Outcome {
     let (mut seconds, mut sums, mut before) = (0.0, [0.0; 2], rates(&lasting));
     for look in 1..=LOOKS {
         let begun = cpu::seconds();
-        engine.advance_to(slice * f64::from(look), &mut [Exchange::default()]).expect("a run that comes to its end");
+        engine
+            .advance_to(slice * f64::from(look), &mut [ImpulseExchange::default()])
+            .expect("a run that comes to its end");
         seconds += cpu::seconds() - begun;
         let steps = engine.stable_steps();
         lasting.iter_mut().zip(&steps).for_each(|(lasting, step)| *lasting = lasting.min(*step));

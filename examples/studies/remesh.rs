@@ -1,7 +1,7 @@
 use super::cpu::seconds;
 use super::run::scene;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{CouplingMode, Renewal, Simulation};
+use ballistic_gel::simulation::{CouplingMode, RemeshRecord, Simulation};
 use std::time::Instant;
 
 /// A fixed mesh, and meshes that are exchanged.
@@ -53,7 +53,7 @@ fn ridden(speed: f64, size: f64, more: &[(&str, &str)]) -> Ride {
 
 /// The part of the time, %, that the exchanges took, and the elements of their new meshes, thousands per second of them: from the old mesh to
 /// the new engine, refused attempts included.
-pub(super) fn pace(made: &[Renewal], wall: f64) -> String {
+pub(super) fn pace(made: &[RemeshRecord], wall: f64) -> String {
     if made.is_empty() {
         return "0 | –".to_owned();
     }
@@ -181,11 +181,11 @@ fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
 
 /// The columns of all exchanges: how many, in how many attempts, the worst shape, and sums of what changed, of the energy and of
 /// the momentum that there was.
-fn changes(made: &[Renewal], (energy, momentum): (f64, f64)) -> String {
+fn changes(made: &[RemeshRecord], (energy, momentum): (f64, f64)) -> String {
     if made.is_empty() {
         return "0 | – | – | – | – | – | –".to_owned();
     }
-    let sum = |of: &dyn Fn(&Renewal) -> f64| made.iter().map(|renewal| of(renewal).abs()).sum::<f64>();
+    let sum = |of: &dyn Fn(&RemeshRecord) -> f64| made.iter().map(|renewal| of(renewal).abs()).sum::<f64>();
     format!(
         "{} | {} | {:.2} | {:.2} | {:.0e} | {:.0e} | {:.4}",
         made.len(),

@@ -3,7 +3,7 @@
 use super::shot::{Space, shot};
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{CouplingMode, EnergyReport, Inputs, Simulation, Wrench};
+use ballistic_gel::simulation::{CouplingMode, EnergyReport, Simulation, StepInputs, Wrench};
 use std::io::Write as _;
 use std::time::Instant;
 
@@ -86,7 +86,7 @@ pub fn press(case: &Case) -> Rest {
             energy.push(simulation.observe().energy);
         }
         let wrench = wrench(f64::from(step) * STEP, force);
-        let inputs = simulation.inputs().into_iter().map(|inputs| Inputs { wrench, ..inputs }).collect::<Vec<_>>();
+        let inputs = simulation.inputs().into_iter().map(|inputs| StepInputs { wrench, ..inputs }).collect::<Vec<_>>();
         simulation.step(&inputs, f64::from(step + 1) * STEP).expect("a body at rest");
         depths.push(simulation.observe().projectile().depth);
         forces.push(simulation.exchanges()[0].mean_force().z / force);

@@ -19,7 +19,7 @@ pub fn scene(name: &str, replaced: &[(&str, String)]) -> Scene {
 }
 
 /// The same with files that the keys name.
-pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::Files<'_>) -> Scene {
+pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::FileSource<'_>) -> Scene {
     let overrides: Vec<Override> =
         replaced.iter().map(|(key, value)| Override { key: (*key).into(), value: value.clone() }).collect();
     let text = scene::builtin(name).expect("a built-in scene");

@@ -1,7 +1,7 @@
 //! Bodies of many shapes shot at the gel of `sphere-block`.
 
 use super::run::{scene, scene_with_files};
-use ballistic_gel::geometry::{Shape, SignedDistance as _};
+use ballistic_gel::geometry::{ShapeGeometry, SignedDistance as _};
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -91,7 +91,9 @@ fn triangles(file: &str) -> Vec<u8> {
         _ => panic!("{file} is no file of the studies"),
     };
     let keys = [("projectile.shape", body(smooth).0), ("projectile.position", "[0.0, 0.0, 1.0]".to_owned())];
-    let Shape::Profile(profile) = scene("sphere-block", &keys).shape(0) else { panic!("{smooth} has a profile") };
+    let ShapeGeometry::Profile(profile) = scene("sphere-block", &keys).shape(0) else {
+        panic!("{smooth} has a profile")
+    };
     bodies::binary(&bodies::turned(&profile.polyline(TURN), 96))
 }
 

@@ -1,6 +1,6 @@
 use super::cpu::seconds;
 use super::run::scene;
-use ballistic_gel::simulation::{CouplingMode, Observation, Renewal, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Observation, RemeshRecord, Simulation};
 
 /// Exchanges, at equal intervals.
 const EXCHANGES: u32 = 1000;
@@ -15,7 +15,7 @@ const RIDES: [(f64, &[Option<&str>]); 2] =
 /// A run and what it took.
 struct Ride {
     seen: Observation,
-    made: Vec<Renewal>,
+    made: Vec<RemeshRecord>,
     /// Mass at the end, kg.
     mass: f64,
     /// If it did not reach its end, when it stopped, s.
@@ -89,7 +89,8 @@ fn motion(ride: &Ride) -> String {
 /// The columns of what is kept and of the time; sums are of absolute values.
 fn books(ride: &Ride, fixed: f64) -> String {
     let Ride { seen, made, mass, cpu, .. } = ride;
-    let sum = |of: &dyn Fn(&Renewal) -> f64| made.iter().map(|renewal| of(renewal).abs()).fold(0.0, |sum, of| sum + of);
+    let sum =
+        |of: &dyn Fn(&RemeshRecord) -> f64| made.iter().map(|renewal| of(renewal).abs()).fold(0.0, |sum, of| sum + of);
     let [energy, momentum] = [seen.energy.initial, 2.0 * seen.energy.initial / SPEED];
     format!(
         "{} | {} | {} | {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {cpu:.1} | {:.0}",

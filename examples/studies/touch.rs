@@ -4,7 +4,7 @@ use super::shot::{Space, shot};
 use super::whole::Whole;
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
+use ballistic_gel::simulation::{CouplingMode, MeshFrame, Simulation};
 
 /// Restitution.
 const RESTITUTION: [f64; 3] = [0.0, 0.5, 1.0];
@@ -34,8 +34,8 @@ pub fn study() {
 /// Gel and body just before and just after the first impulse.
 pub struct Touch {
     pub whole: Whole,
-    pub before: Frame,
-    pub after: Frame,
+    pub before: MeshFrame,
+    pub after: MeshFrame,
     /// Energy that the account of the contact lost, J.
     pub loss: f64,
     pub simulation: Simulation,

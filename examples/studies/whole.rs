@@ -2,7 +2,7 @@
 //! the books that does not read them.
 
 use ballistic_gel::math::{Tensor3, Vector3};
-use ballistic_gel::simulation::{Frame, Simulation};
+use ballistic_gel::simulation::{MeshFrame, Simulation};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Masses of a spatial simulation at its start.
@@ -44,7 +44,7 @@ impl Whole {
     }
 
     /// Σ m v and Σ x × m v of nodes and body, the spin of the body included.
-    pub fn momenta(&self, frame: &Frame) -> Momenta {
+    pub fn momenta(&self, frame: &MeshFrame) -> Momenta {
         let (at, v) = (frame.bodies[0].kinematics.position, frame.bodies[0].kinematics.velocity * self.body);
         let (mut linear, mut angular) = (v, at.cross(&v) + self.spin(frame));
         let mut scale = (linear.norm(), angular.norm());
@@ -58,20 +58,20 @@ impl Whole {
     }
 
     /// R I Rᵀ ω.
-    fn spin(&self, frame: &Frame) -> Vector3 {
+    fn spin(&self, frame: &MeshFrame) -> Vector3 {
         let turn = turn(frame);
         turn * (self.inertia * turn.inverse_transform_vector(&frame.bodies[0].kinematics.angular_velocity))
     }
 
     /// 1/M + (r × n)·I⁻¹(r × n), 1/kg.
-    pub fn compliance(&self, frame: &Frame, arm: &Vector3, normal: &Vector3) -> f64 {
+    pub fn compliance(&self, frame: &MeshFrame, arm: &Vector3, normal: &Vector3) -> f64 {
         let lever = turn(frame).inverse_transform_vector(&arm.cross(normal));
         let inverse = self.inertia.try_inverse().expect("an inertia can be inverted");
         1.0 / self.body + lever.dot(&(inverse * lever))
     }
 
     /// Kinetic energy of nodes and body, J.
-    pub fn kinetic_energy(&self, frame: &Frame) -> f64 {
+    pub fn kinetic_energy(&self, frame: &MeshFrame) -> f64 {
         let gel: f64 = self.nodes.iter().zip(&frame.velocities).map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
         let projectile = &frame.bodies[0].kinematics;
         let turning = projectile.angular_velocity.dot(&self.spin(frame));
@@ -87,7 +87,7 @@ impl Momenta {
     }
 }
 
-fn turn(frame: &Frame) -> UnitQuaternion<f64> {
+fn turn(frame: &MeshFrame) -> UnitQuaternion<f64> {
     let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }

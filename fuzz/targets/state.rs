@@ -4,7 +4,7 @@
 
 mod small;
 
-use ballistic_gel::simulation::{Saved, Simulation};
+use ballistic_gel::simulation::{SavedSimulation, Simulation};
 use libfuzzer_sys::fuzz_target;
 use std::cell::RefCell;
 
@@ -18,9 +18,9 @@ thread_local! {
 fuzz_target!(|bytes: &[u8]| {
     GEL.with_borrow_mut(|simulation| {
         let sound = simulation.save();
-        let mut saved = Saved::empty();
+        let mut saved = SavedSimulation::empty();
         if !saved.read(bytes) {
-            assert_eq!(saved, Saved::empty());
+            assert_eq!(saved, SavedSimulation::empty());
             return;
         }
         // The hash of the scene is right: what comes behind it is to be tried.

@@ -9,13 +9,13 @@ use crate::math::{Number, exp};
 /// break. g multiplies μ and Y alike, so a damaged gel is the sound gel under g times its stress (strain equivalence:
 /// Lemaitre 1971): onset and amount of plastic flow do not depend on g. ε_p only grows, and g only falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Softening {
+pub struct DamageLaw {
     strain: f64,
     residual: f64,
     time: f64,
 }
 
-impl Softening {
+impl DamageLaw {
     /// Creates the damage law from ε_s, r and τ, s; τ = 0 means no delay.
     ///
     /// # Panics
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn the_limit_falls_from_one_to_the_residual() {
-        let law = Softening::new(0.5, 0.02, 0.0);
+        let law = DamageLaw::new(0.5, 0.02, 0.0);
         assert_eq!(law.limit(0.0), 1.0);
         assert!((law.limit(0.5) - 0.51).abs() < 1e-15 && (law.limit(1e9) - 0.02).abs() < 1e-15);
         assert!((0..400).all(|i| law.limit(0.01 * f64::from(i + 1)) < law.limit(0.01 * f64::from(i))));
@@ -62,13 +62,13 @@ mod tests {
 
     #[test]
     fn damage_relaxes_in_its_time_for_any_step_and_never_heals() {
-        let law = Softening::new(0.5, 0.02, 1e-4);
+        let law = DamageLaw::new(0.5, 0.02, 1e-4);
         let (whole, end) = (law.after_step(1.0, 0.5, 2e-4), law.limit(0.5));
         assert!((whole - end - (1.0 - end) * (-2.0_f64).exp()).abs() < 1e-15);
         let sliced = (0..50).fold(1.0, |left, _| law.after_step(left, 0.5, 4e-6));
         assert!((sliced - whole).abs() < 1e-14);
         assert_eq!(law.after_step(0.3, 0.5, 1.0), 0.3);
         assert_eq!(law.after_step(0.8, 0.5, 0.0), 0.8);
-        assert_eq!(Softening::new(0.5, 0.02, 0.0).after_step(1.0, 0.5, 1e-9), end);
+        assert_eq!(DamageLaw::new(0.5, 0.02, 0.0).after_step(1.0, 0.5, 1e-9), end);
     }
 }

@@ -1,7 +1,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use super::neo_hookean::continued;
-use super::{Volume, VolumetricResponse};
+use super::{VolumetricEnergy, VolumetricResponse};
 use crate::math::{Number, Tensor};
 
 /// Hyperelastic material, ψ = ψ_s(F) + U(J).
@@ -40,7 +40,7 @@ pub struct LogarithmicEnergy {
     pub lambda: f64,
 }
 
-impl Volume for LogarithmicEnergy {
+impl VolumetricEnergy for LogarithmicEnergy {
     #[inline(always)]
     fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         continued(self.rest, self.lambda, j)

@@ -15,16 +15,16 @@ mod yield_law;
 
 use crate::math::Number;
 
-pub use damage::Softening;
+pub use damage::DamageLaw;
 pub use equation_of_state::EquationOfState;
 pub use hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
-pub use ogden::{Ogden, Term};
-pub use viscoelastic::{Branch, Viscoelastic};
+pub use ogden::{Ogden, OgdenTerm};
+pub use viscoelastic::{MaxwellBranch, Viscoelastic};
 pub use viscosity::BulkViscosity;
-pub use volume::{Volume, VolumetricResponse};
-pub use yield_law::{Confinement, Strength, StressReturn};
+pub use volume::{VolumetricEnergy, VolumetricResponse};
+pub use yield_law::{PressureHardening, StressReturn, YieldLaw};
 
 /// Material model of a gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +36,7 @@ pub enum Material {
     /// Compressible Ogden solid, powers of the principal stretches.
     Ogden(Ogden),
     /// Viscoplastic solid with a rate-dependent yield stress.
-    Flowing(Flowing),
+    Flowing(Viscoplastic),
     /// Neo-Hookean solid with Maxwell branches.
     Viscoelastic(Viscoelastic),
 }
@@ -44,22 +44,22 @@ pub enum Material {
 /// Viscoplastic material: neo-Hookean shear, equation of state, yield law, damage and bulk viscosity (numerics A16,
 /// 5b).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flowing {
+pub struct Viscoplastic {
     /// μ, Pa; 0 for a fluid.
     pub shear_modulus: f64,
     /// Equation of state: the pressure as a function of J.
     pub state: EquationOfState,
     /// Yield law; none for a material that never yields.
-    pub strength: Option<Strength>,
+    pub strength: Option<YieldLaw>,
     /// Damage by plastic flow, of shear modulus and yield stress; none for an undamaged material.
-    pub softening: Option<Softening>,
+    pub softening: Option<DamageLaw>,
     /// Bulk viscosity, which spreads shocks over elements and damps their ringing.
     pub viscosity: BulkViscosity,
     /// ρ at rest, kg/m³.
     pub density: f64,
 }
 
-impl Flowing {
+impl Viscoplastic {
     /// Part of the shear modulus with which the elements of a patch resist an exchange of volume between each other.
     ///
     /// Without this stabilisation an element near eroded material inverts while its patch keeps its volume (numerics
@@ -85,7 +85,7 @@ impl Flowing {
     }
 }
 
-impl Volume for Flowing {
+impl VolumetricEnergy for Viscoplastic {
     #[inline(always)]
     fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         self.state.volumetric(j)
@@ -133,7 +133,7 @@ impl Material {
     ///
     /// A volume change of this size stores the energy of a unit shear.
     #[must_use]
-    pub fn slowness_of_shear(&self) -> f64 {
+    pub fn shear_wave_ratio(&self) -> f64 {
         let shear = match self {
             Self::NeoHookean(gel) => gel.shear_modulus(),
             Self::Flowing(gel) => gel.shear_modulus,

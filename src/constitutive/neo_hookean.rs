@@ -93,7 +93,7 @@ fn logarithmic<T: Number>(mu: f64, lambda: f64, j: T) -> VolumetricResponse<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::Volume;
+    use crate::constitutive::VolumetricEnergy;
 
     #[test]
     fn derivatives_agree_with_central_differences_on_both_sides_of_the_floor() {

@@ -4,7 +4,7 @@ use crate::math::{Tensor, spectral};
 
 /// Term μ_p, α_p of an [`Ogden`] solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Term {
+pub struct OgdenTerm {
     /// μ_p, Pa.
     pub modulus: f64,
     /// α_p.
@@ -39,7 +39,7 @@ pub struct Term {
 /// them from your own test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ogden {
-    terms: [Term; Self::MOST_TERMS],
+    terms: [OgdenTerm; Self::MOST_TERMS],
     n_terms: usize,
     lambda: f64,
 }
@@ -57,10 +57,10 @@ impl Ogden {
     /// # Panics
     /// Unless there are 1 to [`Self::MOST_TERMS`] terms of μ_p α_p > 0 and |α_p| in [`Self::EXPONENTS`], and K ≥ 2μ/3.
     #[must_use]
-    pub fn new(terms: &[Term], bulk_modulus: f64) -> Self {
+    pub fn new(terms: &[OgdenTerm], bulk_modulus: f64) -> Self {
         let n_terms = terms.len();
         let known = (1..=Self::MOST_TERMS).contains(&n_terms);
-        let is_valid = |t: &Term| t.modulus * t.exponent > 0.0 && Self::EXPONENTS.contains(&t.exponent.abs());
+        let is_valid = |t: &OgdenTerm| t.modulus * t.exponent > 0.0 && Self::EXPONENTS.contains(&t.exponent.abs());
         assert!(known && terms.iter().all(is_valid), "an Ogden solid has 1 to 3 terms of mu alpha > 0");
         let lambda = bulk_modulus - 2.0 / 3.0 * Self::shear_modulus_of(terms);
         assert!(lambda >= 0.0, "a stable solid needs K >= 2/3 mu");
@@ -71,7 +71,7 @@ impl Ogden {
 
     /// Returns the shear modulus at rest of the terms, Pa: ½ Σ μ_p α_p.
     #[must_use]
-    pub fn shear_modulus_of(terms: &[Term]) -> f64 {
+    pub fn shear_modulus_of(terms: &[OgdenTerm]) -> f64 {
         0.5 * terms.iter().map(|term| term.modulus * term.exponent).sum::<f64>()
     }
 
@@ -87,7 +87,7 @@ impl Ogden {
         self.lambda + 2.0 / 3.0 * self.shear_modulus()
     }
 
-    fn terms(&self) -> &[Term] {
+    fn terms(&self) -> &[OgdenTerm] {
         &self.terms[..self.n_terms]
     }
 
@@ -99,12 +99,12 @@ impl Ogden {
     /// Returns an upper bound of g″ and g′/s for squared stretches from `low` to `high`, Pa.
     fn max_stiffness(&self, low: f64, high: f64) -> f64 {
         let ends = [low, Self::FLOOR.max(low).min(high), high];
-        let greatest = |term: &Term| ends.map(|c| term.stiffness(c)).into_iter().fold(f64::MIN, f64::max);
+        let greatest = |term: &OgdenTerm| ends.map(|c| term.stiffness(c)).into_iter().fold(f64::MIN, f64::max);
         self.terms().iter().map(greatest).sum()
     }
 }
 
-impl Term {
+impl OgdenTerm {
     /// Returns c^(α/2) = λ^α, c clamped to c₀, and the distance of c below c₀, at most 0.
     fn power(&self, c: f64) -> (f64, f64, f64) {
         let at = c.max(Ogden::FLOOR);

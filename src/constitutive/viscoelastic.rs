@@ -3,14 +3,14 @@ use crate::math::{exp, exp_less_one};
 
 /// Maxwell branch: a shear spring in series with a dashpot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Branch {
+pub struct MaxwellBranch {
     /// μ_i, Pa.
     pub shear_modulus: f64,
     /// Relaxation time τ_i, s: at a constant strain the branch stress falls as e^(−t/τ_i).
     pub time: f64,
 }
 
-impl Branch {
+impl MaxwellBranch {
     /// Returns the two relaxation factors of a step, s: at the strain of its start, then at the strain of its end.
     ///
     /// With x = Δt/τ the product is e^(−x), exact for a constant strain. The second factor (1 − e^(−x))/x is exact
@@ -33,7 +33,7 @@ impl Branch {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viscoelastic {
     equilibrium: NeoHookean,
-    branches: [Branch; Self::MOST_BRANCHES],
+    branches: [MaxwellBranch; Self::MOST_BRANCHES],
     n_branches: usize,
 }
 
@@ -46,10 +46,10 @@ impl Viscoelastic {
     /// # Panics
     /// Unless there are 1 to [`Self::MOST_BRANCHES`] branches, all of positive modulus and time.
     #[must_use]
-    pub fn new(equilibrium: NeoHookean, branches: &[Branch]) -> Self {
+    pub fn new(equilibrium: NeoHookean, branches: &[MaxwellBranch]) -> Self {
         let n_branches = branches.len();
         let known = (1..=Self::MOST_BRANCHES).contains(&n_branches);
-        let is_valid = |branch: &Branch| branch.shear_modulus > 0.0 && branch.time > 0.0;
+        let is_valid = |branch: &MaxwellBranch| branch.shear_modulus > 0.0 && branch.time > 0.0;
         assert!(
             known && branches.iter().all(is_valid),
             "a viscoelastic gel has 1 to 3 branches with mu > 0 and tau > 0"
@@ -67,7 +67,7 @@ impl Viscoelastic {
 
     /// Returns the Maxwell branches.
     #[must_use]
-    pub fn branches(&self) -> &[Branch] {
+    pub fn branches(&self) -> &[MaxwellBranch] {
         &self.branches[..self.n_branches]
     }
 
@@ -85,16 +85,16 @@ mod tests {
 
     #[test]
     fn relaxation_of_two_steps_is_that_of_their_sum() {
-        let branch = Branch { shear_modulus: 1.0, time: 3e-3 };
+        let branch = MaxwellBranch { shear_modulus: 1.0, time: 3e-3 };
         let left = |step: f64| branch.relaxation_factors(step).iter().product::<f64>();
-        assert!((left(1e-3) * left(4e-3) / left(5e-3) - 1.0).abs() < 1e-15);
+        assert!((restricted_to(1e-3) * restricted_to(4e-3) / restricted_to(5e-3) - 1.0).abs() < 1e-15);
         assert_eq!(branch.relaxation_factors(0.0), [1.0; 2]);
     }
 
     #[test]
     fn the_instantaneous_modulus_includes_all_branches() {
         let rest = NeoHookean::new(3.0, 40.0);
-        let branch = |shear_modulus| Branch { shear_modulus, time: 1.0 };
+        let branch = |shear_modulus| MaxwellBranch { shear_modulus, time: 1.0 };
         let gel = Viscoelastic::new(rest, &[branch(2.0), branch(4.0)]);
         let fast = gel.instantaneous();
         assert!((fast.shear_modulus() - 9.0).abs() < 1e-14);

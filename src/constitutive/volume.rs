@@ -12,7 +12,7 @@ pub struct VolumetricResponse<T = f64> {
 }
 
 /// Volumetric energy of a material, for one element or for eight in vector lanes.
-pub trait Volume {
+pub trait VolumetricEnergy {
     /// Evaluates U of an element without a patch.
     #[must_use]
     fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T>;

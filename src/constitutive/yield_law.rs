@@ -5,9 +5,9 @@ use crate::math::{Number, power};
 /// Rate-dependent von Mises yield law: the equivalent Kirchhoff stress Y(ε̇) = Y₀ (ε̇/ε̇₀)^m, between Y₀ and the cap.
 ///
 /// ε̇ is the rate of equivalent plastic strain; ε̇₀ = 1/s by default. The power law extrapolates a test at ε̇₀ to the
-/// 10⁴/s around a bullet. Pressure may raise the yield stress further, above the cap, too ([`Strength::confined`]).
+/// 10⁴/s around a bullet. Pressure may raise the yield stress further, above the cap, too ([`YieldLaw::with_confinement`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strength {
+pub struct YieldLaw {
     yield_stress: f64,
     exponent: f64,
     cap: f64,
@@ -16,7 +16,7 @@ pub struct Strength {
     /// Rate at which the power law reaches the cap, 1/s.
     fastest: f64,
     /// Pressure dependence of the yield stress, if any.
-    confinement: Option<Confinement>,
+    confinement: Option<PressureHardening>,
 }
 
 /// Pressure dependence of the yield stress: a multiplier that rises linearly from 1 to `factor` at `pressure`, Pa,
@@ -25,7 +25,7 @@ pub struct Strength {
 /// The pressure is low-pass filtered in time, τ p̃˙ = p − p̃, so waves shorter than τ do not count; τ = 0 takes the
 /// present pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Confinement {
+pub struct PressureHardening {
     /// Pressure of the greatest multiplier, Pa.
     pub pressure: f64,
     /// Greatest multiplier.
@@ -34,7 +34,7 @@ pub struct Confinement {
     pub time: f64,
 }
 
-impl Confinement {
+impl PressureHardening {
     /// Returns the filtered U′ = −p, Pa, after a step, s, with `slope` at its end (implicit Euler).
     #[inline(always)]
     fn filtered_slope<T: Number>(&self, before: T, slope: T, step: f64) -> T {
@@ -65,7 +65,7 @@ const MAX_ITERATIONS: usize = 40;
 /// Relative residual of the stress before the last Newton iteration, whose own residual is of the order of its square.
 const TOLERANCE: f64 = 1e-8;
 
-impl Strength {
+impl YieldLaw {
     /// Creates the yield law from Y₀, Pa, m and the cap, Pa.
     ///
     /// # Panics
@@ -83,7 +83,7 @@ impl Strength {
     /// # Panics
     /// Unless ε̇₀ > 0.
     #[must_use]
-    pub fn from_rate(self, reference: f64) -> Self {
+    pub fn with_reference_rate(self, reference: f64) -> Self {
         assert!(reference > 0.0, "a strength needs a rate of reference > 0");
         Self { reference, fastest: self.fastest / self.reference * reference, ..self }
     }
@@ -93,8 +93,8 @@ impl Strength {
     /// # Panics
     /// Unless the pressure is positive, the factor 1 or more and the time no less than 0.
     #[must_use]
-    pub fn confined(self, confinement: Confinement) -> Self {
-        let Confinement { pressure, factor, time } = confinement;
+    pub fn with_confinement(self, confinement: PressureHardening) -> Self {
+        let PressureHardening { pressure, factor, time } = confinement;
         let is_valid = pressure > 0.0 && factor >= 1.0 && time >= 0.0;
         assert!(is_valid, "a confined strength needs a pressure > 0, a factor >= 1 and a time >= 0");
         Self { confinement: Some(confinement), ..self }
@@ -207,8 +207,8 @@ impl Strength {
 mod tests {
     use super::*;
 
-    fn gel() -> Strength {
-        Strength::new(0.133e6, 0.23, 1.6e6)
+    fn gel() -> YieldLaw {
+        YieldLaw::new(0.133e6, 0.23, 1.6e6)
     }
 
     #[test]
@@ -217,21 +217,21 @@ mod tests {
         assert_eq!((gel.at(0.0), gel.at(1.0)), (0.133e6, 0.133e6));
         assert!((gel.at(1e3) / (0.133e6 * 1e3_f64.powf(0.23)) - 1.0).abs() < 1e-14);
         assert_eq!(gel.at(1e9), 1.6e6);
-        let later = gel.from_rate(500.0);
+        let later = gel.with_reference_rate(500.0);
         assert_eq!((later.at(500.0), later.at(1e9)), (0.133e6, 1.6e6));
         assert!((later.at(5e5) / gel.at(1e3) - 1.0).abs() < 1e-14);
     }
 
     #[test]
     fn stable_friction_is_the_limit_of_decaying_disturbances() {
-        let confinement = Confinement { pressure: 0.4e6, factor: 3.0, time: 0.0 };
+        let confinement = PressureHardening { pressure: 0.4e6, factor: 3.0, time: 0.0 };
         let rise = 1e-6 * 0.4e6;
         let more = confinement.multiplier(-rise) - confinement.multiplier(0.0);
         let slope = more * 1.6e6 / (rise * 3.0_f64.sqrt());
-        assert!((gel().confined(confinement).steepest_friction() / slope - 1.0).abs() < 1e-9);
+        assert!((gel().with_confinement(confinement).steepest_friction() / slope - 1.0).abs() < 1e-9);
         assert_eq!(gel().steepest_friction(), 0.0);
         for m in [0.05, 0.23, 0.4] {
-            let law = Strength::new(0.1e6, m, 1e6);
+            let law = YieldLaw::new(0.1e6, m, 1e6);
             let growth =
                 |friction: f64, cosine: f64| (1.0 - m) * (1.0 - cosine * cosine) / (1.0 - friction * cosine) - 1.0;
             let most =
@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn the_returned_stress_is_the_yield_stress_at_the_plastic_rate() {
         let stiffness = 3.0 * 4.8e6;
-        let laws = [gel(), gel().from_rate(500.0)];
+        let laws = [gel(), gel().with_reference_rate(500.0)];
         for (gel, step) in [1e-9, 1e-7, 1e-5, 1e-2, 10.0].iter().flat_map(|step| laws.map(|law| (law, *step))) {
             for rate in [0.0, 1e3, 1e9] {
                 for trial in [0.14e6, 0.5e6, 1.5e6, 1.7e6, 5e6, 5e7] {
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn the_pressure_filter_follows_its_time_and_is_off_without() {
-        let law = |time: f64| gel().confined(Confinement { pressure: 0.4e6, factor: 3.0, time });
+        let law = |time: f64| gel().with_confinement(PressureHardening { pressure: 0.4e6, factor: 3.0, time });
         let sliced = |n: i32| (0..n).fold(0.0, |slope, _| law(2e-6).filtered_slope(slope, -1e6, 3e-6 / f64::from(n)));
         let exact = -1e6 * (1.0 - (-1.5_f64).exp());
         let [coarse, fine] = [100, 1000].map(|n| (sliced(n) / exact - 1.0).abs());
@@ -270,8 +270,8 @@ mod tests {
 
     #[test]
     fn the_yield_stress_rises_with_pressure_up_to_the_factor() {
-        let confinement = Confinement { pressure: 0.4e6, factor: 3.0, time: 0.0 };
-        let (gel, stiffness, step) = (gel().confined(confinement), 3.0 * 4.8e6, 1e-7);
+        let confinement = PressureHardening { pressure: 0.4e6, factor: 3.0, time: 0.0 };
+        let (gel, stiffness, step) = (gel().with_confinement(confinement), 3.0 * 4.8e6, 1e-7);
         for (slope, times) in [(1e6, 1.0), (0.0, 1.0), (-0.2e6, 2.0), (-0.4e6, 3.0), (-7e6, 3.0)] {
             for trial in [0.5e6, 1.5e6, 5e6, 5e7] {
                 let StressReturn { stress, strain } = gel.return_stress(trial, stiffness, slope, step, 1e3);

@@ -1,10 +1,10 @@
 use super::{BodyState, Wrench};
-use crate::geometry::{Gap, Shape, SignedDistance};
+use crate::geometry::{Gap, ShapeGeometry, SignedDistance};
 use crate::math::{Tensor3, Vector, Vector3};
 
 /// Motion of a body: fixed, prescribed or free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
+pub enum BodyMotion {
     /// The body stays at its place.
     Fixed,
     /// The importer prescribes the motion; impulses do not change it.
@@ -15,14 +15,14 @@ pub enum Motion {
 
 /// Free directions of motion in the world frame, by the dimension of the scene (numerics A1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Freedom {
+pub struct FreeDirections {
     /// Translation along x, y, z.
     pub translation: [bool; 3],
     /// Rotation about x, y, z.
     pub rotation: [bool; 3],
 }
 
-impl Freedom {
+impl FreeDirections {
     /// Plane strain in x–z: P_x, P_z, L_y.
     pub const PLANAR: Self = Self { translation: [true, false, true], rotation: [false, true, false] };
     /// Revolution about z: P_z.
@@ -61,13 +61,13 @@ fn mask_components(v: &Vector3, keep: [bool; 3]) -> Vector3 {
 
 /// Rigid body: its constants.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Body {
+pub struct RigidBody {
     /// Shape, in the frame of the body.
-    pub shape: Shape,
+    pub shape: ShapeGeometry,
     /// Motion of the body.
-    pub motion: Motion,
+    pub motion: BodyMotion,
     /// Free directions of its motion.
-    pub freedom: Freedom,
+    pub freedom: FreeDirections,
     /// M, kg; infinite if fixed.
     pub mass: f64,
     /// I_b, inertia about the centre of mass in the frame of the body, kg·m².
@@ -78,13 +78,18 @@ pub struct Body {
     isotropic: Option<f64>,
 }
 
-impl Body {
+impl RigidBody {
     /// Creates a body that is free to move or prescribed.
     ///
     /// # Panics
     /// If mass or inertia are not positive definite.
     #[must_use]
-    pub fn new(shape: Shape, motion: Motion, freedom: Freedom, (mass, inertia): (f64, Tensor3)) -> Self {
+    pub fn new(
+        shape: ShapeGeometry,
+        motion: BodyMotion,
+        freedom: FreeDirections,
+        (mass, inertia): (f64, Tensor3),
+    ) -> Self {
         assert!(mass > 0.0, "the mass of a moving body must be positive");
         let inverse_inertia = inertia.cholesky().expect("an inertia tensor is positive definite").inverse();
         let isotropic = is_isotropic(&inertia).then_some(inverse_inertia[(0, 0)]);
@@ -93,16 +98,16 @@ impl Body {
 
     /// Creates a fixed body.
     #[must_use]
-    pub fn fixed(shape: Shape, freedom: Freedom) -> Self {
+    pub fn fixed(shape: ShapeGeometry, freedom: FreeDirections) -> Self {
         let (inertia, inverse_inertia) = (Tensor3::identity(), Tensor3::zeros());
-        let (motion, mass, isotropic) = (Motion::Fixed, f64::INFINITY, Some(0.0));
+        let (motion, mass, isotropic) = (BodyMotion::Fixed, f64::INFINITY, Some(0.0));
         Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
     }
 
     /// Returns true if a state is admissible for this body: in its plane or on its axis, with a unit quaternion, and
     /// with a bulge only in a dome.
     #[must_use]
-    pub fn admits(&self, state: &BodyState) -> bool {
+    pub fn is_admissible(&self, state: &BodyState) -> bool {
         /// Tolerance of the norm of a quaternion: rounding over a long run.
         const NORM_TOLERANCE: f64 = 1e-6;
         let Wrench { force, torque, force_rate, torque_rate } = &state.wrench;
@@ -114,7 +119,7 @@ impl Body {
             && about.into_iter().all(|v| self.freedom.rotation(v) == *v)
             && self.freedom.turns(turned) == turned
             && (q.norm() - 1.0).abs() <= NORM_TOLERANCE
-            && state.bulge.is_some() == matches!(self.shape, Shape::Dome(_))
+            && state.bulge.is_some() == matches!(self.shape, ShapeGeometry::Dome(_))
     }
 
     /// Returns φ and n at a world point.
@@ -122,7 +127,7 @@ impl Body {
     #[inline]
     pub fn gap(&self, state: &BodyState, point: &Vector3) -> Gap {
         let away = point - state.position;
-        if let Shape::Sphere(sphere) = &self.shape {
+        if let ShapeGeometry::Sphere(sphere) = &self.shape {
             return sphere.gap(&away);
         }
         let local = state.orientation.inverse_transform_vector(&away);
@@ -168,7 +173,7 @@ impl Body {
     /// (numerics 2.3, A1).
     #[must_use]
     pub fn compliance(&self, state: &BodyState, arm: &Vector3, normal: &Vector3) -> f64 {
-        if self.motion != Motion::Free {
+        if self.motion != BodyMotion::Free {
             return 0.0;
         }
         let lever = self.freedom.rotation(&arm.cross(normal));
@@ -195,7 +200,7 @@ impl Body {
     /// Returns the angular velocity ω, rad/s.
     #[must_use]
     pub fn angular_velocity(&self, state: &BodyState) -> Vector3 {
-        if self.motion == Motion::Fixed { Vector3::zeros() } else { self.spin(state, &state.angular_momentum) }
+        if self.motion == BodyMotion::Fixed { Vector3::zeros() } else { self.spin(state, &state.angular_momentum) }
     }
 
     /// Returns the velocity V + ω × r of the body at a world point, m/s.
@@ -207,7 +212,7 @@ impl Body {
     /// Applies an impulse at a world point in the free directions: V += J/M, L += r × J; nothing unless the body is
     /// free.
     pub fn strike(&self, state: &mut BodyState, point: &Vector3, impulse: &Vector3) {
-        if self.motion == Motion::Free {
+        if self.motion == BodyMotion::Free {
             state.velocity += self.freedom.translation(impulse) / self.mass;
             state.angular_momentum += self.freedom.rotation(&(point - state.position).cross(impulse));
         }
@@ -216,7 +221,7 @@ impl Body {
     /// Returns true if the ledger counts the energy and momentum of the body: neither a fixed nor an inactive body
     /// does.
     fn is_counted(&self, state: &BodyState) -> bool {
-        self.motion != Motion::Fixed && state.active
+        self.motion != BodyMotion::Fixed && state.active
     }
 
     /// Returns the kinetic energy ½MV² + ½ω·L, J; 0 if the body does not count.
@@ -245,9 +250,9 @@ impl Body {
 
     /// Returns true if the orientation has to be stepped: the body turns, with anisotropic inertia or under a torque.
     #[must_use]
-    pub fn tumbles(&self, state: &BodyState) -> bool {
+    pub fn needs_orientation_steps(&self, state: &BodyState) -> bool {
         let turned = state.wrench.torque != Vector3::zeros() || state.wrench.torque_rate != Vector3::zeros();
-        self.motion == Motion::Free
+        self.motion == BodyMotion::Free
             && state.active
             && (turned || (self.isotropic.is_none() && state.angular_momentum != Vector3::zeros()))
     }

@@ -7,7 +7,7 @@ const MIN_RADIUS: f64 = 1e-60;
 
 /// Bulge of a dome: its height and base radius and their rates, prescribed by the owner of the armour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Bulge {
+pub struct DomeMotion {
     /// Height and base radius, m.
     pub size: Vector<2>,
     /// Rates of height and base radius, m/s.
@@ -16,7 +16,7 @@ pub struct Bulge {
     pub acceleration: Vector<2>,
 }
 
-impl Bulge {
+impl DomeMotion {
     /// Creates the bulge of a dome at rest.
     #[must_use]
     pub fn at_rest(dome: &Dome) -> Self {

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 /// Impulses that a body received over one communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Exchange {
+pub struct ImpulseExchange {
     /// Length of the step, s.
     pub duration: f64,
     /// J, impulse on the body, N·s.
@@ -19,7 +19,7 @@ pub struct Exchange {
     pub energy_residual: f64,
 }
 
-impl Exchange {
+impl ImpulseExchange {
     /// Returns true if an impulse acted.
     #[must_use]
     pub fn is_contact(&self) -> bool {

@@ -1,6 +1,6 @@
 /// Contact impulse law between a surface node and a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Law {
+pub enum ImpulseLaw {
     /// Moreau's impact law on half-step velocities, once per node and tick.
     Moreau {
         /// e ∈ [0, 1], coefficient of restitution.

@@ -6,8 +6,8 @@ mod exchange;
 mod law;
 mod motion;
 
-pub use body::{Body, Freedom, Motion};
-pub use bulge::Bulge;
-pub use exchange::Exchange;
-pub use law::{Law, impulse, reversal};
+pub use body::{BodyMotion, FreeDirections, RigidBody};
+pub use bulge::DomeMotion;
+pub use exchange::ImpulseExchange;
+pub use law::{ImpulseLaw, impulse, reversal};
 pub use motion::{BodyState, Wrench, WrenchWork};

@@ -1,6 +1,6 @@
 //! Motion of a rigid body between events, in closed form from the last event (numerics A4).
 
-use super::{Body, Bulge, Motion};
+use super::{BodyMotion, DomeMotion, RigidBody};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -43,7 +43,7 @@ pub struct BodyState {
     /// Wrench from the event on.
     pub wrench: Wrench,
     /// Height and base radius of a dome; `None` for any other body.
-    pub bulge: Option<Bulge>,
+    pub bulge: Option<DomeMotion>,
     /// True if the body takes part; an inactive body stays at its place, touches nothing and is not in the ledger.
     pub active: bool,
 }
@@ -51,7 +51,7 @@ pub struct BodyState {
 impl BodyState {
     /// Creates the state of an active body at time 0, upright, without rotation and without a wrench.
     #[must_use]
-    pub fn starting(position: Vector3, velocity: Vector3) -> Self {
+    pub fn at_start(position: Vector3, velocity: Vector3) -> Self {
         Self {
             time: 0.0,
             position,
@@ -104,14 +104,14 @@ impl BodyState {
     /// x = x₀ + v₀h + Fh²/2M + Ḟh³/6M, v = v₀ + (Fh + Ḟh²/2)/M, L = L₀ + Th + Ṫh²/2; the orientation by the midpoint
     /// rule with the exact L (second order; exact for a sphere without torque), at constant ω if prescribed.
     #[must_use]
-    pub fn at(&self, body: &Body, t: f64) -> Self {
+    pub fn at(&self, body: &RigidBody, t: f64) -> Self {
         let h = t - self.time;
         let mut next = Self { time: t, ..*self };
         if h == 0.0 || !self.active {
             return next;
         }
         next.bulge = self.bulge.map(|bulge| bulge.after(h));
-        if body.motion == Motion::Fixed {
+        if body.motion == BodyMotion::Fixed {
             return next;
         }
         let Wrench { force, torque, force_rate, torque_rate } = self.wrench;
@@ -119,18 +119,18 @@ impl BodyState {
         next.velocity += h / body.mass * (force + h * force_rate / 2.0);
         next.wrench = Wrench { force: force + h * force_rate, torque: torque + h * torque_rate, ..self.wrench };
         match body.motion {
-            Motion::Prescribed => {
+            BodyMotion::Prescribed => {
                 let spin = body.angular_velocity(self);
                 next.orientation = rotate(&self.orientation, &(spin * h));
                 next.angular_momentum = body.angular_momentum(&next, &spin);
             }
-            Motion::Free | Motion::Fixed => self.step_orientation(body, &mut next),
+            BodyMotion::Free | BodyMotion::Fixed => self.step_orientation(body, &mut next),
         }
         next
     }
 
     /// Steps angular momentum and orientation by the midpoint rule.
-    fn step_orientation(&self, body: &Body, next: &mut Self) {
+    fn step_orientation(&self, body: &RigidBody, next: &mut Self) {
         let h = next.time - self.time;
         let Wrench { torque, torque_rate, .. } = self.wrench;
         let momentum = |s: f64| self.angular_momentum + s * (torque + s / 2.0 * torque_rate);
@@ -147,9 +147,9 @@ impl BodyState {
 
     /// Returns the work and impulse of the wrench between this event and `next`, each from its own formula.
     #[must_use]
-    pub fn passage(&self, body: &Body, next: &Self) -> WrenchWork {
+    pub fn passage(&self, body: &RigidBody, next: &Self) -> WrenchWork {
         let h = next.time - self.time;
-        if body.motion == Motion::Fixed || h == 0.0 || !self.active {
+        if body.motion == BodyMotion::Fixed || h == 0.0 || !self.active {
             return WrenchWork::default();
         }
         let (l0, l1) = (self.angular_momentum, next.angular_momentum);
@@ -160,8 +160,8 @@ impl BodyState {
         let Wrench { force, torque, force_rate, torque_rate } = self.wrench;
         let momentum = h * (force + h / 2.0 * force_rate);
         let angular = match body.motion {
-            Motion::Free => h * (torque + h / 2.0 * torque_rate),
-            Motion::Prescribed | Motion::Fixed => l1 - l0,
+            BodyMotion::Free => h * (torque + h / 2.0 * torque_rate),
+            BodyMotion::Prescribed | BodyMotion::Fixed => l1 - l0,
         };
         WrenchWork {
             work: self.force_work(body, h) + turning,
@@ -172,14 +172,14 @@ impl BodyState {
     }
 
     /// Returns ∫ F·v ds, J, with v(s) = v₀ + (Fs + Ḟs²/2)/M and F(s) = F + Ḟs.
-    fn force_work(&self, body: &Body, h: f64) -> f64 {
+    fn force_work(&self, body: &RigidBody, h: f64) -> f64 {
         let (f, rate, v, m) = (self.wrench.force, self.wrench.force_rate, self.velocity, body.mass);
         let linear = f.dot(&f) / m + rate.dot(&v);
         h * (f.dot(&v) + h * (linear / 2.0 + h * (f.dot(&rate) / (2.0 * m) + h * rate.dot(&rate) / (8.0 * m))))
     }
 
     /// Returns ∫ x × F ds, N·m·s, with x(s) = x₀ + v₀s + Fs²/2M + Ḟs³/6M.
-    fn moment_of_force(&self, body: &Body, h: f64) -> Vector3 {
+    fn moment_of_force(&self, body: &RigidBody, h: f64) -> Vector3 {
         let (x, v, m) = (self.position, self.velocity, body.mass);
         let (f, rate) = (self.wrench.force, self.wrench.force_rate);
         let linear = x.cross(&rate) + v.cross(&f);
@@ -204,16 +204,16 @@ fn rotate(orientation: &UnitQuaternion<f64>, angle: &Vector3) -> UnitQuaternion<
 
 #[cfg(test)]
 mod tests {
-    use super::super::Freedom;
+    use super::super::FreeDirections;
     use super::*;
-    use crate::geometry::{Shape, Sphere};
+    use crate::geometry::{ShapeGeometry, Sphere};
     use crate::math::Tensor3;
 
-    fn rod(motion: Motion) -> (Body, BodyState) {
+    fn rod(motion: BodyMotion) -> (RigidBody, BodyState) {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));
-        let shape = Shape::Sphere(Sphere { radius: 0.1 });
-        let body = Body::new(shape, motion, Freedom::SPATIAL, (2.0, inertia));
-        let start = BodyState::starting(Vector3::new(0.1, -0.2, 0.3), Vector3::new(1.0, 2.0, -3.0));
+        let shape = ShapeGeometry::Sphere(Sphere { radius: 0.1 });
+        let body = RigidBody::new(shape, motion, FreeDirections::SPATIAL, (2.0, inertia));
+        let start = BodyState::at_start(Vector3::new(0.1, -0.2, 0.3), Vector3::new(1.0, 2.0, -3.0));
         let state = BodyState { angular_momentum: Vector3::new(0.3, 1.0, 0.2), ..start };
         (body, state)
     }
@@ -229,10 +229,10 @@ mod tests {
 
     #[test]
     fn the_work_of_the_wrench_explains_energy_momentum_and_angular_momentum_to_round_off() {
-        for motion in [Motion::Free, Motion::Prescribed] {
+        for motion in [BodyMotion::Free, BodyMotion::Prescribed] {
             let (body, mut state) = rod(motion);
             state.wrench = wrench();
-            if motion == Motion::Prescribed {
+            if motion == BodyMotion::Prescribed {
                 (state.wrench.torque, state.wrench.torque_rate) = (Vector3::zeros(), Vector3::zeros());
             }
             let next = state.at(&body, 0.37);
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn slicing_a_flight_gives_the_same_translation() {
-        let (body, mut state) = rod(Motion::Free);
+        let (body, mut state) = rod(BodyMotion::Free);
         state.wrench = wrench();
         let (whole, halves) = (state.at(&body, 0.4), state.at(&body, 0.2).at(&body, 0.4));
         assert!((whole.position - halves.position).norm() < 1e-15);
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_tumbling_rod_turns_with_second_order_and_keeps_its_angular_momentum() {
         let flown = |steps: u32| {
-            let (body, mut state) = rod(Motion::Free);
+            let (body, mut state) = rod(BodyMotion::Free);
             for i in 1..=steps {
                 state = state.at(&body, 2.0 * f64::from(i) / f64::from(steps));
             }
@@ -268,16 +268,16 @@ mod tests {
         let error = |steps| flown(steps).orientation.angle_to(&exact.orientation);
         let order = (error(100) / error(200)).log2();
         assert!((order - 2.0).abs() < 0.1, "order {order}");
-        assert_eq!(flown(100).angular_momentum, rod(Motion::Free).1.angular_momentum);
+        assert_eq!(flown(100).angular_momentum, rod(BodyMotion::Free).1.angular_momentum);
     }
 
     #[test]
     fn a_sphere_turns_at_a_constant_rate() {
-        let (rod, mut state) = rod(Motion::Free);
-        let body = Body::new(rod.shape, Motion::Free, rod.freedom, (rod.mass, Tensor3::identity() * 0.5));
+        let (rod, mut state) = rod(BodyMotion::Free);
+        let body = RigidBody::new(rod.shape, BodyMotion::Free, rod.freedom, (rod.mass, Tensor3::identity() * 0.5));
         state.angular_momentum = Vector3::new(0.0, 0.0, 0.5);
         let turned = state.at(&body, std::f64::consts::FRAC_PI_2);
         assert!((turned.orientation.transform_vector(&Vector3::x()) - Vector3::y()).norm() < 1e-15);
-        assert!(!body.tumbles(&state));
+        assert!(!body.needs_orientation_steps(&state));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::simplex::DeformationGradient;
 use super::{Potential, Simplices};
-use crate::constitutive::{Hyperelastic, Material, NeoHookean, Volume};
+use crate::constitutive::{Hyperelastic, Material, NeoHookean, VolumetricEnergy};
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
@@ -59,15 +59,15 @@ fn hyperelastic_pressure<const D: usize>(
 mod tests {
     use super::*;
     use crate::constitutive::{
-        Branch, BulkViscosity, EquationOfState, Flowing, MooneyRivlin, Ogden, Term, Viscoelastic,
+        BulkViscosity, EquationOfState, MaxwellBranch, MooneyRivlin, Ogden, OgdenTerm, Viscoelastic, Viscoplastic,
     };
-    use crate::fem::{Answer, DEPTH, Memory, Section};
+    use crate::fem::{DEPTH, ElementResponse, HistoryVariables, Section};
     use crate::math::Tensor;
-    use crate::mesh::{Mesh, Patches};
+    use crate::mesh::{ElementPatches, Mesh};
 
     fn gels() -> [Material; 5] {
         let rest = NeoHookean::new(3.0, 40.0);
-        let flowing = Flowing {
+        let flowing = Viscoplastic {
             shear_modulus: 3.0,
             state: EquationOfState::new(40.0, 2.0, f64::INFINITY),
             strength: None,
@@ -75,8 +75,8 @@ mod tests {
             viscosity: BulkViscosity { linear: 0.0, quadratic: 0.0 },
             density: 1.0,
         };
-        let branch = Branch { shear_modulus: 2.0, time: 1.0 };
-        let terms = [Term { modulus: 1.0, exponent: 4.0 }, Term { modulus: -1.0, exponent: -2.0 }];
+        let branch = MaxwellBranch { shear_modulus: 2.0, time: 1.0 };
+        let terms = [OgdenTerm { modulus: 1.0, exponent: 4.0 }, OgdenTerm { modulus: -1.0, exponent: -2.0 }];
         [
             rest.into(),
             Material::MooneyRivlin(MooneyRivlin::new([1.0, 0.5], 40.0)),
@@ -94,9 +94,9 @@ mod tests {
         let x: Vec<_> =
             mesh.rest.iter().enumerate().map(|(a, x)| x * 0.9 + Vector::<D>::from_fn(|i, _| wave(i, a))).collect();
         for gel in gels() {
-            let simplices = Simplices::in_patches(&mesh, Patches::alone(1), (gel, section));
-            let memory = vec![Memory::default(); simplices.memories()];
-            let mut answers = [Answer::default(); DEPTH];
+            let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(1), (gel, section));
+            let memory = vec![HistoryVariables::default(); simplices.memories()];
+            let mut answers = [ElementResponse::default(); DEPTH];
             simplices.evaluate(0, &x, &memory, &mut answers);
             let virial: f64 = answers[0].forces[..=D].iter().zip(&x).map(|(f, x)| f.dot(x)).sum();
             let now = simplices.volume(ElementId(0)) * answers[0].jacobian;
@@ -121,14 +121,14 @@ mod tests {
         let squeeze = Tensor::<2>::new(0.97, 0.02, 0.01, 0.95);
         let x = |node: NodeId| squeeze * mesh.rest[node.index()];
         for gel in gels() {
-            let of = |patches: Patches, patch: usize| {
+            let of = |patches: ElementPatches, patch: usize| {
                 Simplices::in_patches(&mesh, patches, (gel, Section::Planar { thickness: 1.0 })).pressure(
                     ElementId(1),
                     patch,
                     x,
                 )
             };
-            let (alone, pair) = (of(Patches::alone(2), 1), of(Patches::grouped(&mesh), 0));
+            let (alone, pair) = (of(ElementPatches::alone(2), 1), of(ElementPatches::grouped(&mesh), 0));
             assert!((alone - pair).abs() < 1e-12 * alone.abs() && alone > 1.0, "{alone} {pair}");
         }
     }

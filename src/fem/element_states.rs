@@ -5,9 +5,12 @@
 
 use super::batch::{LANES, LaneArray, multiply_add, on};
 use super::layout::{BatchLaw, evaluate_volumetric};
-use super::node_cache::{Held, Local, rounding};
+use super::node_cache::{HeldNodes, NodeCache, rounding};
 use super::simd_material::{BatchDeformation, BatchInput, SimdMaterial, VolumetricSlopes};
-use super::{DEPTH, Kick, Lanes, Measured, Memory, Potential, Recall, Simplices, places};
+use super::{
+    DEPTH, ElementBatches, ElementStates, GroupKick, HistoryLanes, HistoryVariables, Potential, Simplices,
+    max_patch_size,
+};
 use crate::math::Vector;
 use crate::mesh::ElementId;
 use fearless_simd::{Level, Simd, SimdBase, f64x8};
@@ -23,14 +26,14 @@ struct BatchStates {
 
 impl<const D: usize> Simplices<D> {
     /// Evaluates all elements, [`Potential::measure_all`], in lanes if the material has a SIMD form.
-    pub(super) fn evaluate_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
-        let mut measured = Measured::at_rest(self.len(), self.patches().len());
-        let depth = if self.patches().largest() > 1 { places(D) } else { 1 };
-        let Some(mut lanes) = Lanes::empty(LANES * depth, depth, &self.material, self.section) else {
+    pub(super) fn evaluate_all(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
+        let mut measured = ElementStates::at_rest(self.len(), self.patches().len());
+        let depth = if self.patches().largest() > 1 { max_patch_size(D) } else { 1 };
+        let Some(mut lanes) = ElementBatches::empty(LANES * depth, depth, &self.material, self.section) else {
             (0..self.patches().len()).for_each(|patch| measured.record_patch(self, patch, x, memory));
             return measured;
         };
-        let (mut cache, mut history) = (Local::new(rounding(self.rest())), lanes.memory());
+        let (mut cache, mut history) = (NodeCache::new(rounding(self.rest())), lanes.memory());
         for first in (0..self.patches().len()).step_by(LANES) {
             let ids =
                 |lane: usize| if first + lane < self.patches().len() { self.patches().of(first + lane) } else { &[] };
@@ -55,11 +58,11 @@ impl<const D: usize> Simplices<D> {
     /// Fills the k-th batch with elements, each with nodes of its own.
     fn fill_batch(
         &self,
-        lanes: &mut Lanes<D>,
+        lanes: &mut ElementBatches<D>,
         k: usize,
         slots: &[Option<ElementId>; LANES],
         x: &[Vector<D>],
-        cache: &mut Local,
+        cache: &mut NodeCache,
     ) {
         let number = |lane: usize, a: usize| (k * LANES + lane) * (D + 1) + a;
         let numbers = std::array::from_fn(|lane| {
@@ -73,18 +76,18 @@ impl<const D: usize> Simplices<D> {
                 lanes.mark_incompatible(k * LANES + lane);
             }
             let numbered = self.nodes(*element).iter().enumerate().map(|(a, node)| (number(lane, a), *node));
-            cache.load(Level::new(), &Held::new(x, self.rest()), numbered);
+            cache.load(Level::new(), &HeldNodes::new(x, self.rest()), numbered);
         }
     }
 
     /// Stores the history variables of the elements in the rows of the k-th batch.
     fn fill_history(
         &self,
-        lanes: &Lanes<D>,
+        lanes: &ElementBatches<D>,
         k: usize,
         slots: &[Option<ElementId>; LANES],
-        memory: &[Memory<D>],
-        history: &mut [Recall],
+        memory: &[HistoryVariables<D>],
+        history: &mut [HistoryLanes],
     ) {
         let (rows, n) = (lanes.rows(), self.memories());
         for (lane, element) in slots.iter().enumerate().filter(|_| n > 0) {
@@ -94,9 +97,9 @@ impl<const D: usize> Simplices<D> {
     }
 }
 
-impl<const D: usize> Lanes<D> {
+impl<const D: usize> ElementBatches<D> {
     /// Evaluates the first group with all nodes held.
-    fn evaluate_held(&self, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+    fn evaluate_held(&self, cache: &NodeCache, memory: &mut [HistoryLanes]) -> BatchStates {
         // Not generic, like [`Self::sweep`].
         let lanes: &dyn Any = self;
         if let Some(lanes) = lanes.downcast_ref() {
@@ -108,7 +111,7 @@ impl<const D: usize> Lanes<D> {
 
     /// Dispatches on the material, for patches of one or `N` elements.
     #[inline(always)]
-    fn evaluate_by_law<const N: usize>(&self, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+    fn evaluate_by_law<const N: usize>(&self, cache: &NodeCache, memory: &mut [HistoryLanes]) -> BatchStates {
         match self.law() {
             BatchLaw::NeoHookean(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
             BatchLaw::Viscoplastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
@@ -121,8 +124,8 @@ impl<const D: usize> Lanes<D> {
         &self,
         gel: &G,
         rest: &[G::Rest],
-        cache: &Local,
-        memory: &mut [Recall],
+        cache: &NodeCache,
+        memory: &mut [HistoryLanes],
     ) -> BatchStates {
         if self.depth() == 1 {
             on!(Level::new(), simd => self.evaluate_group::<1, _, _>(simd, gel, rest, cache, memory))
@@ -138,8 +141,8 @@ impl<const D: usize> Lanes<D> {
         simd: S,
         gel: &G,
         rest: &[G::Rest],
-        cache: &Local,
-        memory: &mut [Recall],
+        cache: &NodeCache,
+        memory: &mut [HistoryLanes],
     ) -> BatchStates {
         let (batches, rest) = (self.batches_of::<N>(0), rest.first_chunk().expect("a group is whole"));
         let zero = f64x8::splat(simd, 0.0);
@@ -147,7 +150,7 @@ impl<const D: usize> Lanes<D> {
         let strained = self.strain_group::<N, G, S>(0, batches, rest, cache.motion()[0], &mut strains);
         let mut slopes = [VolumetricSlopes { slope: zero, curvature: zero }; N];
         let mut energy = evaluate_volumetric::<D, N, S>(gel, batches, &strains, &mut slopes);
-        let (mut states, rows, kick) = (BatchStates::default(), gel.rows(), Kick { length: 0.0, elapsed: 0.0 });
+        let (mut states, rows, kick) = (BatchStates::default(), gel.rows(), GroupKick { length: 0.0, elapsed: 0.0 });
         for k in 0..N {
             let history = &mut memory[k * rows..(k + 1) * rows];
             let input = BatchInput { batch: &batches[k], rest: &rest[k], kick, history };
@@ -162,43 +165,43 @@ impl<const D: usize> Lanes<D> {
 }
 
 #[inline(never)]
-fn evaluate_plane(lanes: &Lanes<2>, cache: &Local, memory: &mut [Recall]) -> BatchStates {
-    lanes.evaluate_by_law::<{ places(2) }>(cache, memory)
+fn evaluate_plane(lanes: &ElementBatches<2>, cache: &NodeCache, memory: &mut [HistoryLanes]) -> BatchStates {
+    lanes.evaluate_by_law::<{ max_patch_size(2) }>(cache, memory)
 }
 
 #[inline(never)]
-fn evaluate_space(lanes: &Lanes<3>, cache: &Local, memory: &mut [Recall]) -> BatchStates {
-    lanes.evaluate_by_law::<{ places(3) }>(cache, memory)
+fn evaluate_space(lanes: &ElementBatches<3>, cache: &NodeCache, memory: &mut [HistoryLanes]) -> BatchStates {
+    lanes.evaluate_by_law::<{ max_patch_size(3) }>(cache, memory)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
-    use crate::fem::{Reference, Section};
+    use crate::constitutive::{BulkViscosity, EquationOfState, Material, NeoHookean, Viscoplastic, YieldLaw};
+    use crate::fem::{ReferenceShape, Section};
     use crate::math::Tensor;
-    use crate::mesh::{Block, Mesh, Patches, Split, block, uniform};
+    use crate::mesh::{BlockSpec, CellSplit, ElementPatches, Mesh, block, uniform};
 
     /// Returns a mesh of elements, not a multiple of eight, some of them incompatible, with or without patches.
     fn simplices<const D: usize>(material: &Material, section: Section, is_grouped: bool) -> Simplices<D> {
         let planes = std::array::from_fn(|_| uniform(0.5, 1.5, 0.25));
-        let mut mesh = block::<D>(Block { planes, split: Split::Centred, faces: vec![] });
+        let mut mesh = block::<D>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         mesh.elements.truncate(mesh.elements.len() - 3);
         let strange = |e: u32| {
-            let told = Reference::of(&mesh.rest, &mesh.elements[e as usize]);
+            let told = ReferenceShape::of(&mesh.rest, &mesh.elements[e as usize]);
             let bent = Tensor::<D>::from_fn(|i, j| if i == j { 1.1 } else { 0.1 * (i as f64 - j as f64) });
-            (ElementId(e), Reference { edges: bent * told.edges, ..told })
+            (ElementId(e), ReferenceShape { edges: bent * told.edges, ..told })
         };
         let references: Vec<_> = (3..60).step_by(5).map(strange).collect();
         let n = mesh.elements.len();
         let mesh = Mesh { elements: mesh.elements, ..mesh };
-        let patches = if is_grouped { Patches::grouped(&mesh) } else { Patches::alone(n) };
+        let patches = if is_grouped { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(n) };
         Simplices::in_patches(&mesh, patches, (*material, section)).with_references(&references)
     }
 
     fn check<const D: usize>(material: &Material, section: Section, is_grouped: bool) {
         let all = simplices::<D>(material, section, is_grouped);
-        let mut memory = vec![Memory::default(); all.memories() * all.len()];
+        let mut memory = vec![HistoryVariables::default(); all.memories() * all.len()];
         for (e, memory) in memory.iter_mut().enumerate() {
             (memory.left, memory.plastic) = (1.0 - 0.1 * (e % 3) as f64, 0.1 * (e % 5) as f64);
         }
@@ -206,7 +209,7 @@ mod tests {
             let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
             let moved = |(a, x): (usize, &Vector<D>)| x + Vector::<D>::from_fn(|i, _| wave(i, a));
             let x: Vec<Vector<D>> = all.rest().iter().enumerate().map(moved).collect();
-            let mut one = Measured::at_rest(all.len(), all.patches().len());
+            let mut one = ElementStates::at_rest(all.len(), all.patches().len());
             (0..all.patches().len()).for_each(|patch| one.record_patch(&all, patch, &x, &memory));
             let eight = all.measure_all(&x, &memory);
             let close = |found: &[f64], wanted: &[f64], part: f64| {
@@ -229,10 +232,10 @@ mod tests {
 
     #[test]
     fn lanes_agree_with_the_scalar_elements() {
-        let flowing = Flowing {
+        let flowing = Viscoplastic {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),
-            strength: Some(Strength::new(0.3, 0.2, 1.6)),
+            strength: Some(YieldLaw::new(0.3, 0.2, 1.6)),
             softening: None,
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,

@@ -1,13 +1,13 @@
 //! History variables of eight elements in vector lanes.
 
-use super::Memory;
+use super::HistoryVariables;
 use super::batch::LaneArray;
 use crate::math::Tensor;
 
 /// One history variable of the k-th elements of eight patches.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
-pub struct Recall(pub(super) LaneArray);
+pub struct HistoryLanes(pub(super) LaneArray);
 
 /// Layout of the history variables of a material in lanes, one row per variable; no rows by default.
 pub(super) trait HistoryLayout<const D: usize> {
@@ -16,11 +16,11 @@ pub(super) trait HistoryLayout<const D: usize> {
         0
     }
     /// Stores the history variables of an element in a lane.
-    fn store_history(&self, _rows: &mut [Recall], _lane: usize, _memory: &[Memory<D>]) {}
+    fn store_history(&self, _rows: &mut [HistoryLanes], _lane: usize, _memory: &[HistoryVariables<D>]) {}
     /// Loads the history variables of an element from a lane.
-    fn load_history(&self, _rows: &[Recall], _lane: usize, _memory: &mut [Memory<D>]) {}
+    fn load_history(&self, _rows: &[HistoryLanes], _lane: usize, _memory: &mut [HistoryVariables<D>]) {}
     /// Returns the viscous part of U′ of an element at its last tick, Pa.
-    fn viscous(&self, _rows: &[Recall], _lane: usize) -> f64 {
+    fn viscous(&self, _rows: &[HistoryLanes], _lane: usize) -> f64 {
         0.0
     }
 }
@@ -31,17 +31,17 @@ pub(super) const fn shape_rows<const D: usize>() -> usize {
 }
 
 /// Stores C̄⁻¹ in a lane.
-pub(super) fn store_shape<const D: usize>(rows: &mut [Recall], lane: usize, memory: &Memory<D>) {
+pub(super) fn store_shape<const D: usize>(rows: &mut [HistoryLanes], lane: usize, memory: &HistoryVariables<D>) {
     let components = (0..D).flat_map(|i| (i..D).map(move |j| memory.inverse[(i, j)]));
     let numbers = components.chain((D == 2).then_some(memory.out));
     rows.iter_mut().zip(numbers).for_each(|(row, number)| row.0[lane] = number);
 }
 
 /// Loads C̄⁻¹ from a lane; the other history variables keep their initial values.
-pub(super) fn load_shape<const D: usize>(rows: &[Recall], lane: usize) -> Memory<D> {
+pub(super) fn load_shape<const D: usize>(rows: &[HistoryLanes], lane: usize) -> HistoryVariables<D> {
     // Packed upper triangle: row i has D − i components.
     let at = |i: usize, j: usize| i * D - i * (i + 1) / 2 + j;
     let inverse = Tensor::<D>::from_fn(|i, j| rows[at(i.min(j), i.max(j))].0[lane]);
     let out = if D == 2 { rows[shape_rows::<D>() - 1].0[lane] } else { 1.0 };
-    Memory { inverse, out, ..Memory::default() }
+    HistoryVariables { inverse, out, ..HistoryVariables::default() }
 }

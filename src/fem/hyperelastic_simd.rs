@@ -8,7 +8,7 @@ use super::batch::{LANES, LaneArray, cofactors, load_lanes, multiply_add, prefet
 use super::history::HistoryLayout;
 use super::rest_geometry::RestGeometry;
 use super::simd_material::{BatchDeformation, BatchInput, ElementForces, RestOperator, SimdMaterial, VolumetricSlopes};
-use crate::constitutive::{Hyperelastic, NeoHookean, Volume};
+use crate::constitutive::{Hyperelastic, NeoHookean, VolumetricEnergy};
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -87,7 +87,7 @@ impl<const D: usize> SimdMaterial<D> for NeoHookean {
     }
 
     #[inline(always)]
-    fn volume(&self) -> impl Volume {
+    fn volume(&self) -> impl VolumetricEnergy {
         Hyperelastic::volume(self)
     }
 

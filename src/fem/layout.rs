@@ -9,32 +9,32 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{ElementBatch, LANES, LaneArray, determinant, load_lanes, on};
-use super::history::{HistoryLayout, Recall};
+use super::history::{HistoryLanes, HistoryLayout};
 use super::hyperelastic_simd::ShearStiffness;
 use super::kinematics::ShapeGradients;
-use super::node_cache::{Accumulated, NodeRows, number_of, row_of};
+use super::node_cache::{NodeAccumulator, NodeRows, number_of, row_of};
 use super::rest_geometry::{ReferenceBatch, store_rest_geometry};
 use super::simd_material::{BatchDeformation, RestOperator, SimdMaterial, VolumetricSlopes};
 use super::transpose::gather;
 use super::viscoelastic::MOST_MEMORIES;
-use super::{MAX_NODES, Memory, Section};
-use crate::constitutive::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
+use super::{HistoryVariables, MAX_NODES, Section};
+use crate::constitutive::{Material, NeoHookean, Viscoelastic, Viscoplastic, VolumetricEnergy};
 use crate::math::Number;
 use fearless_simd::{Level, Select, Simd, SimdBase, f64x8};
 use std::ops::Range;
 
 /// Most elements of a patch.
-pub const DEPTH: usize = places(3);
+pub const DEPTH: usize = max_patch_size(3);
 
 /// Returns the most elements of a patch: pairs in the plane, fours in space.
 #[must_use]
-pub const fn places(dimensions: usize) -> usize {
+pub const fn max_patch_size(dimensions: usize) -> usize {
     2 * (dimensions - 1)
 }
 
 /// Response of a group of eight patches.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct GroupAnswer {
+pub struct GroupResponse {
     /// Σ V, J.
     pub energy: f64,
     /// Σ f·v, W.
@@ -61,7 +61,7 @@ pub struct ElementCorner {
 
 /// Velocity kick of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kick {
+pub struct GroupKick {
     /// Duration of the impulse, s.
     pub length: f64,
     /// Time since the previous tick of the group, s.
@@ -70,7 +70,7 @@ pub struct Kick {
 
 /// Request for the power Σ f·v of the groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Power {
+pub enum ReportPower {
     /// Report the power of each group.
     Told,
     /// Report no power; nodal velocities are not loaded.
@@ -78,25 +78,25 @@ pub enum Power {
 }
 
 /// Output of a sweep: κ of each slot, the response of each group, and the history variables.
-pub type SweepOutput<'a> = (&'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
+pub type SweepOutput<'a> = (&'a mut [f64], &'a mut [GroupResponse], &'a mut [HistoryLanes]);
 
 /// Kicks of the groups of a run.
 #[derive(Clone, Copy)]
-pub enum Kicks<'a> {
+pub enum GroupKicks<'a> {
     /// One kick for all groups.
-    Same(Kick),
+    Same(GroupKick),
     /// Kick of each group; none for a group outside the sweep.
-    Each(&'a dyn Fn(usize) -> Option<Kick>),
+    Each(&'a dyn Fn(usize) -> Option<GroupKick>),
 }
 
 /// Input of a sweep: a run of groups, their kicks, and the request for their power.
-pub type SweepInput<'a> = (Range<usize>, Kicks<'a>, Power);
+pub type SweepInput<'a> = (Range<usize>, GroupKicks<'a>, ReportPower);
 
 /// Material of the elements in lanes, with the rest data of each batch.
 #[derive(Debug, Clone)]
 pub(super) enum BatchLaw<const D: usize> {
     NeoHookean(NeoHookean, Vec<ShearStiffness<D>>),
-    Viscoplastic(Flowing, Vec<ShapeGradients<D>>),
+    Viscoplastic(Viscoplastic, Vec<ShapeGradients<D>>),
     Viscoelastic(Viscoelastic, Vec<ShapeGradients<D>>),
 }
 
@@ -113,7 +113,7 @@ impl<const D: usize> BatchLaw<D> {
 
 /// Elements in vector lanes, in batches of eight.
 #[derive(Debug, Clone)]
-pub struct Lanes<const D: usize> {
+pub struct ElementBatches<const D: usize> {
     batches: Vec<ElementBatch>,
     /// Mask of each batch: 1 in the lanes of incompatible elements; empty if all elements are compatible.
     incompatible: Vec<LaneArray>,
@@ -122,14 +122,17 @@ pub struct Lanes<const D: usize> {
     section: Section,
 }
 
-impl<const D: usize> Lanes<D> {
+impl<const D: usize> ElementBatches<D> {
     /// Creates empty lanes for `n_slots` elements, `depth` to a patch; none for a material without a SIMD form.
     ///
     /// # Panics
-    /// If the slots do not fill their batches, or `depth` is neither 1 nor [`places`].
+    /// If the slots do not fill their batches, or `depth` is neither 1 nor [`max_patch_size`].
     pub(super) fn empty(n_slots: usize, depth: usize, material: &Material, section: Section) -> Option<Self> {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
-        assert!(depth == 1 || depth == places(D), "a patch has one place, or two in the plane and four in space");
+        assert!(
+            depth == 1 || depth == max_patch_size(D),
+            "a patch has one place, or two in the plane and four in space"
+        );
         let n = n_slots / LANES;
         let law = match material {
             Material::NeoHookean(gel) => BatchLaw::NeoHookean(*gel, vec![ShearStiffness::default(); n]),
@@ -206,7 +209,7 @@ impl<const D: usize> Lanes<D> {
     }
 
     /// Sums κ at the nodes of a block in the order of a sweep, with the same bits.
-    pub fn sum_stiffness(&self, groups: Range<usize>, stiffness: &[f64], part: &mut [Accumulated]) {
+    pub fn sum_stiffness(&self, groups: Range<usize>, stiffness: &[f64], part: &mut [NodeAccumulator]) {
         for sum in part.iter_mut() {
             sum[3] = 0.0;
         }
@@ -245,25 +248,25 @@ impl<const D: usize> Lanes<D> {
 
     /// Creates the initial history variables of all batches; empty for a material without history.
     #[must_use]
-    pub fn memory(&self) -> Vec<Recall> {
-        let mut batch = vec![Recall::default(); self.rows()];
-        (0..LANES).for_each(|lane| self.remember(&mut batch, lane, &[Memory::default(); MOST_MEMORIES]));
+    pub fn memory(&self) -> Vec<HistoryLanes> {
+        let mut batch = vec![HistoryLanes::default(); self.rows()];
+        (0..LANES).for_each(|lane| self.remember(&mut batch, lane, &[HistoryVariables::default(); MOST_MEMORIES]));
         batch.repeat(self.batches.len())
     }
 
     /// Stores the history variables of an element in a lane of the rows of its batch.
-    pub fn remember(&self, batch: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
+    pub fn remember(&self, batch: &mut [HistoryLanes], lane: usize, memory: &[HistoryVariables<D>]) {
         self.law.history_layout().store_history(batch, lane, memory);
     }
 
     /// Loads the history variables of an element from a lane of the rows of its batch.
-    pub fn recall(&self, batch: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
+    pub fn recall(&self, batch: &[HistoryLanes], lane: usize, memory: &mut [HistoryVariables<D>]) {
         self.law.history_layout().load_history(batch, lane, memory);
     }
 
     /// Returns the viscous part of U′ of the element in a lane at its last tick, Pa.
     #[must_use]
-    pub fn viscous(&self, batch: &[Recall], lane: usize) -> f64 {
+    pub fn viscous(&self, batch: &[HistoryLanes], lane: usize) -> f64 {
         self.law.history_layout().viscous(batch, lane)
     }
 

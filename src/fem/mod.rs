@@ -23,17 +23,22 @@ mod viscoplastic;
 mod viscoplastic_simd;
 
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId, Patches};
+use crate::mesh::{ElementId, ElementPatches, NodeId};
 
 pub(crate) use batch::on;
 pub use batch::{ElementBatch, LANES};
 pub use facet_pressure::{FacetPressure, push};
-pub use history::Recall;
-pub use layout::{DEPTH, ElementCorner, GroupAnswer, Kick, Kicks, Lanes, Power, SweepInput, SweepOutput, places};
-pub use node_cache::{Accumulated, At, Held, Local, MOST_LOCAL_NODES, Row, Whereabouts, rounding};
-pub use simplex::{Reference, Section};
+pub use history::HistoryLanes;
+pub use layout::{
+    DEPTH, ElementBatches, ElementCorner, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput,
+    max_patch_size,
+};
+pub use node_cache::{
+    HeldNodes, MOST_LOCAL_NODES, NodeAccumulator, NodeCache, NodeMotion, NodeRow, NodeSource, rounding,
+};
+pub use simplex::{ReferenceShape, Section};
 pub use simplices::Simplices;
-pub use viscoplastic::{Memory, Spent};
+pub use viscoplastic::{Dissipation, HistoryVariables};
 
 /// Inversion margin: a step may take J at most this far below 0, by extrapolation of the rate at its start.
 ///
@@ -54,7 +59,7 @@ pub const MAX_NODES: usize = 4;
 
 /// Response of an element at one position of its nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer<const D: usize> {
+pub struct ElementResponse<const D: usize> {
     /// Nodal forces −∂V/∂x, N: the share of this element in the energy V of its patch.
     pub forces: [Vector<D>; MAX_NODES],
     /// Upper bound κ of the greatest eigenvalue of the element's share of the stiffness matrix ∂²V/∂x∂x, N/m.
@@ -63,7 +68,7 @@ pub struct Answer<const D: usize> {
     pub jacobian: f64,
 }
 
-impl<const D: usize> Default for Answer<D> {
+impl<const D: usize> Default for ElementResponse<D> {
     fn default() -> Self {
         Self { forces: [Vector::zeros(); MAX_NODES], stiffness: 0.0, jacobian: 1.0 }
     }
@@ -71,7 +76,7 @@ impl<const D: usize> Default for Answer<D> {
 
 /// Responses of all elements at one position of the nodes, without the forces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Measured {
+pub struct ElementStates {
     /// κ of each element, N/m.
     pub stiffness: Vec<f64>,
     /// J of each element.
@@ -80,7 +85,7 @@ pub struct Measured {
     pub energy: Vec<f64>,
 }
 
-impl Measured {
+impl ElementStates {
     /// Creates the states of `n_elements` elements in `n_patches` patches, all at rest.
     fn at_rest(n_elements: usize, n_patches: usize) -> Self {
         Self { stiffness: vec![0.0; n_elements], jacobian: vec![1.0; n_elements], energy: vec![0.0; n_patches] }
@@ -92,9 +97,9 @@ impl Measured {
         potential: &P,
         patch: usize,
         x: &[Vector<D>],
-        memory: &[Memory<D>],
+        memory: &[HistoryVariables<D>],
     ) {
-        let mut answers = [Answer::default(); DEPTH];
+        let mut answers = [ElementResponse::default(); DEPTH];
         self.energy[patch] = potential.evaluate(patch, x, memory, &mut answers);
         for (element, answer) in potential.patches().of(patch).iter().zip(&answers) {
             self.stiffness[element.index()] = answer.stiffness;
@@ -114,21 +119,27 @@ pub trait Potential<const D: usize>: Send + Sync {
     /// Returns the nodes of an element, at most [`MAX_NODES`].
     fn nodes(&self, element: ElementId) -> &[NodeId];
     /// Returns the patches of elements with a common energy, at most [`DEPTH`] elements each.
-    fn patches(&self) -> &Patches;
+    fn patches(&self) -> &ElementPatches;
     /// Evaluates the energy of a patch, J, at the positions `x` of all nodes.
     ///
     /// `answers` receives the responses of the elements of the patch, in their order. `memory` holds the history
     /// variables of all elements, element by element, [`Self::memories`] of each.
-    fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
+    fn evaluate(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        memory: &[HistoryVariables<D>],
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> f64;
     /// Evaluates a patch at its next tick, `step` s after the last, and updates its history variables.
     fn advance(
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (_, memory): (f64, &mut [Memory<D>]),
-        answers: &mut [Answer<D>; DEPTH],
-    ) -> Spent {
-        Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
+        (_, memory): (f64, &mut [HistoryVariables<D>]),
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> Dissipation {
+        Dissipation { energy: self.evaluate(patch, x, memory, answers), ..Dissipation::default() }
     }
     /// Evaluates a patch again at a tick to which it has been advanced.
     ///
@@ -137,12 +148,12 @@ pub trait Potential<const D: usize>: Send + Sync {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (memory, _viscous): (&[Memory<D>], &[f64; DEPTH]),
-        answers: &mut [Answer<D>; DEPTH],
+        (memory, _viscous): (&[HistoryVariables<D>], &[f64; DEPTH]),
+        answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         self.evaluate(patch, x, memory, answers)
     }
-    /// Returns the number of [`Memory`] records of an element.
+    /// Returns the number of [`HistoryVariables`] records of an element.
     fn memories(&self) -> usize {
         0
     }
@@ -163,8 +174,8 @@ pub trait Potential<const D: usize>: Send + Sync {
         false
     }
     /// Evaluates the states of all elements, without forces; agrees with [`Self::evaluate`] up to rounding.
-    fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
-        let mut measured = Measured::at_rest(self.len(), self.patches().len());
+    fn measure_all(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
+        let mut measured = ElementStates::at_rest(self.len(), self.patches().len());
         (0..self.patches().len()).for_each(|patch| measured.record_patch(self, patch, x, memory));
         measured
     }
@@ -182,7 +193,12 @@ pub trait Potential<const D: usize>: Send + Sync {
     ///
     /// Lanes follow the order of `slots`, `None` in an empty lane; `local` numbers the nodes of the element in each
     /// slot.
-    fn lanes(&self, _slots: &[Option<ElementId>], _depth: usize, _local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
+    fn lanes(
+        &self,
+        _slots: &[Option<ElementId>],
+        _depth: usize,
+        _local: &[[u16; MAX_NODES]],
+    ) -> Option<ElementBatches<D>> {
         None
     }
 }

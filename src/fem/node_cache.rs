@@ -3,7 +3,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::Spent;
+use super::Dissipation;
 use super::batch::on;
 use crate::math::Vector;
 use crate::mesh::NodeId;
@@ -15,9 +15,9 @@ pub const MOST_LOCAL_NODES: usize = 4096;
 /// Row of a node: up to three components of the position, m, or velocity, m/s.
 ///
 /// The last number of a position row is 1 for a moved node, else 0.
-pub type Row = [f64; 4];
+pub type NodeRow = [f64; 4];
 /// Sums at a node: the impulse (three components), N·s, and Σ κ of the adjacent elements, N/m.
-pub type Accumulated = [f64; 4];
+pub type NodeAccumulator = [f64; 4];
 
 /// Numbers of a row.
 const ROW: usize = 4;
@@ -61,7 +61,7 @@ pub(super) fn row_mut(rows: &mut NodeRows, first: u16) -> &mut [f64] {
 
 /// State of a node at its last tick.
 #[derive(Debug, Clone, Copy)]
-pub struct At<'a, const D: usize> {
+pub struct NodeMotion<'a, const D: usize> {
     /// Position, m.
     pub position: &'a Vector<D>,
     /// Velocity since then, m/s.
@@ -73,9 +73,9 @@ pub struct At<'a, const D: usize> {
 }
 
 /// Source of nodal states.
-pub trait Whereabouts<const D: usize>: Copy {
+pub trait NodeSource<const D: usize>: Copy {
     /// Returns the state of a node at its last tick.
-    fn of(&self, node: NodeId) -> At<'_, D>;
+    fn of(&self, node: NodeId) -> NodeMotion<'_, D>;
 
     /// Prefetches the state of a node.
     fn fetch(&self, _node: NodeId) {}
@@ -83,14 +83,14 @@ pub trait Whereabouts<const D: usize>: Copy {
 
 /// Nodes at given positions, with zero velocity.
 #[derive(Debug, Clone, Copy)]
-pub struct Held<'a, const D: usize> {
+pub struct HeldNodes<'a, const D: usize> {
     position: &'a [Vector<D>],
     rest: &'a [Vector<D>],
     /// Zero, m/s.
     velocity: Vector<D>,
 }
 
-impl<'a, const D: usize> Held<'a, D> {
+impl<'a, const D: usize> HeldNodes<'a, D> {
     /// Creates the source from positions and rest positions, m.
     #[must_use]
     pub fn new(position: &'a [Vector<D>], rest: &'a [Vector<D>]) -> Self {
@@ -98,10 +98,10 @@ impl<'a, const D: usize> Held<'a, D> {
     }
 }
 
-impl<const D: usize> Whereabouts<D> for Held<'_, D> {
-    fn of(&self, node: NodeId) -> At<'_, D> {
+impl<const D: usize> NodeSource<D> for HeldNodes<'_, D> {
+    fn of(&self, node: NodeId) -> NodeMotion<'_, D> {
         let a = node.index();
-        At { position: &self.position[a], velocity: &self.velocity, rest: &self.rest[a], passed: 0.0 }
+        NodeMotion { position: &self.position[a], velocity: &self.velocity, rest: &self.rest[a], passed: 0.0 }
     }
 }
 
@@ -110,13 +110,13 @@ const PREFETCH_DISTANCE: usize = 24;
 
 /// Node cache of one block during a sweep.
 #[derive(Debug)]
-pub struct Local {
+pub struct NodeCache {
     /// Greatest component of a displacement that counts as rest, m.
     still: f64,
     /// Greatest |v|² of the loaded nodes, m²/s².
     max_squared_speed: f64,
     /// Energy and dissipation of the last sweep.
-    pub(super) spent: Spent,
+    pub(super) spent: Dissipation,
     positions: AlignedRows,
     velocities: AlignedRows,
     accumulated: AlignedRows,
@@ -128,7 +128,7 @@ pub(super) struct NodeAccess<'a> {
     pub motion: [&'a NodeRows; 2],
     /// Greatest |v|² of the nodes, m²/s².
     pub max_squared_speed: f64,
-    /// Rows of [`Accumulated`] sums.
+    /// Rows of [`NodeAccumulator`] sums.
     pub accumulated: &'a mut NodeRows,
 }
 
@@ -172,14 +172,14 @@ pub fn rounding<const D: usize>(positions: &[Vector<D>]) -> f64 {
     f64::EPSILON * positions.iter().map(Vector::<D>::amax).fold(0.0, f64::max)
 }
 
-impl Local {
+impl NodeCache {
     /// Creates a cache for any block of a gel with positions rounded to `still`, m.
     ///
     /// A node displaced by no more than `still` counts as at rest, since its force would be rounding.
     #[must_use]
     pub fn new(still: f64) -> Self {
         let [positions, velocities, accumulated] = [AlignedRows::new(), AlignedRows::new(), AlignedRows::new()];
-        Self { still, max_squared_speed: 0.0, spent: Spent::default(), positions, velocities, accumulated }
+        Self { still, max_squared_speed: 0.0, spent: Dissipation::default(), positions, velocities, accumulated }
     }
 
     /// Resets the cache for another block.
@@ -197,7 +197,7 @@ impl Local {
     pub fn load<const D: usize>(
         &mut self,
         level: Level,
-        whereabouts: &impl Whereabouts<D>,
+        whereabouts: &impl NodeSource<D>,
         nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
         on!(level, simd => self.load_in(simd, whereabouts, nodes))
@@ -207,12 +207,12 @@ impl Local {
     fn load_in<const D: usize, S: Simd>(
         &mut self,
         simd: S,
-        whereabouts: &impl Whereabouts<D>,
+        whereabouts: &impl NodeSource<D>,
         nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
-        let positions: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
-        let velocities: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
-        let sums: &mut [Accumulated] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let positions: &mut [NodeRow] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let velocities: &mut [NodeRow] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let sums: &mut [NodeAccumulator] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let (zero, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
         // Local copy, which no write below can alias.
         let whereabouts = *whereabouts;
@@ -223,7 +223,7 @@ impl Local {
             if let Some((_, next)) = ahead.next() {
                 whereabouts.fetch(next);
             }
-            let At { position, velocity, rest, passed } = whereabouts.of(node);
+            let NodeMotion { position, velocity, rest, passed } = whereabouts.of(node);
             let rate = padded(simd, velocity);
             let present = padded(simd, position) + rate * passed;
             let displacement = present - padded(simd, rest);
@@ -262,13 +262,13 @@ impl Local {
     /// # Panics
     /// If `n_nodes` exceeds [`MOST_LOCAL_NODES`].
     #[must_use]
-    pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
+    pub fn accumulated(&self, n_nodes: usize) -> &[NodeAccumulator] {
         &self.accumulated.rows().as_chunks().0[..MOST_LOCAL_NODES][..n_nodes]
     }
 
     /// Returns the energy and dissipation of the groups of the last sweep, each since its previous tick.
     #[must_use]
-    pub fn spent(&self) -> Spent {
+    pub fn spent(&self) -> Dissipation {
         self.spent
     }
 
@@ -279,7 +279,7 @@ impl Local {
     #[must_use]
     pub fn work(&self, n_nodes: usize) -> f64 {
         let mut sums = [0.0; 3];
-        let velocities: &[Row] = self.velocities.rows().as_chunks().0;
+        let velocities: &[NodeRow] = self.velocities.rows().as_chunks().0;
         for (push, velocity) in self.accumulated(n_nodes).iter().zip(velocities) {
             (0..3).for_each(|i| sums[i] += push[i] * velocity[i]);
         }
@@ -295,12 +295,12 @@ mod tests {
     fn sums_at_node_0_do_not_carry_over_to_the_next_block() {
         let none = vec![Vector::<3>::from_element(f64::NAN); 2];
         let rest = vec![Vector::<3>::zeros(), Vector::<3>::new(1.0, 2.0, 3.0)];
-        let mut local = Local::new(1e-15);
+        let mut local = NodeCache::new(1e-15);
         local.begin();
-        assert!(local.load(Level::new(), &Held::new(&none, &rest), [(0, NodeId(0)), (1, NodeId(1))].into_iter()));
+        assert!(local.load(Level::new(), &HeldNodes::new(&none, &rest), [(0, NodeId(0)), (1, NodeId(1))].into_iter()));
         assert!(row(local.motion()[0], 0)[0].is_nan());
         local.begin();
-        assert!(!local.load(Level::new(), &Held::new(&rest, &rest), std::iter::once((5, NodeId(1)))));
+        assert!(!local.load(Level::new(), &HeldNodes::new(&rest, &rest), std::iter::once((5, NodeId(1)))));
         for rows in local.motion() {
             assert_eq!(row(rows, 0), [0.0; 4]);
         }

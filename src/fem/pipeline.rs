@@ -7,13 +7,15 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{ElementBatch, LANES, load_lanes, multiply_add, on, sum_lanes};
-use super::history::Recall;
+use super::history::HistoryLanes;
 use super::inversion_time::{RadialSums, closing_rate};
-use super::layout::{BatchLaw, GroupAnswer, Kick, Kicks, Power, SweepInput, SweepOutput, evaluate_volumetric};
-use super::node_cache::{Local, NodeAccess, NodeRows};
+use super::layout::{
+    BatchLaw, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput, evaluate_volumetric,
+};
+use super::node_cache::{NodeAccess, NodeCache, NodeRows};
 use super::simd_material::{BatchDeformation, BatchInput, RestOperator, SimdMaterial, VolumetricSlopes};
 use super::transpose::{gather, scatter};
-use super::{FORESEEN, Lanes, Section, Spent, TURNED, places};
+use super::{Dissipation, ElementBatches, FORESEEN, Section, TURNED, max_patch_size};
 use crate::constitutive::NeoHookean;
 use crate::math::Number;
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
@@ -30,7 +32,7 @@ const BATCHES_PER_STAGE: usize = 4;
 /// Groups in the pipeline; the batches of the g-th group begin at g times the batches of a group.
 struct Pipeline<const D: usize, V> {
     /// Index and kick of each group.
-    groups: [(usize, Kick); BATCHES_PER_STAGE],
+    groups: [(usize, GroupKick); BATCHES_PER_STAGE],
     n_groups: usize,
     strains: [BatchDeformation<D, V>; BATCHES_PER_STAGE],
     slopes: [VolumetricSlopes<V>; BATCHES_PER_STAGE],
@@ -43,18 +45,18 @@ struct Pipeline<const D: usize, V> {
 /// Output of the force stage for one group.
 struct GroupOutput<'a> {
     /// Request for the power of the group.
-    power: Power,
+    power: ReportPower,
     /// κ of each slot, N/m.
     stiffness: &'a mut [f64],
     /// History variables.
-    memory: &'a mut [Recall],
+    memory: &'a mut [HistoryLanes],
 }
 
 impl<const D: usize, V: Number> Pipeline<D, V> {
     #[inline(always)]
     fn new(zero: V) -> Self {
         Self {
-            groups: [(0, Kick { length: 0.0, elapsed: 0.0 }); BATCHES_PER_STAGE],
+            groups: [(0, GroupKick { length: 0.0, elapsed: 0.0 }); BATCHES_PER_STAGE],
             n_groups: 0,
             strains: [BatchDeformation::at_rest(zero); BATCHES_PER_STAGE],
             slopes: [VolumetricSlopes { slope: zero, curvature: zero }; BATCHES_PER_STAGE],
@@ -65,14 +67,14 @@ impl<const D: usize, V: Number> Pipeline<D, V> {
 
     /// Fills the pipeline with the next active groups of `N` batches each; returns the first group not considered.
     #[inline(always)]
-    fn fill<const N: usize>(&mut self, first: usize, end: usize, kicks: Kicks<'_>) -> usize {
+    fn fill<const N: usize>(&mut self, first: usize, end: usize, kicks: GroupKicks<'_>) -> usize {
         const { assert!(N <= BATCHES_PER_STAGE, "a group goes through the stages as a whole") };
         let mut next = first;
         self.n_groups = 0;
         while next < end && self.n_groups < BATCHES_PER_STAGE / N {
             let kick = match kicks {
-                Kicks::Same(kick) => Some(kick),
-                Kicks::Each(kick) => kick(next),
+                GroupKicks::Same(kick) => Some(kick),
+                GroupKicks::Each(kick) => kick(next),
             };
             if let Some(kick) = kick {
                 self.groups[self.n_groups] = (next, kick);
@@ -84,7 +86,7 @@ impl<const D: usize, V: Number> Pipeline<D, V> {
     }
 }
 
-impl<const D: usize> Lanes<D> {
+impl<const D: usize> ElementBatches<D> {
     /// Sweeps over the groups of a run that have a kick.
     ///
     /// Accumulates Σ length · f and Σ κ at the nodes of the block. Writes κ of each slot, the response of each group
@@ -92,7 +94,7 @@ impl<const D: usize> Lanes<D> {
     ///
     /// # Panics
     /// Unless D is 2 or 3.
-    pub fn sweep(&self, level: Level, input: SweepInput<'_>, cache: &mut Local, output: SweepOutput<'_>) {
+    pub fn sweep(&self, level: Level, input: SweepInput<'_>, cache: &mut NodeCache, output: SweepOutput<'_>) {
         // Not generic: the kernels are compiled here once and not in every dependent crate.
         let lanes: &dyn Any = self;
         if let Some(lanes) = lanes.downcast_ref() {
@@ -114,7 +116,7 @@ impl<const D: usize> Lanes<D> {
         &self,
         level: Level,
         input: SweepInput<'_>,
-        cache: &mut Local,
+        cache: &mut NodeCache,
         output: SweepOutput<'_>,
     ) {
         match self.law() {
@@ -131,7 +133,7 @@ impl<const D: usize> Lanes<D> {
         gel: &G,
         rest: &[G::Rest],
         input: SweepInput<'_>,
-        cache: &mut Local,
+        cache: &mut NodeCache,
         output: SweepOutput<'_>,
     ) {
         if self.depth() == 1 {
@@ -149,7 +151,7 @@ impl<const D: usize> Lanes<D> {
         gel: &G,
         rest: &[G::Rest],
         input: SweepInput<'_>,
-        cache: &mut Local,
+        cache: &mut NodeCache,
         output: SweepOutput<'_>,
     ) {
         // Loops, here and below: a closure is not compiled for the vector unit of its caller.
@@ -158,7 +160,7 @@ impl<const D: usize> Lanes<D> {
         let (mut next, rows) = (groups.start, N * gel.rows());
         let mut nodes = cache.access();
         // Local copies, which no other write can alias.
-        let (gel, mut dissipation) = (&{ *gel }, Spent::default());
+        let (gel, mut dissipation) = (&{ *gel }, Dissipation::default());
         let mut pipeline = Pipeline::new(f64x8::splat(simd, 0.0));
         while next < groups.end {
             next = pipeline.fill::<N>(next, groups.end, kicks);
@@ -228,13 +230,13 @@ impl<const D: usize> Lanes<D> {
         g: usize,
         nodes: &mut NodeAccess<'_>,
         output: &mut GroupOutput<'_>,
-    ) -> (GroupAnswer, Spent) {
+    ) -> (GroupResponse, Dissipation) {
         let ((group, kick), strained, mut energy) = (pipeline.groups[g], pipeline.strained[g], pipeline.energy[g]);
         let (batches, rest) = (self.batches_of::<N>(group), rest_of_group::<N, _>(rest, group));
         let (simd, rows) = (energy.simd, gel.rows());
         let zero = f64x8::splat(simd, 0.0);
         let (mut power, mut lost) = (zero, [zero; 3]);
-        let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
+        let mut answer = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
         for k in 0..N {
             let (strains, slopes) = (&pipeline.strains[g * N + k], &pipeline.slopes[g * N + k]);
             let history = &mut output.memory[k * rows..(k + 1) * rows];
@@ -255,7 +257,7 @@ impl<const D: usize> Lanes<D> {
             for i in 0..3 {
                 lost[i] += forces.lost[i];
             }
-            if output.power == Power::Told {
+            if output.power == ReportPower::Told {
                 power = multiply_add(forces.power(&batches[k].nodes, nodes.motion[1]), strained, power);
             }
             scatter::<D, S>(&batches[k].nodes, &forces.nodal_kicks(strained * kick.length), nodes.accumulated);
@@ -264,7 +266,7 @@ impl<const D: usize> Lanes<D> {
         }
         (answer.energy, answer.power) = (sum_lanes(energy), sum_lanes(power));
         let [plastic, viscous, damage] = [sum_lanes(lost[0]), sum_lanes(lost[1]), sum_lanes(lost[2])];
-        (answer, Spent { energy: answer.energy, plastic, viscous, damage })
+        (answer, Dissipation { energy: answer.energy, plastic, viscous, damage })
     }
 
     /// Returns the closing rates of eight elements at their J, 1/s.
@@ -298,13 +300,25 @@ fn rest_of_group<const N: usize, R>(rest: &[R], group: usize) -> &[R; N] {
 }
 
 #[inline(never)]
-fn sweep_plane(lanes: &Lanes<2>, level: Level, input: SweepInput<'_>, cache: &mut Local, output: SweepOutput<'_>) {
-    lanes.sweep_by_law::<{ places(2) }>(level, input, cache, output);
+fn sweep_plane(
+    lanes: &ElementBatches<2>,
+    level: Level,
+    input: SweepInput<'_>,
+    cache: &mut NodeCache,
+    output: SweepOutput<'_>,
+) {
+    lanes.sweep_by_law::<{ max_patch_size(2) }>(level, input, cache, output);
 }
 
 #[inline(never)]
-fn sweep_space(lanes: &Lanes<3>, level: Level, input: SweepInput<'_>, cache: &mut Local, output: SweepOutput<'_>) {
-    lanes.sweep_by_law::<{ places(3) }>(level, input, cache, output);
+fn sweep_space(
+    lanes: &ElementBatches<3>,
+    level: Level,
+    input: SweepInput<'_>,
+    cache: &mut NodeCache,
+    output: SweepOutput<'_>,
+) {
+    lanes.sweep_by_law::<{ max_patch_size(3) }>(level, input, cache, output);
 }
 
 /// Returns true if one of eight elements may reach the margin [`TURNED`] within [`FORESEEN`] steps of `step`, s.
@@ -336,7 +350,7 @@ fn max_lane<S: Simd>(eight: f64x8<S>) -> f64 {
 
 /// Records the least J and the inverted and crushed elements of the k-th batch.
 #[inline(always)]
-fn record_jacobian<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
+fn record_jacobian<S: Simd>(answer: &mut GroupResponse, k: usize, jacobian: f64x8<S>) {
     let simd = jacobian.simd;
     let inverted = simd.to_bitmask_mask64x8(jacobian.simd_le(f64x8::splat(simd, 0.0))) as u32;
     let crushed = simd.to_bitmask_mask64x8(jacobian.simd_lt(f64x8::splat(simd, NeoHookean::FLOOR)));

@@ -6,7 +6,7 @@
 
 use super::batch::{ElementBatch, LANES, LaneArray, load_lanes};
 use super::simd_material::SimdMaterial;
-use super::{Lanes, MAX_NODES, Section, Simplices};
+use super::{ElementBatches, MAX_NODES, Section, Simplices};
 use crate::math::Number;
 use crate::mesh::ElementId;
 use fearless_simd::{Simd, SimdBase, f64x8};
@@ -78,8 +78,8 @@ impl<const D: usize> Simplices<D> {
         slots: &[Option<ElementId>],
         depth: usize,
         local: &[[u16; MAX_NODES]],
-    ) -> Option<Lanes<D>> {
-        let mut lanes = Lanes::empty(slots.len(), depth, &self.material, self.section)?;
+    ) -> Option<ElementBatches<D>> {
+        let mut lanes = ElementBatches::empty(slots.len(), depth, &self.material, self.section)?;
         for (at, (slots, local)) in slots.as_chunks::<LANES>().0.iter().zip(local.as_chunks::<LANES>().0).enumerate() {
             lanes.set_batch(at, &self.reference_batch(slots), local);
             for (lane, element) in slots.iter().enumerate() {
@@ -159,16 +159,16 @@ mod tests {
     use super::super::batch::on;
     use super::*;
     use crate::constitutive::NeoHookean;
-    use crate::mesh::{Block, Patches, Split, block, uniform};
+    use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block, uniform};
     use fearless_simd::Level;
 
     #[test]
     #[cfg(target_arch = "x86_64")]
     fn every_instruction_set_gives_the_same_rest_geometry() {
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.3));
-        let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let mesh = block::<3>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         let gel = NeoHookean::new(3.0, 40.0);
-        let all = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), (gel, Section::Spatial));
+        let all = Simplices::in_patches(&mesh, ElementPatches::alone(mesh.elements.len()), (gel, Section::Spatial));
         // One lane is empty.
         let elements = std::array::from_fn(|lane| (lane < 7).then_some(ElementId(3 * lane as u32)));
         let rest = all.reference_batch(&elements);

@@ -4,13 +4,13 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{ElementBatch, LANES, multiply_add};
-use super::history::{HistoryLayout, Recall};
-use super::layout::Kick;
+use super::history::{HistoryLanes, HistoryLayout};
+use super::layout::GroupKick;
 use super::node_cache::NodeRows;
 use super::rest_geometry::RestGeometry;
 use super::transpose::gather;
 use super::{MAX_NODES, Section};
-use crate::constitutive::Volume;
+use crate::constitutive::VolumetricEnergy;
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -21,9 +21,9 @@ pub(super) struct BatchInput<'a, R> {
     /// Rest data of the material.
     pub rest: &'a R,
     /// Kick of the group.
-    pub kick: Kick,
+    pub kick: GroupKick,
     /// History variables, updated by the evaluation.
-    pub history: &'a mut [Recall],
+    pub history: &'a mut [HistoryLanes],
 }
 
 /// Material law in vector lanes.
@@ -35,7 +35,7 @@ pub(super) trait SimdMaterial<const D: usize>: HistoryLayout<D> + Copy {
     /// Computes the rest data of eight elements; 0 in empty lanes.
     fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> Self::Rest;
     /// Returns the volumetric energy law.
-    fn volume(&self) -> impl Volume;
+    fn volume(&self) -> impl VolumetricEnergy;
     /// Evaluates the elements and updates their history variables.
     fn evaluate<S: Simd>(
         &self,

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::{MAX_NODES, Memory};
+use super::{HistoryVariables, MAX_NODES};
 use crate::constitutive::NeoHookean;
 use crate::math::{Number, Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::{Simplex, edges};
@@ -29,7 +29,7 @@ pub enum Section {
 ///
 /// After a remesh the rest positions of the nodes need not be the rest shape of the elements between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reference<const D: usize> {
+pub struct ReferenceShape<const D: usize> {
     /// Edges from the first node at rest, as columns, m.
     pub edges: Tensor<D>,
     /// R̄ of a ring, m.
@@ -83,7 +83,7 @@ pub(super) struct ElasticCauchyGreen<const D: usize> {
     pub out: f64,
 }
 
-impl<const D: usize> Reference<D> {
+impl<const D: usize> ReferenceShape<D> {
     /// Returns the shape of an element with its nodes at these rest positions.
     #[must_use]
     pub fn of(rest: &[Vector<D>], nodes: &Simplex) -> Self {
@@ -94,7 +94,7 @@ impl<const D: usize> Reference<D> {
 
 impl<const D: usize> RestElement<D> {
     /// Computes the rest geometry from a reference shape.
-    pub fn new(reference: &Reference<D>, section: Section) -> Self {
+    pub fn new(reference: &ReferenceShape<D>, section: Section) -> Self {
         let measure = det(&reference.edges) / if D == 2 { 2.0 } else { 6.0 };
         let radius = reference.radius;
         let (volume, hoop) = match section {
@@ -165,7 +165,7 @@ impl<'a, const D: usize> ElementKinematics<'a, D> {
     }
 
     /// Returns b̄ for the rest shape C̄_p⁻¹ of the history variables.
-    pub fn elastic(&self, memory: &Memory<D>) -> ElasticCauchyGreen<D> {
+    pub fn elastic(&self, memory: &HistoryVariables<D>) -> ElasticCauchyGreen<D> {
         let (f, squared) = (&self.strain.f, self.strain.out * self.strain.out);
         let out = if D == 2 { squared * memory.out * self.scale } else { 1.0 };
         ElasticCauchyGreen { tensor: f * memory.inverse * f.transpose() * self.scale, out }

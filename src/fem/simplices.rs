@@ -1,16 +1,19 @@
-use super::simplex::{DeformationGradient, Reference, RestElement, Section};
+use super::simplex::{DeformationGradient, ReferenceShape, RestElement, Section};
 use super::viscoplastic::patch_history;
-use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent, inversion_time, places};
-use crate::constitutive::{Hyperelastic, Material, NeoHookean, ShearResponse, Volume, VolumetricResponse};
+use super::{
+    DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, HistoryVariables, MAX_NODES, Potential,
+    inversion_time, max_patch_size,
+};
+use crate::constitutive::{Hyperelastic, Material, NeoHookean, ShearResponse, VolumetricEnergy, VolumetricResponse};
 use crate::math::{Tensor, Vector, cofactor, det};
-use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex};
+use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
 ///
 /// F = Σ x_a ⊗ ∇N_a. The out-of-plane stretch is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
 /// `axisymmetric`; J = λ det F. The nodal forces are f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in
 /// `axisymmetric` with −w P_θθ/(3R̄) added along r. Strains come from displacements, F = 1 + Σ (x_a − X_a) ⊗ ∇N_a, so
-/// a gel at rest has zero forces, without rounding. For an incompatible element, with a [`Reference`] of its own, the
+/// a gel at rest has zero forces, without rounding. For an incompatible element, with a [`ReferenceShape`] of its own, the
 /// 1 is replaced by F at the rest positions of the nodes.
 ///
 /// The elements of an F-bar patch (de Souza Neto et al. 2005) share their volume change (numerics 5):
@@ -26,7 +29,7 @@ use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex};
 /// a ring. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of
 /// the element part and the patch part: the square of the mean volume change is at most the mean of the squares.
 ///
-/// This is the scalar reference implementation, element by element; [`Lanes`] is the SIMD form.
+/// This is the scalar reference implementation, element by element; [`ElementBatches`] is the SIMD form.
 #[derive(Debug, Clone)]
 pub struct Simplices<const D: usize> {
     pub(crate) material: Material,
@@ -35,8 +38,8 @@ pub struct Simplices<const D: usize> {
     rest: Vec<Vector<D>>,
     /// Index into `references` of each incompatible element; empty if all elements are compatible.
     reference_index: Vec<Option<u32>>,
-    references: Vec<Reference<D>>,
-    patches: Patches,
+    references: Vec<ReferenceShape<D>>,
+    patches: ElementPatches,
     /// Rest geometry of all elements, for a material with history variables; else empty.
     pub(super) rest_elements: Vec<RestElement<D>>,
 }
@@ -45,16 +48,20 @@ impl<const D: usize> Simplices<D> {
     /// Creates the elements of a mesh, each a patch of its own.
     #[must_use]
     pub fn new(mesh: &Mesh<D>, material: impl Into<Material>, section: Section) -> Self {
-        Self::in_patches(mesh, Patches::alone(mesh.elements.len()), (material.into(), section))
+        Self::in_patches(mesh, ElementPatches::alone(mesh.elements.len()), (material.into(), section))
     }
 
     /// Creates the elements of a mesh, grouped in F-bar patches.
     ///
     /// # Panics
-    /// If a patch has more than [`places`].
+    /// If a patch has more than [`max_patch_size`].
     #[must_use]
-    pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
-        assert!(patches.largest() <= places(D), "a patch has at most {} elements", places(D));
+    pub fn in_patches(
+        mesh: &Mesh<D>,
+        patches: ElementPatches,
+        (material, section): (impl Into<Material>, Section),
+    ) -> Self {
+        assert!(patches.largest() <= max_patch_size(D), "a patch has at most {} elements", max_patch_size(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
         let (material, reference_index, references, rest_elements) = (material.into(), vec![], vec![], vec![]);
         Self { material, section, elements, rest, reference_index, references, patches, rest_elements }
@@ -66,7 +73,7 @@ impl<const D: usize> Simplices<D> {
     /// # Panics
     /// If an element does not exist or a reference shape is inverted.
     #[must_use]
-    pub fn with_references(mut self, references: &[(ElementId, Reference<D>)]) -> Self {
+    pub fn with_references(mut self, references: &[(ElementId, ReferenceShape<D>)]) -> Self {
         if !references.is_empty() {
             (self.reference_index, self.references) = (vec![None; self.elements.len()], vec![]);
         }
@@ -94,13 +101,13 @@ impl<const D: usize> Simplices<D> {
 
     /// Returns the reference shape of an element.
     #[must_use]
-    pub fn reference(&self, element: ElementId) -> Reference<D> {
+    pub fn reference(&self, element: ElementId) -> ReferenceShape<D> {
         let stored = self.stored_reference(element).copied();
-        stored.unwrap_or_else(|| Reference::of(&self.rest, &self.elements[element.index()]))
+        stored.unwrap_or_else(|| ReferenceShape::of(&self.rest, &self.elements[element.index()]))
     }
 
     /// Returns the stored reference shape of an incompatible element.
-    fn stored_reference(&self, element: ElementId) -> Option<&Reference<D>> {
+    fn stored_reference(&self, element: ElementId) -> Option<&ReferenceShape<D>> {
         let index = self.reference_index.get(element.index()).copied().flatten()?;
         Some(&self.references[index as usize])
     }
@@ -112,7 +119,7 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Returns [`Potential::measure`] of a shape.
-    fn measure_shape(&self, shape: &Reference<D>) -> f64 {
+    fn measure_shape(&self, shape: &ReferenceShape<D>) -> f64 {
         det(&shape.edges) * if self.measures_rings() { shape.radius } else { 1.0 }
     }
 
@@ -124,7 +131,7 @@ impl<const D: usize> Simplices<D> {
 
     /// Returns F and the out-of-plane stretch λ of an element at the nodal positions `x`.
     #[must_use]
-    pub fn deformation(&self, element: ElementId, x: &[Vector<D>]) -> (Tensor<D>, f64) {
+    pub fn deformation_gradient(&self, element: ElementId, x: &[Vector<D>]) -> (Tensor<D>, f64) {
         let strain = self.element_deformation(element, &self.rest_element(element), x);
         (strain.f, strain.out)
     }
@@ -171,7 +178,7 @@ impl<const D: usize> Simplices<D> {
         if self.is_compatible(id) {
             return element;
         }
-        let nodal = Reference::of(&self.rest, nodes);
+        let nodal = ReferenceShape::of(&self.rest, nodes);
         let inverse = Tensor::<D>::from_fn(|i, j| element.gradients[i + 1][j]);
         let (rest_f, rest_stretch) = (nodal.edges * inverse, nodal.radius * 3.0 * element.hoop);
         RestElement { rest_f, rest_stretch, ..element }
@@ -247,10 +254,14 @@ impl<const D: usize> Simplices<D> {
         element: &RestElement<D>,
         strain: &DeformationGradient<D>,
         u: VolumetricResponse,
-    ) -> Answer<D> {
+    ) -> ElementResponse<D> {
         let p = s.stress + strain.cofactor * (u.slope * strain.out);
         let forces = element.forces(&p, s.out + u.slope * strain.det_f);
-        Answer { forces, stiffness: self.stiffness_bound(s.curvature, element, strain, u), jacobian: strain.jacobian() }
+        ElementResponse {
+            forces,
+            stiffness: self.stiffness_bound(s.curvature, element, strain, u),
+            jacobian: strain.jacobian(),
+        }
     }
 
     /// Evaluates a patch of a hyperelastic material: its energy, J, and the responses of its elements.
@@ -259,7 +270,7 @@ impl<const D: usize> Simplices<D> {
         gel: &impl Hyperelastic,
         ids: &[ElementId],
         x: &[Vector<D>],
-        answers: &mut [Answer<D>; DEPTH],
+        answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         let volume = gel.volume();
         let strained = |id: &ElementId| {
@@ -300,11 +311,17 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self.elements[element.index()][..=D]
     }
 
-    fn patches(&self) -> &Patches {
+    fn patches(&self) -> &ElementPatches {
         &self.patches
     }
 
-    fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
+    fn evaluate(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        memory: &[HistoryVariables<D>],
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> f64 {
         let ids = self.patches.of(patch);
         match &self.material {
             Material::NeoHookean(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
@@ -319,13 +336,13 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (step, memory): (f64, &mut [Memory<D>]),
-        answers: &mut [Answer<D>; DEPTH],
-    ) -> Spent {
+        (step, memory): (f64, &mut [HistoryVariables<D>]),
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> Dissipation {
         let ids = self.patches.of(patch);
         match &self.material {
             Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => {
-                Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
+                Dissipation { energy: self.evaluate(patch, x, memory, answers), ..Dissipation::default() }
             }
             Material::Flowing(gel) => {
                 let mut own = patch_history(memory, ids);
@@ -341,8 +358,8 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (memory, viscous): (&[Memory<D>], &[f64; DEPTH]),
-        answers: &mut [Answer<D>; DEPTH],
+        (memory, viscous): (&[HistoryVariables<D>], &[f64; DEPTH]),
+        answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         let Material::Flowing(gel) = &self.material else { return self.evaluate(patch, x, memory, answers) };
         let ids = self.patches.of(patch);
@@ -366,7 +383,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        self.measure_shape(&Reference::of(corners, &[0, 1, 2, 3].map(NodeId)))
+        self.measure_shape(&ReferenceShape::of(corners, &[0, 1, 2, 3].map(NodeId)))
     }
 
     fn measures_rings(&self) -> bool {
@@ -377,11 +394,16 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self.rest
     }
 
-    fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
+    fn lanes(
+        &self,
+        slots: &[Option<ElementId>],
+        depth: usize,
+        local: &[[u16; MAX_NODES]],
+    ) -> Option<ElementBatches<D>> {
         self.build_batches(slots, depth, local)
     }
 
-    fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
+    fn measure_all(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
         self.evaluate_all(x, memory)
     }
 }
@@ -410,8 +432,8 @@ mod tests {
         mesh.rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
     }
 
-    fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, Answer<D>) {
-        let mut answers = [Answer::default(); DEPTH];
+    fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, ElementResponse<D>) {
+        let mut answers = [ElementResponse::default(); DEPTH];
         let energy = simplices.evaluate(0, x, &[], &mut answers);
         (energy, answers[0])
     }

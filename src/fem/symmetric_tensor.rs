@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::load_lanes;
-use super::history::{Recall, shape_rows};
+use super::history::{HistoryLanes, shape_rows};
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -165,7 +165,7 @@ impl<const D: usize, V: Number> SymmetricTensor<D, V> {
 impl<const D: usize, S: Simd> SymmetricTensor<D, f64x8<S>> {
     /// Loads the tensor from history rows.
     #[inline(always)]
-    pub fn load(simd: S, rows: &[Recall]) -> Self {
+    pub fn load(simd: S, rows: &[HistoryLanes]) -> Self {
         let rows = &rows[..shape_rows::<D>()];
         let zero = f64x8::splat(simd, 0.0);
         let (mut inner, mut at) = ([[zero; D]; D], 0);
@@ -180,7 +180,7 @@ impl<const D: usize, S: Simd> SymmetricTensor<D, f64x8<S>> {
 
     /// Stores the tensor in history rows.
     #[inline(always)]
-    pub fn store(&self, rows: &mut [Recall]) {
+    pub fn store(&self, rows: &mut [HistoryLanes]) {
         let rows = &mut rows[..shape_rows::<D>()];
         let mut at = 0;
         for i in 0..D {

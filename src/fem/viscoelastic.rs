@@ -1,8 +1,8 @@
 //! Viscoelastic elements: a hyperelastic equilibrium response plus Maxwell branches (numerics 6.4).
 
 use super::simplex::{DeformationGradient, ElementKinematics, RestElement, isochoric_mean};
-use super::{Answer, DEPTH, Memory, Potential, Simplices, Spent};
-use crate::constitutive::{Branch, NeoHookean, Viscoelastic};
+use super::{DEPTH, Dissipation, ElementResponse, HistoryVariables, Potential, Simplices};
+use crate::constitutive::{MaxwellBranch, NeoHookean, Viscoelastic};
 use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
 
@@ -55,12 +55,12 @@ impl<const D: usize> Simplices<D> {
         gel: &Viscoelastic,
         ids: &[ElementId],
         x: &[Vector<D>],
-        memory: &[Memory<D>],
-        answers: &mut [Answer<D>; DEPTH],
+        memory: &[HistoryVariables<D>],
+        answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         let elastic = self.evaluate_hyperelastic(gel.equilibrium(), ids, x, answers);
         ids.iter().zip(answers).fold(elastic, |energy, (id, answer)| {
-            let mut own = [Memory::default(); MOST_MEMORIES];
+            let mut own = [HistoryVariables::default(); MOST_MEMORIES];
             let own = &mut own[..self.memories()];
             own.copy_from_slice(&memory[self.history_range(*id)]);
             energy + self.add_branches(gel, *id, x, 0.0, own, answer).energy
@@ -74,11 +74,11 @@ impl<const D: usize> Simplices<D> {
         ids: &[ElementId],
         x: &[Vector<D>],
         step: f64,
-        memory: &mut [Memory<D>],
-        answers: &mut [Answer<D>; DEPTH],
-    ) -> Spent {
+        memory: &mut [HistoryVariables<D>],
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> Dissipation {
         let elastic = self.evaluate_hyperelastic(gel.equilibrium(), ids, x, answers);
-        let mut sum = Spent { energy: elastic, ..Spent::default() };
+        let mut sum = Dissipation { energy: elastic, ..Dissipation::default() };
         for (id, answer) in ids.iter().zip(answers) {
             let own = &mut memory[self.history_range(*id)];
             let spent = self.add_branches(gel, *id, x, step, own, answer);
@@ -104,15 +104,15 @@ impl<const D: usize> Simplices<D> {
         id: ElementId,
         x: &[Vector<D>],
         step: f64,
-        memory: &mut [Memory<D>],
-        answer: &mut Answer<D>,
-    ) -> Spent {
+        memory: &mut [HistoryVariables<D>],
+        answer: &mut ElementResponse<D>,
+    ) -> Dissipation {
         let element = &self.rest_elements[id.index()];
         let strain = self.element_deformation(id, element, x);
         let (last, rest) = memory.split_first_mut().expect("an element with branches remembers where it was");
         let now = isochoric_shape(&strain);
         let mut sum = BranchForces::new(element, &strain);
-        let mut spent = Spent::default();
+        let mut spent = Dissipation::default();
         for (branch, own) in gel.branches().iter().zip(rest) {
             if step > 0.0 {
                 let before = (last.jacobian >= NeoHookean::FLOOR).then_some(&*last);
@@ -121,20 +121,25 @@ impl<const D: usize> Simplices<D> {
             }
             spent.energy += element.volume * sum.add(branch, own);
         }
-        *last = now.unwrap_or(Memory { jacobian: strain.jacobian(), ..*last });
+        *last = now.unwrap_or(HistoryVariables { jacobian: strain.jacobian(), ..*last });
         sum.add_to(answer);
         spent
     }
 }
 
 /// Returns C̄⁻¹ of an element, the rest shape of a fully relaxed branch; none below the floor of J.
-fn isochoric_shape<const D: usize>(strain: &DeformationGradient<D>) -> Option<Memory<D>> {
+fn isochoric_shape<const D: usize>(strain: &DeformationGradient<D>) -> Option<HistoryVariables<D>> {
     let jacobian = strain.jacobian();
     (jacobian >= NeoHookean::FLOOR && strain.det_f > 0.0).then(|| {
         let root = cube_root(jacobian);
         let inverse = strain.cofactor.transpose() / strain.det_f;
         let out = if D == 2 { root * root / (strain.out * strain.out) } else { 1.0 };
-        Memory { inverse: inverse * inverse.transpose() * (root * root), out, jacobian, ..Memory::default() }
+        HistoryVariables {
+            inverse: inverse * inverse.transpose() * (root * root),
+            out,
+            jacobian,
+            ..HistoryVariables::default()
+        }
     })
 }
 
@@ -145,8 +150,8 @@ fn isochoric_shape<const D: usize>(strain: &DeformationGradient<D>) -> Option<Me
 /// work against the mean of the first and the last stress; the excess of the two relaxed stresses over this mean is,
 /// to second order, ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d.
 fn relax_branch<const D: usize>(
-    branch: &mut Memory<D>,
-    [before, now]: [Option<&Memory<D>>; 2],
+    branch: &mut HistoryVariables<D>,
+    [before, now]: [Option<&HistoryVariables<D>>; 2],
     parts: [f64; 2],
 ) -> f64 {
     let first = before.map(|shape| relax_at(branch, shape, parts[0]));
@@ -163,7 +168,11 @@ fn relax_branch<const D: usize>(
 ///
 /// b̄ = θ + d, tr d = 0, becomes θ' + s d with θ'³ − θ' s²|d|²/2 + s³ det d = 1, hence C̄_i⁻¹ becomes s C̄_i⁻¹ + (θ'
 /// − sθ) C̄⁻¹; θ, |d|² and det d are those of C̄ C̄_i⁻¹, too, which has the eigenvalues of b̄.
-fn relax_at<const D: usize>(branch: &mut Memory<D>, shape: &Memory<D>, left: f64) -> BranchRelaxation<D> {
+fn relax_at<const D: usize>(
+    branch: &mut HistoryVariables<D>,
+    shape: &HistoryVariables<D>,
+    left: f64,
+) -> BranchRelaxation<D> {
     let product = cofactor(&shape.inverse).transpose() / det(&shape.inverse) * branch.inverse;
     let out = if D == 2 { branch.out / shape.out } else { 0.0 };
     let before = (product.trace() + out) / 3.0;
@@ -186,7 +195,7 @@ impl<'a, const D: usize> BranchForces<'a, D> {
     }
 
     /// Adds a branch with its rest shape; returns its energy, J/m³.
-    fn add(&mut self, branch: &Branch, own: &Memory<D>) -> f64 {
+    fn add(&mut self, branch: &MaxwellBranch, own: &HistoryVariables<D>) -> f64 {
         let (mu, elastic) = (branch.shear_modulus, self.at.elastic(own));
         let trace = elastic.trace();
         self.inverse_shapes += own.inverse * mu;
@@ -200,7 +209,7 @@ impl<'a, const D: usize> BranchForces<'a, D> {
     }
 
     /// Returns the curvature of a branch below the floor of J, where J^(−2/3) is constant and W quadratic, 1/m².
-    fn floor_curvature(&self, own: &Memory<D>) -> f64 {
+    fn floor_curvature(&self, own: &HistoryVariables<D>) -> f64 {
         let element = self.at.element;
         let hoop = element.hoop * element.hoop * own.out;
         let of = |gradient: &Vector<D>| gradient.dot(&(own.inverse * gradient)) + hoop;
@@ -208,7 +217,7 @@ impl<'a, const D: usize> BranchForces<'a, D> {
     }
 
     /// Adds the forces of P = Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F], and κ, to a response.
-    fn add_to(&self, answer: &mut Answer<D>) {
+    fn add_to(&self, answer: &mut ElementResponse<D>) {
         let (strain, scale) = (self.at.strain, self.at.scale);
         let volumetric = if self.at.is_above_floor() { -self.mean / self.at.jacobian } else { 0.0 };
         let p = strain.f * self.inverse_shapes * scale + strain.cofactor * (volumetric * strain.out);
@@ -227,7 +236,8 @@ mod tests {
     const TIMES: [f64; 2] = [2e-3, 7e-3];
 
     fn gel() -> Viscoelastic {
-        let branches = [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(shear_modulus, time)| Branch { shear_modulus, time });
+        let branches =
+            [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(shear_modulus, time)| MaxwellBranch { shear_modulus, time });
         Viscoelastic::new(NeoHookean::new(3.0, 40.0), &branches)
     }
 
@@ -237,7 +247,7 @@ mod tests {
         let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
         let mesh = Mesh::new(rest.clone(), vec![nodes.map(NodeId)]);
         let material = crate::constitutive::Material::Viscoelastic(gel);
-        (rest, Simplices::in_patches(&mesh, crate::mesh::Patches::alone(1), (material, section)))
+        (rest, Simplices::in_patches(&mesh, crate::mesh::ElementPatches::alone(1), (material, section)))
     }
 
     fn moved<const D: usize>(rest: &[Vector<D>], size: f64) -> Vec<Vector<D>> {
@@ -245,23 +255,27 @@ mod tests {
         rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
     }
 
-    fn fresh<const D: usize>(simplices: &Simplices<D>) -> Vec<Memory<D>> {
-        vec![Memory::default(); simplices.memories()]
+    fn fresh<const D: usize>(simplices: &Simplices<D>) -> Vec<HistoryVariables<D>> {
+        vec![HistoryVariables::default(); simplices.memories()]
     }
 
     /// Advances the element to the positions `x`.
     fn advance<const D: usize>(
         simplices: &Simplices<D>,
         x: &[Vector<D>],
-        (step, memory): (f64, &mut [Memory<D>]),
-    ) -> (Spent, Answer<D>) {
-        let mut answers = [Answer::default(); DEPTH];
+        (step, memory): (f64, &mut [HistoryVariables<D>]),
+    ) -> (Dissipation, ElementResponse<D>) {
+        let mut answers = [ElementResponse::default(); DEPTH];
         let spent = simplices.advance(0, x, (step, memory), &mut answers);
         (spent, answers[0])
     }
 
-    fn held<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], memory: &[Memory<D>]) -> (f64, Answer<D>) {
-        let mut answers = [Answer::default(); DEPTH];
+    fn held<const D: usize>(
+        simplices: &Simplices<D>,
+        x: &[Vector<D>],
+        memory: &[HistoryVariables<D>],
+    ) -> (f64, ElementResponse<D>) {
+        let mut answers = [ElementResponse::default(); DEPTH];
         (simplices.evaluate(0, x, memory, &mut answers), answers[0])
     }
 
@@ -278,7 +292,7 @@ mod tests {
     }
 
     /// Returns the history of an element deformed to `size` by a detour, with relaxation.
-    fn bent<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>, size: f64) -> Vec<Memory<D>> {
+    fn bent<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>, size: f64) -> Vec<HistoryVariables<D>> {
         let mut memory = fresh(simplices);
         advance(simplices, rest, (0.0, &mut memory));
         for part in [-0.5, 0.3, 1.0] {
@@ -335,7 +349,10 @@ mod tests {
     }
 
     /// The forces of the branches alone: all but those of the gel in the long run.
-    fn of_branches<const D: usize>(answer: &Answer<D>, rest: &Answer<D>) -> impl Iterator<Item = f64> {
+    fn of_branches<const D: usize>(
+        answer: &ElementResponse<D>,
+        rest: &ElementResponse<D>,
+    ) -> impl Iterator<Item = f64> {
         let both = answer.forces.into_iter().zip(rest.forces).take(D + 1);
         both.flat_map(|(all, rest)| (all - rest).iter().copied().collect::<Vec<_>>())
     }
@@ -364,7 +381,7 @@ mod tests {
     #[test]
     fn stress_falls_as_the_exponential_at_any_strain_and_in_any_steps() {
         let rest = NeoHookean::new(3.0, 40.0);
-        everywhere!(check_relaxation, Viscoelastic::new(rest, &[Branch { shear_modulus: 5.0, time: TIMES[0] }]));
+        everywhere!(check_relaxation, Viscoelastic::new(rest, &[MaxwellBranch { shear_modulus: 5.0, time: TIMES[0] }]));
     }
 
     fn check_losses<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
@@ -438,6 +455,6 @@ mod tests {
         assert!(answer.jacobian < 0.0 && spent.energy.is_finite() && answer.stiffness.is_finite());
         assert_eq!(advance(&simplices, &flat, (1.0, &mut memory)).0.viscous, 0.0);
         assert_eq!(memory[1..], before[1..]);
-        assert!(memory.iter().all(Memory::is_valid));
+        assert!(memory.iter().all(HistoryVariables::is_valid));
     }
 }

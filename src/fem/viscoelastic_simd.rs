@@ -4,15 +4,15 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::load_lanes;
-use super::history::{HistoryLayout, Recall, load_shape, shape_rows, store_shape};
+use super::history::{HistoryLanes, HistoryLayout, load_shape, shape_rows, store_shape};
 use super::hyperelastic_simd::two_largest;
 use super::kinematics::{BatchKinematics, GradientSums, ShapeGradients};
 use super::rest_geometry::{RestGeometry, det};
 use super::simd_material::{BatchDeformation, BatchInput, ElementForces, SimdMaterial, VolumetricSlopes};
 use super::simplex::isochoric_mean;
 use super::symmetric_tensor::SymmetricTensor;
-use super::{Memory, Section};
-use crate::constitutive::{Hyperelastic, NeoHookean, Viscoelastic, Volume};
+use super::{HistoryVariables, Section};
+use crate::constitutive::{Hyperelastic, NeoHookean, Viscoelastic, VolumetricEnergy};
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -53,14 +53,14 @@ impl<const D: usize> HistoryLayout<D> for Viscoelastic {
         1 + (1 + self.branches().len()) * shape_rows::<D>()
     }
 
-    fn store_history(&self, rows: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
+    fn store_history(&self, rows: &mut [HistoryLanes], lane: usize, memory: &[HistoryVariables<D>]) {
         let (jacobian, shapes) = rows.split_first_mut().expect("where it was is remembered");
         jacobian.0[lane] = memory[0].jacobian;
         let shapes = shapes.chunks_exact_mut(shape_rows::<D>());
         shapes.zip(memory).for_each(|(rows, memory)| store_shape(rows, lane, memory));
     }
 
-    fn load_history(&self, rows: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
+    fn load_history(&self, rows: &[HistoryLanes], lane: usize, memory: &mut [HistoryVariables<D>]) {
         let shapes = rows[1..].chunks_exact(shape_rows::<D>());
         memory.iter_mut().zip(shapes).for_each(|(memory, rows)| *memory = load_shape(rows, lane));
         memory[0].jacobian = rows[0].0[lane];
@@ -77,7 +77,7 @@ impl<const D: usize> SimdMaterial<D> for Viscoelastic {
     }
 
     #[inline(always)]
-    fn volume(&self) -> impl Volume {
+    fn volume(&self) -> impl VolumetricEnergy {
         Hyperelastic::volume(self.equilibrium())
     }
 
@@ -169,7 +169,7 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
         now
     }
 
-    /// Relaxes dev b̄ of a branch to its part `left` at this constant shape.
+    /// Relaxes dev b̄ of a branch to its part `restricted_to` at this constant shape.
     #[inline(always)]
     fn relax(&self, branch: &mut SymmetricTensor<D, V>, left: f64) -> BatchRelaxation<D, V> {
         let zero = branch.out.constant(0.0);

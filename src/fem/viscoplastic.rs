@@ -1,14 +1,14 @@
 //! Viscoplastic elements, F = F_e F_p: radial return onto the yield surface (Simo & Hughes 1998, numerics A16).
 
 use super::simplex::{DeformationGradient, ElasticCauchyGreen, ElementKinematics};
-use super::{Answer, DEPTH, Section, Simplices};
-use crate::constitutive::{Flowing, Material, StressReturn, Volume, VolumetricResponse};
+use super::{DEPTH, ElementResponse, Section, Simplices};
+use crate::constitutive::{Material, StressReturn, Viscoplastic, VolumetricEnergy, VolumetricResponse};
 use crate::math::{Tensor, Vector, cube_root, det};
 use crate::mesh::ElementId;
 
 /// History variables of a viscoplastic element, or of one branch of a viscoelastic element.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Memory<const D: usize> {
+pub struct HistoryVariables<const D: usize> {
     /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of unit determinant together with `out`, initially 1; C̄_i⁻¹ of a branch.
     pub inverse: Tensor<D>,
     /// Out-of-plane component of C̄_p⁻¹; 1 in space.
@@ -27,14 +27,14 @@ pub struct Memory<const D: usize> {
     pub felt: f64,
 }
 
-impl<const D: usize> Default for Memory<D> {
+impl<const D: usize> Default for HistoryVariables<D> {
     fn default() -> Self {
         let inverse = Tensor::<D>::identity();
         Self { inverse, out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0, stress: 0.0, felt: 0.0 }
     }
 }
 
-impl<const D: usize> Memory<D> {
+impl<const D: usize> HistoryVariables<D> {
     /// Returns true if all variables are finite.
     #[must_use]
     pub fn is_valid(&self) -> bool {
@@ -46,7 +46,7 @@ impl<const D: usize> Memory<D> {
 
 /// Energy of a patch, and its dissipation since its last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Spent {
+pub struct Dissipation {
     /// Energy V, J.
     pub energy: f64,
     /// Plastic dissipation, J.
@@ -57,7 +57,7 @@ pub struct Spent {
     pub damage: f64,
 }
 
-impl std::ops::AddAssign for Spent {
+impl std::ops::AddAssign for Dissipation {
     fn add_assign(&mut self, other: Self) {
         self.energy += other.energy;
         self.plastic += other.plastic;
@@ -68,13 +68,16 @@ impl std::ops::AddAssign for Spent {
 
 /// Viscoplastic element during its evaluation.
 struct ViscoplasticElement<'a, const D: usize> {
-    gel: &'a Flowing,
+    gel: &'a Viscoplastic,
     at: ElementKinematics<'a, D>,
 }
 
 /// Collects the history variables of the elements of a patch.
-pub(super) fn patch_history<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) -> [Memory<D>; DEPTH] {
-    std::array::from_fn(|k| ids.get(k).map_or_else(Memory::default, |id| memory[id.index()]))
+pub(super) fn patch_history<const D: usize>(
+    memory: &[HistoryVariables<D>],
+    ids: &[ElementId],
+) -> [HistoryVariables<D>; DEPTH] {
+    std::array::from_fn(|k| ids.get(k).map_or_else(HistoryVariables::default, |id| memory[id.index()]))
 }
 
 impl<const D: usize> Simplices<D> {
@@ -83,11 +86,11 @@ impl<const D: usize> Simplices<D> {
     /// A step above 0 s updates the history. At step 0 the viscous part of U′ of each element is `held`, Pa.
     pub(super) fn evaluate_viscoplastic(
         &self,
-        (gel, ids): (&Flowing, &[ElementId]),
+        (gel, ids): (&Viscoplastic, &[ElementId]),
         x: &[Vector<D>],
-        (step, memory, held): (f64, &mut [Memory<D>; DEPTH], &[f64; DEPTH]),
-        answers: &mut [Answer<D>; DEPTH],
-    ) -> Spent {
+        (step, memory, held): (f64, &mut [HistoryVariables<D>; DEPTH], &[f64; DEPTH]),
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> Dissipation {
         let mut strains = [DeformationGradient::none(); DEPTH];
         let (mut volume, mut now) = (0.0, 0.0);
         for (id, strain) in ids.iter().zip(&mut strains) {
@@ -97,7 +100,7 @@ impl<const D: usize> Simplices<D> {
             now += element.volume * strain.jacobian();
         }
         let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.volumetric(now / volume) };
-        let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
+        let mut spent = Dissipation { energy: volume * shared.energy, ..Dissipation::default() };
         let remembered = memory.iter_mut().zip(held);
         for (((id, strain), (memory, held)), answer) in ids.iter().zip(&strains).zip(remembered).zip(answers) {
             let element = &self.rest_elements[id.index()];
@@ -154,7 +157,7 @@ impl<const D: usize> Simplices<D> {
     ///
     /// A mean of unit-determinant factors has a determinant of 1 or more, so no more than the mean distortion.
     #[must_use]
-    pub fn elastic(&self, id: ElementId, x: &[Vector<D>], memory: &Memory<D>) -> Option<(Tensor<D>, f64)> {
+    pub fn elastic(&self, id: ElementId, x: &[Vector<D>], memory: &HistoryVariables<D>) -> Option<(Tensor<D>, f64)> {
         let element = self.rest_element(id);
         let strain = self.element_deformation(id, &element, x);
         let f = strain.f;
@@ -173,7 +176,7 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
     /// Radial return mapping of b̄ after a step, s; returns b̄ and the dissipation, J/m³.
     ///
     /// Stresses are those of the undamaged material: damage scales stress and yield stress alike (numerics 6.2).
-    fn returned(&self, (step, slope): (f64, f64), memory: &mut Memory<D>) -> (ElasticCauchyGreen<D>, f64) {
+    fn returned(&self, (step, slope): (f64, f64), memory: &mut HistoryVariables<D>) -> (ElasticCauchyGreen<D>, f64) {
         let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
         let trial = self.at.elastic(memory);
         let Some(strength) = self.gel.strength else { return (trial, 0.0) };
@@ -201,7 +204,7 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
     }
 
     /// Returns ε̇ and the viscous part η ε̇ of U′, Pa; its dissipation per rest volume is η ε̇ J̇.
-    fn viscous(&self, step: f64, memory: &Memory<D>) -> (f64, f64) {
+    fn viscous(&self, step: f64, memory: &HistoryVariables<D>) -> (f64, f64) {
         let rate = (self.at.strain.jacobian() - memory.jacobian) / (self.at.jacobian * step);
         (rate, self.resistance(rate) * rate)
     }
@@ -231,32 +234,32 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
     /// Computes the forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F, μ being the damaged modulus.
     fn answer(
         &self,
-        memory: &Memory<D>,
+        memory: &HistoryVariables<D>,
         (elastic, mu): (&ElasticCauchyGreen<D>, f64),
         (slope, stiffness): (f64, f64),
-    ) -> Answer<D> {
+    ) -> ElementResponse<D> {
         let (strain, scale) = (self.at.strain, self.at.scale);
         let sheared = if self.at.is_above_floor() { mu * elastic.trace() / (3.0 * self.at.jacobian) } else { 0.0 };
         let volumetric = slope - sheared;
         let p = strain.f * memory.inverse * (mu * scale) + strain.cofactor * (volumetric * strain.out);
         let forces = self.at.element.forces(&p, mu * scale * strain.out * memory.out + volumetric * strain.det_f);
-        Answer { forces, stiffness, jacobian: strain.jacobian() }
+        ElementResponse { forces, stiffness, jacobian: strain.jacobian() }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{BulkViscosity, Confinement, EquationOfState, Softening, Strength};
+    use crate::constitutive::{BulkViscosity, DamageLaw, EquationOfState, PressureHardening, YieldLaw};
     use crate::fem::Potential;
-    use crate::mesh::{Mesh, NodeId, Patches};
+    use crate::mesh::{ElementPatches, Mesh, NodeId};
 
-    fn gel() -> Flowing {
-        Flowing {
+    fn gel() -> Viscoplastic {
+        Viscoplastic {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),
-            strength: Some(Strength::new(0.3, 0.2, 1.6)),
-            softening: Some(Softening::new(0.1, 0.05, 0.1)),
+            strength: Some(YieldLaw::new(0.3, 0.2, 1.6)),
+            softening: Some(DamageLaw::new(0.1, 0.05, 0.1)),
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
         }
@@ -267,7 +270,7 @@ mod tests {
         pair_of(gel(), section)
     }
 
-    fn pair_of<const D: usize>(gel: Flowing, section: Section) -> (Mesh<D>, Simplices<D>) {
+    fn pair_of<const D: usize>(gel: Viscoplastic, section: Section) -> (Mesh<D>, Simplices<D>) {
         let corners = [[0.8, 0.1, 0.0], [1.9, 0.3, 0.1], [1.1, 0.2, 1.2], [0.9, 1.3, 0.3], [1.7, 1.2, 1.0]];
         let flat = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2], [2.1, 1.4]];
         let rest: Vec<Vector<D>> = if D == 2 {
@@ -283,7 +286,7 @@ mod tests {
         };
         let mut mesh = Mesh::new(rest, elements);
         mesh.held = vec![[false; D]; mesh.rest.len()];
-        let patches = Patches::grouped(&mesh);
+        let patches = ElementPatches::grouped(&mesh);
         assert_eq!(patches.of(0).len(), 2);
         let simplices = Simplices::in_patches(&mesh, patches, (Material::Flowing(gel), section));
         (mesh, simplices)
@@ -295,11 +298,11 @@ mod tests {
     }
 
     /// Returns the history of two elements after a large shear in small steps.
-    fn flown<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) -> Vec<Memory<D>> {
-        let mut memory = vec![Memory::default(); 2];
+    fn flown<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) -> Vec<HistoryVariables<D>> {
+        let mut memory = vec![HistoryVariables::default(); 2];
         for step in 1..=50 {
             let x = waved(mesh, 0.004 * f64::from(step));
-            simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+            simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
         }
         assert!(memory.iter().all(|memory| memory.plastic > 0.01), "{memory:?}");
         memory
@@ -309,9 +312,9 @@ mod tests {
     fn pull<const D: usize>(
         simplices: &Simplices<D>,
         x: &[Vector<D>],
-        memory: &[Memory<D>],
+        memory: &[HistoryVariables<D>],
     ) -> (f64, Vec<Vector<D>>, f64) {
-        let mut answers = [Answer::default(); DEPTH];
+        let mut answers = [ElementResponse::default(); DEPTH];
         let energy = simplices.evaluate(0, x, memory, &mut answers);
         let mut forces = vec![Vector::<D>::zeros(); x.len()];
         for (element, answer) in answers[..2].iter().enumerate() {
@@ -382,7 +385,7 @@ mod tests {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let mut memory = flown(&mesh, &simplices);
         let x = waved(&mesh, 0.21);
-        simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+        simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
         for (id, memory) in (0..).map(ElementId).zip(&memory) {
             assert!((det(&memory.inverse) * memory.out - 1.0).abs() < 1e-12);
             let (element, gel) = (simplices.rest_element(id), gel());
@@ -399,8 +402,8 @@ mod tests {
         let (mesh, _) = pair::<3>(Section::Spatial);
         let mesh = Mesh::new(mesh.rest, mesh.elements[..1].to_vec());
         let (strength, plain) = (gel().strength.unwrap(), gel());
-        let gel = Flowing {
-            strength: Some(strength.confined(Confinement { pressure: 3.0, factor: 5.0, time: 0.0 })),
+        let gel = Viscoplastic {
+            strength: Some(strength.with_confinement(PressureHardening { pressure: 3.0, factor: 5.0, time: 0.0 })),
             softening: None,
             ..plain
         };
@@ -409,11 +412,11 @@ mod tests {
         for (size, confined) in
             [(1.02, 1.0), (0.99_f64, 1.0 + 4.0 * 60.0 * (0.99_f64.powi(-3) - 1.0) / 3.0), (0.9, 5.0)]
         {
-            let mut memory = vec![Memory::default()];
+            let mut memory = vec![HistoryVariables::default()];
             for step in 0..=50 {
                 let shear = 0.01 * f64::from(step);
                 let x: Vec<_> = mesh.rest.iter().map(|x| (x + Vector::<3>::x() * shear * x[2]) * size).collect();
-                simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+                simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
                 if step == 50 {
                     let (element, bears) =
                         (simplices.rest_element(ElementId(0)), confined * strength.at(memory[0].rate));
@@ -427,15 +430,15 @@ mod tests {
     }
 
     /// Returns the relative energy residual of a pair sheared there and back.
-    fn residual(gel: Flowing, steps: u32) -> f64 {
+    fn residual(gel: Viscoplastic, steps: u32) -> f64 {
         let (mesh, simplices) = pair_of::<2>(gel, Section::Axisymmetric);
-        let mut memory = vec![Memory::default(); 2];
+        let mut memory = vec![HistoryVariables::default(); 2];
         let (mut work, mut lost, mut before) = (0.0, 0.0, (mesh.rest.clone(), vec![Vector::<2>::zeros(); 4]));
         let (mut energy, mut damage) = (0.0, 0.0);
         for step in 0..=steps {
             let along = f64::from(step) / f64::from(steps);
             let x = waved(&mesh, 0.25 * (std::f64::consts::PI * along).sin());
-            let mut answers = [Answer::default(); DEPTH];
+            let mut answers = [ElementResponse::default(); DEPTH];
             let time = if step == 0 { 0.0 } else { 1.0 / f64::from(steps) };
             let spent = simplices.advance(0, &x, (time, &mut memory), &mut answers);
             let mut forces = vec![Vector::<2>::zeros(); 4];
@@ -458,11 +461,11 @@ mod tests {
     #[test]
     fn damage_grows_under_cyclic_strain_and_never_heals() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
-        let (mut memory, mut left) = (vec![Memory::default(); 2], [1.0; 2]);
+        let (mut memory, mut left) = (vec![HistoryVariables::default(); 2], [1.0; 2]);
         for step in 1..=200 {
             let x = waved(&mesh, 0.25 * (f64::from(step) * 0.0314).sin());
-            simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
-            assert!(memory.iter().zip(left).all(|(memory, left)| memory.left <= left && memory.left > 0.05));
+            simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
+            assert!(memory.iter().zip(left).all(|(memory, left)| memory.restricted_to <= left && memory.left > 0.05));
             left = [memory[0].left, memory[1].left];
         }
         assert!(left.iter().all(|left| *left < 0.3), "{left:?}");
@@ -472,9 +475,12 @@ mod tests {
     fn damage_scales_all_shear_stress_and_no_plastic_flow() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let memory = flown(&mesh, &simplices);
-        let sound: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 1.0, ..*memory }).collect();
-        let gone: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 0.0, ..*memory }).collect();
-        let half: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 0.5, ..*memory }).collect();
+        let sound: Vec<HistoryVariables<2>> =
+            memory.iter().map(|memory| HistoryVariables { left: 1.0, ..*memory }).collect();
+        let gone: Vec<HistoryVariables<2>> =
+            memory.iter().map(|memory| HistoryVariables { left: 0.0, ..*memory }).collect();
+        let half: Vec<HistoryVariables<2>> =
+            memory.iter().map(|memory| HistoryVariables { left: 0.5, ..*memory }).collect();
         let x = waved(&mesh, 0.2);
         let [sound, gone, half] = [sound, gone, half].map(|memory| pull(&simplices, &x, &memory));
         assert!((half.0 - 0.5 * (sound.0 + gone.0)).abs() < 1e-12 * sound.0 && gone.0 < sound.0);
@@ -486,8 +492,9 @@ mod tests {
     #[test]
     fn dissipation_is_the_work_that_is_not_stored() {
         let felt = |time: f64| {
-            let strength = gel().strength.map(|own| own.confined(Confinement { pressure: 3.0, factor: 5.0, time }));
-            Flowing { strength, ..gel() }
+            let strength =
+                gel().strength.map(|own| own.with_confinement(PressureHardening { pressure: 3.0, factor: 5.0, time }));
+            Viscoplastic { strength, ..gel() }
         };
         for (gel, most) in [(gel(), 3e-5), (felt(0.0), 6e-4), (felt(0.02), 6e-4)] {
             let [coarse, fine] = [400, 1600].map(|steps| residual(gel, steps).abs());

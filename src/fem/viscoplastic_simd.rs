@@ -4,14 +4,14 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::load_lanes;
-use super::history::{HistoryLayout, Recall, load_shape, shape_rows, store_shape};
+use super::history::{HistoryLanes, HistoryLayout, load_shape, shape_rows, store_shape};
 use super::kinematics::{BatchKinematics, ShapeGradients};
 use super::rest_geometry::RestGeometry;
 use super::simd_material::{BatchDeformation, BatchInput, ElementForces, SimdMaterial, VolumetricSlopes};
 use super::simplex::isochoric_mean;
 use super::symmetric_tensor::SymmetricTensor;
-use super::{Memory, Section};
-use crate::constitutive::{Flowing, StressReturn, Volume};
+use super::{HistoryVariables, Section};
+use crate::constitutive::{StressReturn, Viscoplastic, VolumetricEnergy};
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -32,12 +32,12 @@ struct PlasticHistory<const D: usize, V> {
 /// The last one serves only re-evaluations at the same tick.
 const NUMBERS: usize = 7;
 
-impl<const D: usize> HistoryLayout<D> for Flowing {
+impl<const D: usize> HistoryLayout<D> for Viscoplastic {
     fn rows(&self) -> usize {
         shape_rows::<D>() + NUMBERS
     }
 
-    fn store_history(&self, rows: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
+    fn store_history(&self, rows: &mut [HistoryLanes], lane: usize, memory: &[HistoryVariables<D>]) {
         let memory = &memory[0];
         store_shape(rows, lane, memory);
         let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D>(rows);
@@ -46,24 +46,24 @@ impl<const D: usize> HistoryLayout<D> for Flowing {
         (stress.0[lane], felt.0[lane]) = (memory.stress, memory.felt);
     }
 
-    fn load_history(&self, rows: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
+    fn load_history(&self, rows: &[HistoryLanes], lane: usize, memory: &mut [HistoryVariables<D>]) {
         let number = |i: usize| rows[shape_rows::<D>() + i].0[lane];
         let [plastic, jacobian, rate, left, stress, felt] = [0, 1, 2, 3, 4, 5].map(number);
-        memory[0] = Memory { plastic, jacobian, rate, left, stress, felt, ..load_shape(rows, lane) };
+        memory[0] = HistoryVariables { plastic, jacobian, rate, left, stress, felt, ..load_shape(rows, lane) };
     }
 
-    fn viscous(&self, rows: &[Recall], lane: usize) -> f64 {
+    fn viscous(&self, rows: &[HistoryLanes], lane: usize) -> f64 {
         rows[shape_rows::<D>() + NUMBERS - 1].0[lane]
     }
 }
 
 /// Returns the history rows after C̄_p⁻¹.
 #[inline(always)]
-fn numbers<const D: usize>(rows: &mut [Recall]) -> &mut [Recall; NUMBERS] {
+fn numbers<const D: usize>(rows: &mut [HistoryLanes]) -> &mut [HistoryLanes; NUMBERS] {
     rows[shape_rows::<D>()..].first_chunk_mut().expect("what an element remembers is whole")
 }
 
-impl<const D: usize> SimdMaterial<D> for Flowing {
+impl<const D: usize> SimdMaterial<D> for Viscoplastic {
     type Rest = ShapeGradients<D>;
     const HAS_HISTORY: bool = true;
 
@@ -73,7 +73,7 @@ impl<const D: usize> SimdMaterial<D> for Flowing {
     }
 
     #[inline(always)]
-    fn volume(&self) -> impl Volume {
+    fn volume(&self) -> impl VolumetricEnergy {
         *self
     }
 
@@ -127,7 +127,7 @@ impl<const D: usize> SimdMaterial<D> for Flowing {
 /// Radial return mapping of b̄ after a step, s; returns b̄ and the dissipation, J/m³; `slope` is U′, Pa.
 #[inline(always)]
 fn returned<const D: usize, V: Number>(
-    gel: &Flowing,
+    gel: &Viscoplastic,
     at: &BatchKinematics<'_, D, V>,
     (step, slope): (f64, V),
     memory: &mut PlasticHistory<D, V>,
@@ -164,7 +164,7 @@ fn returned<const D: usize, V: Number>(
 
 /// Returns η, Pa·s, for the least height, the inverse root of the greatest |g_a|².
 #[inline(always)]
-fn resistance<V: Number>(gel: &Flowing, sharpest: V, rate: V) -> V {
+fn resistance<V: Number>(gel: &Viscoplastic, sharpest: V, rate: V) -> V {
     // An empty lane has no gradients.
     let height = sharpest.constant(1.0) / sharpest.at_least(f64::MIN_POSITIVE).root();
     gel.viscosity.at(gel.density, gel.sound_speed(), height, rate)
@@ -182,7 +182,7 @@ fn damped<const D: usize, V: Number>(density: f64, (volume, kappa): (V, V), damp
 impl<const D: usize, S: Simd> PlasticHistory<D, f64x8<S>> {
     /// Loads the history variables, and J at the last tick.
     #[inline(always)]
-    fn load(simd: S, from: &mut [Recall]) -> (Self, f64x8<S>) {
+    fn load(simd: S, from: &mut [HistoryLanes]) -> (Self, f64x8<S>) {
         let shape = SymmetricTensor::load(simd, from);
         let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D>(from);
         let [plastic, rate, left, stress, felt] =
@@ -191,7 +191,7 @@ impl<const D: usize, S: Simd> PlasticHistory<D, f64x8<S>> {
     }
 
     #[inline(always)]
-    fn store(&self, to: &mut [Recall], (now, added): (f64x8<S>, f64x8<S>)) {
+    fn store(&self, to: &mut [HistoryLanes], (now, added): (f64x8<S>, f64x8<S>)) {
         self.shape.store(to);
         let [plastic, jacobian, rate, left, stress, felt, viscous] = numbers::<D>(to);
         self.plastic.store_slice(&mut plastic.0);

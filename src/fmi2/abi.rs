@@ -24,7 +24,7 @@ mod states;
 mod steps;
 mod values;
 
-pub use callbacks::{Callbacks, LoggerCallback};
+pub use callbacks::{CallbackFunctions, LoggerCallback};
 #[cfg(feature = "cli")]
 pub use importer::{ImportError, LoadedFmu, LoadedState};
 pub use life::*;
@@ -36,7 +36,7 @@ pub use values::*;
 use super::call::CallError;
 use super::component::Component;
 use super::lifecycle::CallGroup;
-use super::status::Status;
+use super::status::CallStatus;
 use environment::HostEnvironment;
 use std::ffi::{c_char, c_int, c_void};
 
@@ -50,16 +50,16 @@ fn guard(
     component: OpaquePointer,
     function: &'static str,
     call: CallGroup,
-    body: impl FnOnce(&mut Component) -> Result<Status, CallError>,
+    body: impl FnOnce(&mut Component) -> Result<CallStatus, CallError>,
 ) -> c_int {
     if component.is_null() {
-        return Status::Error as c_int;
+        return CallStatus::Error as c_int;
     }
     // Freeing memory needs no reserve.
     if function != "fmi2FreeFMUstate" && !reserve::ensure_standing_reserve() {
         // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
         unsafe { &*component.cast::<Component>() }.logger.report_shortage();
-        return Status::Error as c_int;
+        return CallStatus::Error as c_int;
     }
     let (status, lines, logger) = {
         let _environment = HostEnvironment::replace();
@@ -92,10 +92,10 @@ mod tests {
         let logger = ImporterLogger { callback: None, environment: ptr::null_mut(), name: CString::default() };
         let component = Box::into_raw(Box::new(Component { instance, logger, strings: Vec::new() })).cast();
         let status = guard(component, "fmi2Reset", CallGroup::Reset, |_| panic!("on purpose"));
-        assert_eq!(status, Status::Fatal as c_int);
+        assert_eq!(status, CallStatus::Fatal as c_int);
         // SAFETY: made above, freed once.
         unsafe {
-            assert_eq!(fmi2Reset(component), Status::Fatal as c_int);
+            assert_eq!(fmi2Reset(component), CallStatus::Fatal as c_int);
             fmi2FreeInstance(component);
         }
     }

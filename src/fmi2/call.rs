@@ -4,7 +4,7 @@ use super::lifecycle::{CallGroup, LifecyclePhase};
 use super::manifest::ManifestError;
 use super::memory::MemoryShortage;
 use super::snapshot::SnapshotError;
-use super::status::Status;
+use super::status::CallStatus;
 use super::table::Kind;
 use crate::output::OutputError;
 use crate::scene::SceneError;
@@ -146,10 +146,10 @@ pub enum CallError {
 impl CallError {
     /// Returns the status of the call.
     #[must_use]
-    pub fn status(&self) -> Status {
+    pub fn status(&self) -> CallStatus {
         match self {
-            Self::Stopped { .. } | Self::NotAvailable { .. } => Status::Discard,
-            Self::Lost { .. } => Status::Fatal,
+            Self::Stopped { .. } | Self::NotAvailable { .. } => CallStatus::Discard,
+            Self::Lost { .. } => CallStatus::Fatal,
             Self::OutOfOrder { .. }
             | Self::NullPointer { .. }
             | Self::NotText { .. }
@@ -164,7 +164,7 @@ impl CallError {
             | Self::Build { .. }
             | Self::State(_)
             | Self::Memory(_)
-            | Self::Output(_) => Status::Error,
+            | Self::Output(_) => CallStatus::Error,
         }
     }
 

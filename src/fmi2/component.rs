@@ -5,7 +5,7 @@ use super::call::CallError;
 use super::instance::FmuInstance;
 use super::lifecycle::{CallGroup, LifecyclePhase};
 use super::parameters::PackedScene;
-use super::status::Status;
+use super::status::CallStatus;
 use std::any::Any;
 use std::ffi::{CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -41,8 +41,8 @@ impl Component {
         &mut self,
         function: &'static str,
         call: CallGroup,
-        body: impl FnOnce(&mut Self) -> Result<Status, CallError>,
-    ) -> Status {
+        body: impl FnOnce(&mut Self) -> Result<CallStatus, CallError>,
+    ) -> CallStatus {
         let outcome = match self.instance.expect_allowed(function, call) {
             Ok(()) => catch_unwind(AssertUnwindSafe(|| body(self))),
             Err(error) => Ok(Err(error)),
@@ -57,7 +57,7 @@ impl Component {
                 let text = panic_message(&*panic);
                 self.instance.phase = LifecyclePhase::Fatal;
                 self.instance.log.fatal(format!("{function}: internal error: {text}. The instance is lost; free it"));
-                Status::Fatal
+                CallStatus::Fatal
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::call::CallError;
 use super::inputs::BodyLoad;
 use super::instance::FmuInstance;
-use super::scalar::Scalar;
+use super::scalar::ScalarVariable;
 use super::table::{Input, Kind, Observed, Source};
 use super::variables::find_scalar;
 use super::{body::mass, table::Causality};
@@ -100,7 +100,7 @@ fn acceleration(contact: &Vector3, acted: BodyLoad, mass: f64) -> Vector3 {
 
 /// Returns the sensitivity of the contact force: −k n⊗n for position, −Z n⊗n for velocity, with n the direction of
 /// the last impulse.
-fn sensitivity(contact: &ContactReport, of: &Scalar, by: &Scalar) -> f64 {
+fn sensitivity(contact: &ContactReport, of: &ScalarVariable, by: &ScalarVariable) -> f64 {
     if of.variable.source != Source::Observed(Observed::ContactLinearForce) || of.body != by.body {
         return 0.0;
     }

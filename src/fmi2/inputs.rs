@@ -2,11 +2,11 @@
 
 use super::call::{CallError, format_number};
 use super::instance::{BuiltModel, FmuInstance, ScalarValues};
-use super::scalar::{Ports, Scalar, scalars};
+use super::scalar::{ScalarVariable, VariablePorts, scalars};
 use super::table::{Input, Source, VARIABLES, variable_of};
 use crate::math::Vector3;
 use crate::scene::{Dimension, body_name};
-use crate::simulation::{CouplingMode, Inputs};
+use crate::simulation::{CouplingMode, StepInputs};
 use serde::{Deserialize, Serialize};
 
 /// Tolerance of a component relative to the longest component, for the round-off of an importer that rotates vectors.
@@ -40,7 +40,7 @@ impl Default for BodyLoad {
 
 impl BodyLoad {
     /// Returns the load at the end of a step of this length, s.
-    pub(super) fn at_step_end(inputs: &Inputs, mode: CouplingMode, duration: f64) -> Self {
+    pub(super) fn at_step_end(inputs: &StepInputs, mode: CouplingMode, duration: f64) -> Self {
         match mode {
             CouplingMode::Prescribed => Self::Acceleration(inputs.acceleration),
             CouplingMode::Integrated | CouplingMode::Corrected => {
@@ -52,13 +52,13 @@ impl BodyLoad {
 
 impl InputValues {
     /// Returns the first derivative of a scalar.
-    fn rate(&self, scalar: &Scalar) -> f64 {
+    fn rate(&self, scalar: &ScalarVariable) -> f64 {
         self.rates.get(&scalar.reference()).copied().unwrap_or(0.0)
     }
 }
 
 /// Returns the start values of the inputs in a scene with these ports.
-pub(super) fn start_values(ports: Ports, scene: &toml::Table) -> ScalarValues {
+pub(super) fn start_values(ports: VariablePorts, scene: &toml::Table) -> ScalarValues {
     let inputs = scalars(ports).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
     inputs.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
 }
@@ -75,21 +75,21 @@ struct BodyInputs<'a> {
 
 impl BodyInputs<'_> {
     /// Returns a scalar: the set value, or the start value of the scene.
-    fn value(&self, scalar: &Scalar) -> f64 {
+    fn value(&self, scalar: &ScalarVariable) -> f64 {
         self.inputs.values.get(&scalar.reference()).copied().unwrap_or_else(|| self.start(scalar))
     }
 
-    fn start(&self, scalar: &Scalar) -> f64 {
+    fn start(&self, scalar: &ScalarVariable) -> f64 {
         self.starts.get(&scalar.reference()).copied().unwrap_or(0.0)
     }
 
     /// Returns the first component of an input.
-    fn scalar(&self, input: Input) -> Scalar {
-        Scalar { variable: variable_of(Source::Input(input)), component: 0, body: self.body }
+    fn scalar(&self, input: Input) -> ScalarVariable {
+        ScalarVariable { variable: variable_of(Source::Input(input)), component: 0, body: self.body }
     }
 
-    fn scalars(&self, input: Input) -> impl Iterator<Item = Scalar> + Clone {
-        Scalar::of(variable_of(Source::Input(input)), self.body)
+    fn scalars(&self, input: Input) -> impl Iterator<Item = ScalarVariable> + Clone {
+        ScalarVariable::of(variable_of(Source::Input(input)), self.body)
     }
 
     /// Returns all components of an input; components out of the plane or off the axis are 0.
@@ -118,7 +118,7 @@ impl BodyInputs<'_> {
     }
 
     /// Copies one input to the simulation.
-    fn copy_input(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
+    fn copy_input(&self, input: Input, to: &mut StepInputs) -> Result<(), CallError> {
         match input {
             Input::ProjectilePosition => to.kinematics.position = self.vector(input),
             Input::ProjectileVelocity => {
@@ -141,7 +141,7 @@ impl BodyInputs<'_> {
         Ok(())
     }
 
-    fn copy_bulge(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
+    fn copy_bulge(&self, input: Input, to: &mut StepInputs) -> Result<(), CallError> {
         let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
         let Some(bulge) = &mut to.bulge else {
             let (name, expected) = (|| self.scalar(input).name(), "0: the shape of the body is no dome");
@@ -161,7 +161,7 @@ impl BodyInputs<'_> {
     }
 
     /// Refuses an invalid dome at the start or at the end of the step.
-    fn check_bulge(&self, inputs: &Inputs, duration: f64) -> Result<(), CallError> {
+    fn check_bulge(&self, inputs: &StepInputs, duration: f64) -> Result<(), CallError> {
         let Some(bulge) = inputs.bulge else { return Ok(()) };
         for (when, at) in [("start", bulge), ("end", bulge.after(duration))] {
             if let Err(expected) = at.check() {
@@ -254,7 +254,11 @@ impl FmuInstance {
         let Self { model, inputs, handed, clock, .. } = self;
         let is_first_step = clock.now == clock.start;
         let model = model.as_ref().expect("the model was built above");
-        inputs.values.keys().filter_map(|r| Scalar::find(*r)).try_for_each(|scalar| model.expect_body(&scalar))?;
+        inputs
+            .values
+            .keys()
+            .filter_map(|r| ScalarVariable::find(*r))
+            .try_for_each(|scalar| model.expect_body(&scalar))?;
         handed.clear();
         for body in 0..model.simulation.n_bodies() {
             let dimension = model.scene.freedom();
@@ -269,7 +273,7 @@ impl FmuInstance {
 
 impl BodyInputs<'_> {
     /// Returns the inputs of the body for a step of this length, s.
-    fn to_step_inputs(&self, model: &BuiltModel, duration: f64) -> Result<Inputs, CallError> {
+    fn to_step_inputs(&self, model: &BuiltModel, duration: f64) -> Result<StepInputs, CallError> {
         let mut inputs = model.simulation.unchanged(self.body);
         let is_fixed = model.scene.body(self.body).fixed;
         let was_active = inputs.active;
@@ -291,7 +295,7 @@ impl BodyInputs<'_> {
             self.copy_input(input, &mut inputs)?;
         }
         self.check_bulge(&inputs, duration)?;
-        if model.simulation.comes_back(self.body, &inputs, duration) {
+        if model.simulation.reenters_resting_gel(self.body, &inputs, duration) {
             return Err(self.return_error(&inputs));
         }
         if model.simulation.is_at_rest() {
@@ -307,7 +311,7 @@ impl BodyInputs<'_> {
     }
 
     /// Returns the error of a return to a gel that was put to rest.
-    fn return_error(&self, inputs: &Inputs) -> CallError {
+    fn return_error(&self, inputs: &StepInputs) -> CallError {
         let found: [f64; 3] = inputs.kinematics.position.into();
         let expected = "a path that stays outside the gel: the projectile has left it, and scene.stop_after_exit has put it to rest, so \
                         that it would not be felt; pack the scene with scene.stop_after_exit = \"never\", or go back to a state before";
@@ -315,7 +319,7 @@ impl BodyInputs<'_> {
     }
 
     /// Returns the error of a body centre inside the gel, beyond its surface.
-    fn swallowed_error(&self, was_active: bool, inputs: &Inputs) -> CallError {
+    fn swallowed_error(&self, was_active: bool, inputs: &StepInputs) -> CallError {
         let found: [f64; 3] = inputs.kinematics.position.into();
         let expected =
             "a place outside the gel: the centre of the body would be in it, where no surface of the gel meets it";
@@ -405,7 +409,7 @@ fn excluded_components(input: Input, dimension: Dimension) -> &'static [usize] {
 mod tests {
     use super::*;
 
-    const NONE: Ports = Ports { fragments: 0, sensors: 0 };
+    const NONE: VariablePorts = VariablePorts { fragments: 0, sensors: 0 };
 
     fn given<'a>(inputs: &'a InputValues, starts: &'a ScalarValues, dimension: Dimension) -> BodyInputs<'a> {
         BodyInputs { inputs, body: 0, starts, dimension, is_first_step: false }
@@ -416,7 +420,7 @@ mod tests {
     }
 
     fn input(reference: u32) -> Input {
-        let scalar = Scalar::find(reference).unwrap();
+        let scalar = ScalarVariable::find(reference).unwrap();
         let Source::Input(input) = scalar.variable.source else { panic!("{} is no input", scalar.name()) };
         input
     }

@@ -8,10 +8,10 @@ use super::memory::{RoomError, reserve_for_building};
 use super::parameters::{PackedScene, ResolvedScene, RunSettings};
 use super::recording::ResultRecording;
 use super::report_cache::ReportCache;
-use super::scalar::{Ports, Scalar, table_of};
-use super::status::Status;
+use super::scalar::{ScalarVariable, VariablePorts, table_of};
+use super::status::CallStatus;
 use crate::scene::{self, Scene};
-use crate::simulation::{self, Inputs, RestoreError, Saved, Simulation};
+use crate::simulation::{self, RestoreError, SavedSimulation, Simulation, StepInputs};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ pub(super) struct FmuInstance {
     /// Set inputs.
     pub inputs: InputValues,
     /// Inputs of the simulation for the current step, by body; kept for its allocation.
-    pub handed: Vec<Inputs>,
+    pub handed: Vec<StepInputs>,
     /// Experiment and time.
     pub clock: ExperimentClock,
     /// Model built from scene and parameters on demand.
@@ -137,7 +137,7 @@ impl FmuInstance {
     }
 
     /// Ends the run and completes the files.
-    pub(super) fn terminate(&mut self) -> Status {
+    pub(super) fn terminate(&mut self) -> CallStatus {
         self.phase = LifecyclePhase::Terminated;
         let doubts_of = |model: &BuiltModel| simulation::doubts(&model.scene, &model.simulation.observe());
         let doubts = self.model.as_ref().map_or(vec![], doubts_of);
@@ -148,7 +148,7 @@ impl FmuInstance {
     }
 
     /// Completes the files and resets everything except name, packed scene and log selection.
-    pub(super) fn reset(&mut self) -> Status {
+    pub(super) fn reset(&mut self) -> CallStatus {
         let finished = self.finish_recording();
         self.recording = ResultRecording::default();
         self.phase = LifecyclePhase::Instantiated;
@@ -186,12 +186,12 @@ impl BuiltModel {
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        let starts = inputs::start_values(Ports::of(&scene), &table);
+        let starts = inputs::start_values(VariablePorts::of(&scene), &table);
         Ok(Self { origin, text, scene, table, starts, simulation, reports: ReportCache::default() })
     }
 
     /// Refuses a scalar of a missing body or sensor.
-    pub(super) fn expect_body(&self, scalar: &Scalar) -> Result<(), CallError> {
+    pub(super) fn expect_body(&self, scalar: &ScalarVariable) -> Result<(), CallError> {
         if scalar.variable.is_of_sensors() {
             let there = self.scene.sensor.len();
             return if scalar.body < there { Ok(()) } else { Err(CallError::NoSensor { name: scalar.name(), there }) };
@@ -201,7 +201,7 @@ impl BuiltModel {
     }
 
     /// Advances the simulation by one communication step to `end`, s since the start; returns true on success.
-    pub(super) fn advance(&mut self, inputs: &[Inputs], end: f64) -> bool {
+    pub(super) fn advance(&mut self, inputs: &[StepInputs], end: f64) -> bool {
         self.reports.invalidate();
         self.simulation.step(inputs, end).is_ok()
     }
@@ -212,7 +212,7 @@ impl BuiltModel {
     }
 
     /// Restores a saved state.
-    pub(super) fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
+    pub(super) fn restore(&mut self, saved: &SavedSimulation) -> Result<(), RestoreError> {
         self.simulation.restore(saved)?;
         self.reports.invalidate();
         Ok(())

@@ -1,7 +1,7 @@
 //! Log lines, kept until the call returns and then handed to the importer on its own thread.
 
 use super::call::CallError;
-use super::status::Status;
+use super::status::CallStatus;
 
 /// Log categories and their descriptions, as declared in `modelDescription.xml`.
 pub const CATEGORIES: [(&str, &str); 5] = [
@@ -18,7 +18,7 @@ const EVENTS: &str = "logEvents";
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct LogLine {
     /// Status of the line.
-    pub status: Status,
+    pub status: CallStatus,
     /// Declared category.
     pub category: &'static str,
     /// Text before format escapes.
@@ -51,13 +51,13 @@ impl CallLog {
     /// Logs an event.
     pub(super) fn event(&mut self, message: impl Into<String>) {
         if self.events {
-            self.lines.push(LogLine { status: Status::Ok, category: EVENTS, message: message.into() });
+            self.lines.push(LogLine { status: CallStatus::Ok, category: EVENTS, message: message.into() });
         }
     }
 
     /// Logs a warning.
     pub(super) fn warning(&mut self, message: impl Into<String>) {
-        self.push(Status::Warning, message.into());
+        self.push(CallStatus::Warning, message.into());
     }
 
     /// Logs the error of a refused call.
@@ -67,7 +67,7 @@ impl CallLog {
 
     /// Logs a panic.
     pub(super) fn fatal(&mut self, message: String) {
-        self.push(Status::Fatal, message);
+        self.push(CallStatus::Fatal, message);
     }
 
     /// Takes the lines so far out of the log.
@@ -75,13 +75,13 @@ impl CallLog {
         std::mem::take(&mut self.lines)
     }
 
-    fn push(&mut self, status: Status, message: String) {
+    fn push(&mut self, status: CallStatus, message: String) {
         let category = match status {
-            Status::Ok => EVENTS,
-            Status::Warning => "logStatusWarning",
-            Status::Discard => "logStatusDiscard",
-            Status::Error => "logStatusError",
-            Status::Fatal => "logStatusFatal",
+            CallStatus::Ok => EVENTS,
+            CallStatus::Warning => "logStatusWarning",
+            CallStatus::Discard => "logStatusDiscard",
+            CallStatus::Error => "logStatusError",
+            CallStatus::Fatal => "logStatusFatal",
         };
         self.lines.push(LogLine { status, category, message });
     }

@@ -17,7 +17,7 @@ const REMEDY: &str = "pack the scene anew with gelfmu pack instead of editing th
 
 /// Manifest of an archive. The manifest does not list itself.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Manifest {
+pub struct ArchiveManifest {
     /// Version of the release that packed the archive.
     version: String,
     /// GUID of the archive.
@@ -107,7 +107,7 @@ pub enum ManifestError {
     },
 }
 
-impl Manifest {
+impl ArchiveManifest {
     /// Name of the manifest in `resources/`.
     pub const FILE: &'static str = "manifest.json";
 
@@ -206,7 +206,7 @@ mod tests {
     }
 
     fn guid_of(description: &str, library: &[u8], resources: &BTreeMap<String, Vec<u8>>) -> String {
-        Manifest::of(&ArchiveContent { description, library, resources }).guid
+        ArchiveManifest::of(&ArchiveContent { description, library, resources }).guid
     }
 
     #[test]
@@ -227,14 +227,14 @@ mod tests {
         assert_eq!(guid.len(), 38);
     }
 
-    fn written() -> (tempfile::TempDir, Manifest) {
+    fn written() -> (tempfile::TempDir, ArchiveManifest) {
         let (folder, resources) = (tempfile::tempdir().unwrap(), resources());
-        let manifest = Manifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
+        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
         fs::create_dir(folder.path().join("b")).unwrap();
         for (name, bytes) in &resources {
             fs::write(folder.path().join(name), bytes).unwrap();
         }
-        fs::write(folder.path().join(Manifest::FILE), manifest.to_json()).unwrap();
+        fs::write(folder.path().join(ArchiveManifest::FILE), manifest.to_json()).unwrap();
         (folder, manifest)
     }
 
@@ -242,7 +242,7 @@ mod tests {
     fn an_archive_as_packed_is_taken_and_files_that_a_tool_adds_are_ignored() {
         let (folder, manifest) = written();
         fs::write(folder.path().join("container.txt"), "added").unwrap();
-        assert_eq!(Manifest::verified(folder.path(), &manifest.guid), Ok(manifest.clone()));
+        assert_eq!(ArchiveManifest::verified(folder.path(), &manifest.guid), Ok(manifest.clone()));
         assert_eq!(manifest.read(folder.path(), "b/ball.stl"), Ok(vec![1, 2, 3]));
         for name in ["container.txt", "manifest.json", "../scene.toml", "/etc/passwd"] {
             assert!(matches!(manifest.read(folder.path(), name), Err(ManifestError::Unlisted { .. })), "{name}");
@@ -251,30 +251,30 @@ mod tests {
 
     #[test]
     fn every_changed_or_missing_file_is_refused_by_name_and_with_the_remedy() {
-        type Edit = fn(&Path, &Manifest);
+        type Edit = fn(&Path, &ArchiveManifest);
         let edits: [(&str, Edit); 6] = [
             ("scene.toml: found content", |at, _| fs::write(at.join("scene.toml"), "[scene]\n").unwrap()),
             ("ball.stl: found no readable file", |at, _| fs::remove_file(at.join("b/ball.stl")).unwrap()),
-            ("manifest.json: found no readable file", |at, _| fs::remove_file(at.join(Manifest::FILE)).unwrap()),
-            ("manifest.json: found no manifest", |at, _| fs::write(at.join(Manifest::FILE), "{").unwrap()),
+            ("manifest.json: found no readable file", |at, _| fs::remove_file(at.join(ArchiveManifest::FILE)).unwrap()),
+            ("manifest.json: found no manifest", |at, _| fs::write(at.join(ArchiveManifest::FILE), "{").unwrap()),
             ("manifest.json: found version 0.0.0", |at, m| {
                 let text = m.to_json().replace(env!("CARGO_PKG_VERSION"), "0.0.0");
-                fs::write(at.join(Manifest::FILE), text).unwrap();
+                fs::write(at.join(ArchiveManifest::FILE), text).unwrap();
             }),
             ("manifest.json: found entries", |at, m| {
                 let text = m.to_json().replace(&hash(b"[scene]"), &hash(b"[scene]\n"));
-                fs::write(at.join(Manifest::FILE), text).unwrap();
+                fs::write(at.join(ArchiveManifest::FILE), text).unwrap();
                 fs::write(at.join("scene.toml"), "[scene]\n").unwrap();
             }),
         ];
         for (said, edit) in edits {
             let (folder, manifest) = written();
             edit(folder.path(), &manifest);
-            let refused = Manifest::verified(folder.path(), &manifest.guid).unwrap_err().to_string();
+            let refused = ArchiveManifest::verified(folder.path(), &manifest.guid).unwrap_err().to_string();
             assert!(refused.contains(said) && refused.ends_with(REMEDY), "{said}: {refused}");
         }
         let (folder, _) = written();
-        let refused = Manifest::verified(folder.path(), "{0}").unwrap_err().to_string();
+        let refused = ArchiveManifest::verified(folder.path(), "{0}").unwrap_err().to_string();
         assert!(refused.starts_with("fmuGUID = {0}: expected {"), "{refused}");
     }
 }

@@ -26,21 +26,21 @@ mod table;
 mod uri;
 mod variables;
 
-pub use abi::{Callbacks, LoggerCallback, MemoryReserve};
+pub use abi::{CallbackFunctions, LoggerCallback, MemoryReserve};
 #[cfg(feature = "cli")]
 pub use abi::{ImportError, LoadedFmu, LoadedState};
 pub use call::CallError;
 pub use logger::CATEGORIES;
-pub use manifest::{ArchiveContent, Manifest, ManifestError};
+pub use manifest::{ArchiveContent, ArchiveManifest, ManifestError};
 pub use memory::{
     AmountOfMemory, AvailableMemory, MemoryLimit, MemoryPhase, MemoryShortage, RoomError, available_memory,
     reserve_for_building, reserve_for_step, reserve_memory,
 };
 pub use parameters::most_threads;
-pub use reading::{files_in, read_limited_text, read_scene_text};
-pub use recording::folder_name;
-pub use scalar::{Ports, Scalar, scalars, table_of};
-pub use status::Status;
+pub use reading::{read_limited_text, read_scene_text, scene_file_reader};
+pub use recording::instance_folder_name;
+pub use scalar::{ScalarVariable, VariablePorts, scalars, table_of};
+pub use status::CallStatus;
 pub use table::{Causality, ENUMERATIONS, Enumeration, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
 
 /// Name of the model and of its library inside the archive.

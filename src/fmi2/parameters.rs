@@ -2,12 +2,12 @@
 
 use super::call::CallError;
 use super::instance::{FmuInstance, ScalarValues};
-use super::manifest::{Manifest, ManifestError};
-use super::reading::{files_in, read_scene_text};
-use super::scalar::{Ports, Scalar, scalars, table_of};
+use super::manifest::{ArchiveManifest, ManifestError};
+use super::reading::{read_scene_text, scene_file_reader};
+use super::scalar::{ScalarVariable, VariablePorts, scalars, table_of};
 use super::table::{Setting, Source, variable_of};
 use super::uri;
-use crate::scene::{self, Files, MOST_FRAGMENTS, Override, Scene, body_name};
+use crate::scene::{self, FileSource, MOST_FRAGMENTS, Override, Scene, body_name};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub(super) struct PackedScene {
     /// Text of the scene.
     text: String,
     /// Manifest of the packed files.
-    manifest: Manifest,
+    manifest: ArchiveManifest,
     /// Scene as the source of the starts in `modelDescription.xml`; empty without a readable scene.
     pub starts: toml::Table,
 }
@@ -35,7 +35,7 @@ impl PackedScene {
         let misplaced = |found: String| ManifestError::Location { found };
         let location = location.ok_or_else(|| misplaced("none".to_owned()))?;
         let folder = uri::to_path(location).map_err(misplaced)?;
-        let manifest = Manifest::verified(&folder, guid)?;
+        let manifest = ArchiveManifest::verified(&folder, guid)?;
         let text = manifest.read(&folder, SCENE_FILE)?;
         let text = String::from_utf8(text).map_err(|e| ManifestError::Unreadable {
             path: folder.join(SCENE_FILE).display().to_string(),
@@ -165,11 +165,11 @@ impl FmuInstance {
     }
 
     /// Returns a reader of the files named by a scene of this origin: packed files, or files relative to its folder.
-    fn files_of(&self, origin: &str) -> Box<Files<'_>> {
+    fn files_of(&self, origin: &str) -> Box<FileSource<'_>> {
         if origin == PACKED {
             return Box::new(|name| self.packed.read_file(name));
         }
-        Box::new(files_in(Path::new(origin).parent().unwrap_or(Path::new(""))))
+        Box::new(scene_file_reader(Path::new(origin).parent().unwrap_or(Path::new(""))))
     }
 
     /// Returns the input files of the model: the scene, and the files named in it.
@@ -205,30 +205,30 @@ fn origin_with_faults(origin: String, overrides: &[Override]) -> String {
 
 /// Returns the name of the parameter of a scene key.
 fn parameter_name(key: &str) -> String {
-    let is_overriding = |s: &Scalar| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
-    let ports = Ports { fragments: MOST_FRAGMENTS, sensors: 0 };
+    let is_overriding = |s: &ScalarVariable| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
+    let ports = VariablePorts { fragments: MOST_FRAGMENTS, sensors: 0 };
     scalars(ports).find(is_overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
 }
 
 /// Returns the overrides that differ from their starts, as scene keys and TOML values.
 fn changed_overrides(set: &ScalarValues, starts: &toml::Table, base: &toml::Table) -> Result<Vec<Override>, CallError> {
-    let scalars = set.keys().filter_map(|reference| Scalar::find(*reference));
-    let mut rows: Vec<Scalar> = scalars.map(|scalar| Scalar { component: 0, ..scalar }).collect();
+    let scalars = set.keys().filter_map(|reference| ScalarVariable::find(*reference));
+    let mut rows: Vec<ScalarVariable> = scalars.map(|scalar| ScalarVariable { component: 0, ..scalar }).collect();
     rows.dedup();
     rows.iter().filter_map(|row| override_of_row(row, set, starts, base).transpose()).collect()
 }
 
 fn override_of_row(
-    row: &Scalar,
+    row: &ScalarVariable,
     set: &ScalarValues,
     starts: &toml::Table,
     base: &toml::Table,
 ) -> Result<Option<Override>, CallError> {
-    let differing = |scalar: &Scalar| {
+    let differing = |scalar: &ScalarVariable| {
         let value = set.get(&scalar.reference()).copied();
         value.filter(|v| scalar.start(starts) != Some(*v))
     };
-    let components = || Scalar::of(row.variable, row.body);
+    let components = || ScalarVariable::of(row.variable, row.body);
     let Some((scalar, found)) = components().find_map(|scalar| Some((scalar, differing(&scalar)?))) else {
         return Ok(None);
     };
@@ -236,7 +236,7 @@ fn override_of_row(
         let expected = format!("to be left alone: the {} of this scene has none", body_name(row.body));
         CallError::value(scalar.row_name(), found, expected)
     })?;
-    let value = |scalar: Scalar| differing(&scalar).or_else(|| scalar.start(base)).unwrap_or(0.0);
+    let value = |scalar: ScalarVariable| differing(&scalar).or_else(|| scalar.start(base)).unwrap_or(0.0);
     let items: Vec<String> = components().map(|scalar| scalar.toml(value(scalar))).collect();
     let value = if row.variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
     Ok(Some(Override { key, value }))

@@ -10,7 +10,7 @@ pub(super) const MOST_FILE_BYTES: u64 = 1 << 27;
 
 /// Returns a reader of the files named by a scene, relative to a folder. A name with the backslashes of Windows is
 /// found on every system.
-pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
+pub fn scene_file_reader(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
     let folder = folder.to_path_buf();
     move |name| {
         let path = folder.join(name);

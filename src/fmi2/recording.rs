@@ -4,14 +4,14 @@ use super::abi::MemoryReserve;
 use super::call::CallError;
 use super::instance::{BuiltModel, FmuInstance};
 use super::memory::{MemoryPhase, MemoryShortage, reserve_memory};
-use super::status::Status;
-use crate::output::{self, FolderClaim, Interface, RUN, Recorder, ResultFolder, TakeoverPolicy};
+use super::status::CallStatus;
+use crate::output::{self, DriverInterface, FolderClaim, RUN, ResultFolder, RunRecorder, TakeoverPolicy};
 use std::path::{Path, PathBuf};
 
 /// Recorder of the result files, if any.
 #[derive(Default)]
 pub(super) struct ResultRecording {
-    recorder: Option<Recorder>,
+    recorder: Option<RunRecorder>,
     /// True if a record was written since the files were last completed.
     is_open: bool,
     /// True after a failed write: no more files until the next reset.
@@ -32,7 +32,7 @@ impl FmuInstance {
         Ok(())
     }
 
-    fn create_recorder(&mut self, folder: &Path) -> Result<Recorder, CallError> {
+    fn create_recorder(&mut self, folder: &Path) -> Result<RunRecorder, CallError> {
         let (threads, inputs) = (self.settings.threads, self.files_read()?);
         let _reserve = reserve_for_writing(self.model()?)?;
         let model = self.model()?;
@@ -40,22 +40,24 @@ impl FmuInstance {
         let policy = TakeoverPolicy::Replace;
         let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &inputs, is_of_fmu: true };
         let folder = ResultFolder::claim(folder, &claim)?;
-        let mut recorder = Recorder::within(folder, &model.scene, Interface::Fmi2, threads)?;
+        let mut recorder = RunRecorder::within(folder, &model.scene, DriverInterface::Fmi2, threads)?;
         let observation = model.observe();
         recorder.record_observation(&observation, || model.simulation.frame())?;
         Ok(recorder)
     }
 
     /// Records the current state. Files that cannot be written any more are given up with a warning.
-    pub(super) fn record(&mut self) -> Status {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else { return Status::Ok };
+    pub(super) fn record(&mut self) -> CallStatus {
+        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else {
+            return CallStatus::Ok;
+        };
         self.recording.is_open = true;
         let _reserve = match reserve_for_writing(model) {
             Ok(reserve) => reserve,
             // A shortage may pass, and the gap in the tables ends with it.
             Err(shortage) => {
                 self.log.warning(format!("{shortage}. This step is missing in the tables"));
-                return Status::Warning;
+                return CallStatus::Warning;
             }
         };
         let observation = model.observe();
@@ -65,7 +67,7 @@ impl FmuInstance {
 
     /// Continues the files after a state of the same model was restored. Later records are dropped; without records
     /// the files start afresh.
-    pub(super) fn rewind_recording(&mut self) -> Status {
+    pub(super) fn rewind_recording(&mut self) -> CallStatus {
         let outcome = match (&mut self.recording.recorder, &self.model) {
             (Some(recorder), Some(model)) => {
                 self.recording.is_open = true;
@@ -78,10 +80,10 @@ impl FmuInstance {
     }
 
     /// Completes the files, unless they are complete already.
-    pub(super) fn finish_recording(&mut self) -> Status {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return Status::Ok };
+    pub(super) fn finish_recording(&mut self) -> CallStatus {
+        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return CallStatus::Ok };
         if !std::mem::take(&mut self.recording.is_open) {
-            return Status::Ok;
+            return CallStatus::Ok;
         }
         let outcome = reserve_for_writing(model)
             .map_err(CallError::from)
@@ -95,11 +97,11 @@ impl FmuInstance {
     }
 
     /// Turns an error of writing files into a warning and stops the recording.
-    fn warn_and_stop(&mut self, outcome: Result<(), CallError>) -> Status {
-        let Err(error) = outcome else { return Status::Ok };
+    fn warn_and_stop(&mut self, outcome: Result<(), CallError>) -> CallStatus {
+        let Err(error) = outcome else { return CallStatus::Ok };
         self.recording = ResultRecording { has_failed: true, ..ResultRecording::default() };
         self.log.warning(format!("{error}. Nothing more is written by this instance until it is reset"));
-        Status::Warning
+        CallStatus::Warning
     }
 }
 
@@ -111,13 +113,13 @@ fn reserve_for_writing(model: &BuiltModel) -> Result<MemoryReserve, MemoryShorta
 /// Returns the folder name of an instance inside `output_directory`: the name of the instance with `_` in place of
 /// path separators and of characters that some system forbids.
 #[must_use]
-pub fn folder_name(instance: &str) -> String {
+pub fn instance_folder_name(instance: &str) -> String {
     let safe = instance.replace(|c: char| c.is_control() || r#"/\:*?"<>|"#.contains(c), "_");
     if safe.chars().all(|c| c == '.') { "_".repeat(safe.len()) } else { safe }
 }
 
 fn folder(directory: &str, instance: &str) -> PathBuf {
-    Path::new(directory).join(folder_name(instance))
+    Path::new(directory).join(instance_folder_name(instance))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use crate::scene::{Scene, body_name, numbered};
 /// Scalar variable. Body 0 is the projectile, the fragments follow from 1; a variable without a body has body 0. For
 /// a sensor variable, `body` is the sensor, from 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scalar {
+pub struct ScalarVariable {
     /// Row of the variable table.
     pub variable: &'static Variable,
     /// Component, from 0.
@@ -15,7 +15,7 @@ pub struct Scalar {
     pub body: usize,
 }
 
-impl Scalar {
+impl ScalarVariable {
     /// Returns the components of a row for one body.
     pub fn of(variable: &'static Variable, body: usize) -> impl Iterator<Item = Self> + Clone {
         (0..variable.size()).map(move |component| Self { variable, component, body })
@@ -91,7 +91,7 @@ impl Scalar {
     }
 }
 
-impl Scalar {
+impl ScalarVariable {
     /// Converts a value of the scene to a number.
     fn value_of(&self, value: &toml::Value) -> Option<f64> {
         match value {
@@ -122,14 +122,14 @@ fn without_projectile(name: &str) -> &str {
 
 /// Numbers of fragments and sensors with variables of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ports {
+pub struct VariablePorts {
     /// Number of fragments.
     pub fragments: usize,
     /// Number of sensors.
     pub sensors: usize,
 }
 
-impl Ports {
+impl VariablePorts {
     /// Returns the ports of all fragments and sensors of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
@@ -147,9 +147,11 @@ impl Ports {
 }
 
 /// Returns every scalar of an FMU with these ports, by ascending value reference.
-pub fn scalars(ports: Ports) -> impl Iterator<Item = Scalar> {
+pub fn scalars(ports: VariablePorts) -> impl Iterator<Item = ScalarVariable> {
     let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.include(v, block)).map(move |v| (v, block));
-    (0..=ports.fragments.max(ports.sensors)).flat_map(rows).flat_map(|(variable, block)| Scalar::of(variable, block))
+    (0..=ports.fragments.max(ports.sensors))
+        .flat_map(rows)
+        .flat_map(|(variable, block)| ScalarVariable::of(variable, block))
 }
 
 /// Returns the scene as a TOML table with all defaults.
@@ -191,40 +193,41 @@ mod tests {
     #[test]
     fn every_reference_finds_its_own_scalar() {
         let mut last = 0;
-        for scalar in scalars(Ports { fragments: 3, sensors: 5 }) {
-            assert_eq!(Scalar::find(scalar.reference()), Some(scalar));
+        for scalar in scalars(VariablePorts { fragments: 3, sensors: 5 }) {
+            assert_eq!(ScalarVariable::find(scalar.reference()), Some(scalar));
             assert!(scalar.reference() > last);
             last = scalar.reference();
         }
-        assert_eq!([0, 9_999, 10_001].map(Scalar::find), [None; 3]);
+        assert_eq!([0, 9_999, 10_001].map(ScalarVariable::find), [None; 3]);
     }
 
     #[test]
     fn a_component_is_described_by_its_axis() {
-        let scalar = Scalar::find(102).unwrap();
+        let scalar = ScalarVariable::find(102).unwrap();
         assert_eq!(scalar.name(), "projectile.position[3]");
         assert!(scalar.description().contains(", z, world frame"));
     }
 
     #[test]
     fn a_fragment_has_names_and_descriptions_of_its_own() {
-        let names = [20_102, 20_200, 20_250, 20_030].map(|reference| Scalar::find(reference).unwrap().name());
+        let names = [20_102, 20_200, 20_250, 20_030].map(|reference| ScalarVariable::find(reference).unwrap().name());
         let expected = ["position[3]", "contact.impulse[1]", "coupling.energy_residual", "mass"];
         assert_eq!(names, expected.map(|name| format!("fragment[2].{name}")));
-        assert!(Scalar::find(20_119).unwrap().description().starts_with("Whether fragment 2 takes part"));
+        assert!(ScalarVariable::find(20_119).unwrap().description().starts_with("Whether fragment 2 takes part"));
     }
 
     #[test]
     fn a_sensor_has_its_own_place_in_a_block_and_no_more_are_there_than_asked_for() {
-        let names = [400, 10_403, 10_404].map(|reference| Scalar::find(reference).unwrap().name());
+        let names = [400, 10_403, 10_404].map(|reference| ScalarVariable::find(reference).unwrap().name());
         assert_eq!(names, ["sensor[1].pressure", "sensor[2].displacement[3]", "sensor[2].velocity[1]"]);
-        let count = |sensors| scalars(Ports { fragments: 0, sensors }).filter(|s| s.variable.is_of_sensors()).count();
+        let count =
+            |sensors| scalars(VariablePorts { fragments: 0, sensors }).filter(|s| s.variable.is_of_sensors()).count();
         assert_eq!([0, 1, 3].map(count), [0, 7, 21]);
     }
 
     #[test]
     fn an_item_of_an_enumeration_stands_in_the_scene_by_its_name() {
-        let mode = Scalar::find(13).unwrap();
+        let mode = ScalarVariable::find(13).unwrap();
         let scene: toml::Table = toml::from_str("[coupling]\nmode = \"corrected\"").unwrap();
         assert_eq!((mode.start(&scene), mode.toml(3.0)), (Some(3.0), "\"corrected\"".into()));
         assert_eq!(mode.start(&toml::Table::new()), Some(2.0));
@@ -235,7 +238,7 @@ mod tests {
         let text = "[projectile.shape.cylinder]\nradius = 0.02\nlength = 1.0\n[[fragment]]\nmass = 2.0\nactive = false";
         let scene: toml::Table = toml::from_str(text).unwrap();
         let found = |reference: u32| {
-            let scalar = Scalar::find(reference).unwrap();
+            let scalar = ScalarVariable::find(reference).unwrap();
             (scalar.start(&scene), scalar.key_in(&scene))
         };
         assert_eq!(found(37), (Some(0.02), Some("projectile.shape.cylinder.radius".into())));

@@ -9,8 +9,8 @@ use super::inputs::InputValues;
 use super::instance::{BuiltModel, ExperimentClock, FmuInstance, ScalarValues};
 use super::lifecycle::LifecyclePhase;
 use super::memory::{MemoryPhase, MemoryShortage, reserve_large};
-use super::status::Status;
-use crate::simulation::Saved;
+use super::status::CallStatus;
+use crate::simulation::SavedSimulation;
 use crc32fast::Hasher;
 
 const MAGIC: [u8; 8] = *b"GELSTATE";
@@ -89,12 +89,12 @@ pub(super) struct InstanceSnapshot {
 struct SavedModel {
     origin: String,
     text: String,
-    saved: Saved,
+    saved: SavedSimulation,
 }
 
 impl SavedModel {
     fn empty() -> Self {
-        Self { origin: String::new(), text: String::new(), saved: Saved::empty() }
+        Self { origin: String::new(), text: String::new(), saved: SavedSimulation::empty() }
     }
 
     fn save(&mut self, model: &BuiltModel) {
@@ -129,13 +129,13 @@ impl FmuInstance {
 
     /// Restores a state. The files of a run continue if the state belongs to its model; otherwise they are completed
     /// first.
-    pub(super) fn restore(&mut self, snapshot: &InstanceSnapshot) -> Result<Status, CallError> {
+    pub(super) fn restore(&mut self, snapshot: &InstanceSnapshot) -> Result<CallStatus, CallError> {
         let is_running = match snapshot.phase {
             LifecyclePhase::StepComplete | LifecyclePhase::StepFailed | LifecyclePhase::Terminated => true,
             LifecyclePhase::Instantiated | LifecyclePhase::Initialization | LifecyclePhase::Fatal => false,
         };
         let continues = is_running && snapshot.model.as_ref().is_some_and(|saved| self.is_built_from(saved));
-        let completed = if continues { Status::Ok } else { self.finish_recording() };
+        let completed = if continues { CallStatus::Ok } else { self.finish_recording() };
         self.restore_model(snapshot.model.as_ref())?;
         if !continues {
             self.close_recording();
@@ -145,7 +145,7 @@ impl FmuInstance {
         self.settings.scene.clone_from(&snapshot.scene);
         self.overrides.clone_from(&snapshot.overrides);
         self.inputs.clone_from(&snapshot.inputs);
-        Ok(completed.max(if is_running { self.rewind_recording() } else { Status::Ok }))
+        Ok(completed.max(if is_running { self.rewind_recording() } else { CallStatus::Ok }))
     }
 
     /// Returns true if the model of a saved state is the present model.

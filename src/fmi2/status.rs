@@ -3,7 +3,7 @@
 /// Status of an FMI call, with the numbers of C.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(i32)]
-pub enum Status {
+pub enum CallStatus {
     /// Success.
     Ok = 0,
     /// Success with a remark in the log.

@@ -5,7 +5,7 @@ use super::inputs::BodyLoad;
 use super::instance::{BuiltModel, ExperimentClock, FmuInstance};
 use super::lifecycle::LifecyclePhase;
 use super::memory::reserve_for_step;
-use super::status::Status;
+use super::status::CallStatus;
 
 /// Relative tolerance of times, for the round-off of repeated additions of a step.
 const TOLERANCE: f64 = 1e-9;
@@ -48,7 +48,7 @@ impl ExperimentClock {
 
 impl FmuInstance {
     /// Performs one communication step.
-    pub(super) fn do_step(&mut self, current: f64, step: f64) -> Result<Status, CallError> {
+    pub(super) fn do_step(&mut self, current: f64, step: f64) -> Result<CallStatus, CallError> {
         self.refuse_after_failure()?;
         let end = self.clock.end_of(current, step)?;
         let since_start = (end - self.clock.start).max(0.0);

@@ -4,7 +4,7 @@ use super::body;
 use super::call::CallError;
 use super::instance::{BuiltModel, FmuInstance, ScalarValues};
 use super::lifecycle::LifecyclePhase;
-use super::scalar::Scalar;
+use super::scalar::ScalarVariable;
 use super::table::{Kind, Observed, Source};
 use crate::math::Vector3;
 
@@ -68,7 +68,7 @@ impl FmuInstance {
     }
 
     /// Returns a parameter of the scene or an input: the set value, or the start in the scene.
-    fn parameter_or_input(&mut self, scalar: &Scalar) -> Result<f64, CallError> {
+    fn parameter_or_input(&mut self, scalar: &ScalarVariable) -> Result<f64, CallError> {
         if !self.settings.scene.is_empty() {
             // The meaning of the overrides depends on the other scene.
             self.model()?;
@@ -151,7 +151,7 @@ impl FmuInstance {
         Ok(())
     }
 
-    fn observe_scalar(&mut self, scalar: &Scalar, observed: Observed) -> Result<ObservedValue, CallError> {
+    fn observe_scalar(&mut self, scalar: &ScalarVariable, observed: Observed) -> Result<ObservedValue, CallError> {
         let now = self.clock.now;
         let model = self.model()?;
         model.expect_body(scalar)?;
@@ -166,7 +166,7 @@ impl FmuInstance {
         }
     }
 
-    fn expect_settable(&self, scalar: &Scalar) -> Result<(), CallError> {
+    fn expect_settable(&self, scalar: &ScalarVariable) -> Result<(), CallError> {
         let is_started = !matches!(self.phase, LifecyclePhase::Instantiated | LifecyclePhase::Initialization);
         let remedy = match scalar.variable.source {
             Source::Observed(_) => "it is computed; set parameters and inputs",
@@ -179,15 +179,15 @@ impl FmuInstance {
 }
 
 /// Returns the scalar with this type and value reference; an Enumeration counts as Integer.
-pub(super) fn find_scalar(reference: u32, kind: Kind) -> Result<Scalar, CallError> {
+pub(super) fn find_scalar(reference: u32, kind: Kind) -> Result<ScalarVariable, CallError> {
     let is_same = |k: Kind| k == kind || (k == Kind::Enumeration && kind == Kind::Integer);
-    Scalar::find(reference)
+    ScalarVariable::find(reference)
         .filter(|scalar| is_same(scalar.variable.kind))
         .ok_or_else(|| CallError::unknown(reference, kind))
 }
 
 /// Refuses a number without an item in the Enumeration.
-fn check_item(scalar: &Scalar, value: i32) -> Result<(), CallError> {
+fn check_item(scalar: &ScalarVariable, value: i32) -> Result<(), CallError> {
     let items = scalar.items();
     if items.iter().any(|item| item.value == value) {
         return Ok(());
@@ -199,7 +199,7 @@ fn check_item(scalar: &Scalar, value: i32) -> Result<(), CallError> {
 /// Limit of a Real: squares and products of larger values overflow, and no physical value is larger.
 const LARGEST: f64 = 1e15;
 
-fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
+fn check_range(scalar: &ScalarVariable, value: f64) -> Result<(), CallError> {
     let refuse = |expected: String| Err(CallError::value(scalar.name(), value, expected));
     let variable = scalar.variable;
     let unit = variable.unit.unwrap_or_default();

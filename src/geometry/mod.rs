@@ -12,10 +12,10 @@ mod sphere;
 use crate::math::{Tensor3, Vector3};
 pub use dome::Dome;
 pub use half_space::HalfSpace;
-pub use outline::Outline;
-pub use plate::Plate;
-pub use profile::{Profile, Sweep};
-pub use solid::{Solid, Surface, SurfaceError};
+pub use outline::ProfileOutline;
+pub use plate::RoundedCuboid;
+pub use profile::{ProfileBody, ProfileSweep};
+pub use solid::{SurfaceError, TriangleSurface, TriangulatedBody};
 pub use sphere::Sphere;
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub struct Gap {
 
 /// End of a body that may be sharper than the mesh can resolve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pole {
+pub struct SharpEnd {
     /// Position of the end, m.
     pub end: Vector3,
     /// Point inside the body, m; the segment from the end to it stays inside.
@@ -60,25 +60,25 @@ pub trait SignedDistance {
 
 /// Shape of a rigid body.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum ShapeGeometry {
     /// Sphere.
     Sphere(Sphere),
     /// Convex body with a profile about an axis.
-    Profile(Arc<Profile>),
+    Profile(Arc<ProfileBody>),
     /// Cuboid with rounded edges.
-    Plate(Plate),
+    Plate(RoundedCuboid),
     /// Body bounded by a closed triangulated surface.
-    Solid(Arc<Solid>),
+    Solid(Arc<TriangulatedBody>),
     /// Half-space.
     HalfSpace(HalfSpace),
     /// Plate with a spherical cap in its initial form.
     Dome(Dome),
 }
 
-impl Shape {
+impl ShapeGeometry {
     /// Ends that may be sharper than the mesh: ends on the axis of a profile, or tips of a triangulated body.
     #[must_use]
-    pub fn poles(&self) -> &[Pole] {
+    pub fn poles(&self) -> &[SharpEnd] {
         match self {
             Self::Profile(profile) => profile.poles(),
             Self::Solid(solid) => solid.tips(),
@@ -105,7 +105,7 @@ impl Shape {
     }
 }
 
-impl SignedDistance for Shape {
+impl SignedDistance for ShapeGeometry {
     fn gap(&self, point: &Vector3) -> Gap {
         self.body().gap(point)
     }
@@ -134,36 +134,40 @@ mod tests {
     use super::*;
 
     /// A pointed bullet: tangent ogive, mantle, boat-tail, base, the two rims at the rear rounded.
-    fn bullet() -> Shape {
+    fn bullet() -> ShapeGeometry {
         let (radius, length) = (0.7_f64, 1.4_f64);
         let ogive = (length * length + radius * radius) / (2.0 * radius);
-        let outline = Outline::at_tip().arc(radius, length, ogive).line(radius, 2.2).line(0.5, 2.6).line(0.0, 2.6);
-        Shape::Profile(Arc::new(Profile::new(&outline.rounded(0.1).unwrap(), Sweep::Revolution)))
+        let outline =
+            ProfileOutline::at_tip().arc(radius, length, ogive).line(radius, 2.2).line(0.5, 2.6).line(0.0, 2.6);
+        ShapeGeometry::Profile(Arc::new(ProfileBody::new(&outline.rounded(0.1).unwrap(), ProfileSweep::Revolution)))
     }
 
-    fn cylinder(edge_radius: f64) -> Shape {
-        let outline = Outline::at_tip().line(0.7, 0.0).line(0.7, 2.2).line(0.0, 2.2);
-        Shape::Profile(Arc::new(Profile::new(&outline.rounded(edge_radius).unwrap(), Sweep::Revolution)))
+    fn cylinder(edge_radius: f64) -> ShapeGeometry {
+        let outline = ProfileOutline::at_tip().line(0.7, 0.0).line(0.7, 2.2).line(0.0, 2.2);
+        ShapeGeometry::Profile(Arc::new(ProfileBody::new(
+            &outline.rounded(edge_radius).unwrap(),
+            ProfileSweep::Revolution,
+        )))
     }
 
     /// Truncated cone on its base, all rims sharp.
-    fn stub() -> Shape {
-        let outline = Outline::at_tip().line(0.3, 0.0).line(0.9, 1.1).line(0.0, 1.1);
-        Shape::Profile(Arc::new(Profile::new(&outline, Sweep::Revolution)))
+    fn stub() -> ShapeGeometry {
+        let outline = ProfileOutline::at_tip().line(0.3, 0.0).line(0.9, 1.1).line(0.0, 1.1);
+        ShapeGeometry::Profile(Arc::new(ProfileBody::new(&outline, ProfileSweep::Revolution)))
     }
 
     /// All shapes; the unbounded ones come last.
-    fn shapes() -> [Shape; 9] {
+    fn shapes() -> [ShapeGeometry; 9] {
         [
-            Shape::Sphere(Sphere { radius: 1.3 }),
+            ShapeGeometry::Sphere(Sphere { radius: 1.3 }),
             cylinder(0.0),
             cylinder(0.2),
             bullet(),
             stub(),
-            Shape::Plate(Plate::new([2.0, 1.2, 0.7], 0.0)),
-            Shape::Plate(Plate::new([2.0, 1.2, 0.7], 0.2)),
-            Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
-            Shape::Dome(Dome::new(0.5, 0.9)),
+            ShapeGeometry::Plate(RoundedCuboid::new([2.0, 1.2, 0.7], 0.0)),
+            ShapeGeometry::Plate(RoundedCuboid::new([2.0, 1.2, 0.7], 0.2)),
+            ShapeGeometry::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
+            ShapeGeometry::Dome(Dome::new(0.5, 0.9)),
         ]
     }
 
@@ -210,7 +214,7 @@ mod tests {
                 assert!(inside.fold(f64::MIN, f64::max) <= reach + 1e-12);
             }
         }
-        let plate = Plate::new([2.0, 1.2, 0.7], 0.2);
+        let plate = RoundedCuboid::new([2.0, 1.2, 0.7], 0.2);
         let corner = plate.reach(&Vector3::repeat(3.0_f64.recip().sqrt()));
         assert!((corner - ((0.8 + 0.4 + 0.15) / 3.0_f64.sqrt() + 0.2)).abs() < 1e-15);
         let cylinder = cylinder(0.2);

@@ -12,7 +12,7 @@ use super::piece::{PieceCurve, ProfilePiece, ProfilePoint, cross};
 /// assert!((bowl.reach(&nalgebra::Vector3::z()) - 3.0 / 8.0).abs() < 0.01);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outline {
+pub struct ProfileOutline {
     at: ProfilePoint,
     pub(super) pieces: Vec<ProfilePiece>,
 }
@@ -20,7 +20,7 @@ pub struct Outline {
 /// Round-off limit, as the sine of an angle or as a fraction of a radius: below it two pieces join smoothly.
 const SMOOTH: f64 = 1e-9;
 
-impl Outline {
+impl ProfileOutline {
     /// Starts an outline at the tip.
     #[must_use]
     pub fn at_tip() -> Self {

@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 /// Cuboid along the axes, centred on the origin, with rounded edges and corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plate {
+pub struct RoundedCuboid {
     half: Vector3,
     edge_radius: f64,
 }
 
-impl Plate {
+impl RoundedCuboid {
     /// Builds a plate from its edge lengths, m, and the radius of the rounding of all edges, m; 0 is sharp.
     ///
     /// # Panics
@@ -55,7 +55,7 @@ impl Plate {
     }
 }
 
-impl SignedDistance for Plate {
+impl SignedDistance for RoundedCuboid {
     /// Distance to the inner cuboid less the edge radius: outside it the distance to its nearest point, inside it to
     /// its nearest face.
     fn gap(&self, point: &Vector3) -> Gap {
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     /// Volume, and second moments per volume, by counting the points of a fine lattice inside.
-    fn counted(plate: &Plate) -> (f64, Vector3) {
+    fn counted(plate: &RoundedCuboid) -> (f64, Vector3) {
         const N: usize = 120;
         let cell = plate.size() / N as f64;
         let at = |i: usize, axis: usize| (i as f64 + 0.5) * cell[axis] - 0.5 * plate.size()[axis];
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn volume_and_inertia_of_a_rounded_plate_are_those_counted() {
         for (size, radius) in [([2.0, 1.2, 0.7], 0.0), ([2.0, 1.2, 0.7], 0.3), ([1.0; 3], 0.5)] {
-            let plate = Plate::new(size, radius);
+            let plate = RoundedCuboid::new(size, radius);
             let (volume, moment) = counted(&plate);
             assert!((plate.volume().unwrap() / volume - 1.0).abs() < 1e-3, "{volume} {}", plate.volume().unwrap());
             let inertia = plate.specific_inertia().unwrap();
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_plate_rounded_all_over_is_a_ball() {
-        let ball = Plate::new([2.0; 3], 1.0);
+        let ball = RoundedCuboid::new([2.0; 3], 1.0);
         assert!((ball.volume().unwrap() - 4.0 / 3.0 * PI).abs() < 1e-14);
         assert!((ball.specific_inertia().unwrap() - Tensor3::identity() * 0.4).norm() < 1e-14);
     }

@@ -1,15 +1,15 @@
-use super::outline::Outline;
+use super::outline::ProfileOutline;
 use super::piece::{PieceCurve, ProfileGap, ProfilePiece, ProfilePoint};
-use super::{Gap, Pole, SignedDistance};
+use super::{Gap, SharpEnd, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
 
 /// Convex body with a profile about the z axis, its tip towards −z and its centre of mass at the origin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Profile {
+pub struct ProfileBody {
     pieces: Vec<ProfilePiece>,
     corners: Vec<ProfileCorner>,
-    poles: [Pole; 2],
+    poles: [SharpEnd; 2],
     inertia: Tensor3,
     inertia_of_section: f64,
     inner_radius: f64,
@@ -17,7 +17,7 @@ pub struct Profile {
 
 /// Sweep that turns a profile into the body whose centre of mass is the origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sweep {
+pub enum ProfileSweep {
     /// Body of revolution: the profile swept about its axis.
     Revolution,
     /// Prism: the profile and its mirror image swept along y; the shape of a planar body.
@@ -31,18 +31,18 @@ struct ProfileCorner {
     outward: ProfilePoint,
 }
 
-impl Profile {
+impl ProfileBody {
     /// Builds the body with this outline.
     ///
     /// # Panics
     /// If the outline does not end on the axis or encloses nothing.
     #[must_use]
-    pub fn new(outline: &Outline, sweep: Sweep) -> Self {
+    pub fn new(outline: &ProfileOutline, sweep: ProfileSweep) -> Self {
         let pieces = &outline.pieces;
         assert!(pieces.last().is_some_and(|last| last.end[0] == 0.0), "an outline ends on the axis");
         let across = |p: &ProfilePoint| match sweep {
-            Sweep::Revolution => p[0] * p[0],
-            Sweep::Prism => p[0],
+            ProfileSweep::Revolution => p[0] * p[0],
+            ProfileSweep::Prism => p[0],
         };
         let mass = contour_integral(pieces, across);
         assert!(mass > 0.0, "an outline encloses something");
@@ -53,7 +53,7 @@ impl Profile {
         let corners = corners(&pieces);
         let mut profile = Self {
             poles: [0, corners.len() - 1]
-                .map(|end| Pole { end: Vector3::new(0.0, 0.0, corners[end].at[1]), inner: Vector3::zeros() }),
+                .map(|end| SharpEnd { end: Vector3::new(0.0, 0.0, corners[end].at[1]), inner: Vector3::zeros() }),
             corners,
             inertia: inertia(&pieces, turned),
             inertia_of_section: inertia_of_section(&pieces),
@@ -77,7 +77,7 @@ impl Profile {
 
     /// Tip and rear; their inner point is the centre of mass.
     #[must_use]
-    pub fn poles(&self) -> &[Pole; 2] {
+    pub fn poles(&self) -> &[SharpEnd; 2] {
         &self.poles
     }
 
@@ -166,7 +166,7 @@ fn inertia_of_section(pieces: &[ProfilePiece]) -> f64 {
     contour_integral(pieces, |p| p[0] * (p[0] * p[0] / 3.0 + p[1] * p[1])) / contour_integral(pieces, |p| p[0])
 }
 
-impl SignedDistance for Profile {
+impl SignedDistance for ProfileBody {
     /// Distance in the half-plane (ρ, z): the nearest point of a body of revolution lies in the half-plane of the query
     /// point.
     fn gap(&self, point: &Vector3) -> Gap {
@@ -218,18 +218,18 @@ mod tests {
     use super::*;
     use crate::geometry::Sphere;
 
-    fn revolution(outline: &Outline) -> Profile {
-        Profile::new(outline, Sweep::Revolution)
+    fn revolution(outline: &ProfileOutline) -> ProfileBody {
+        ProfileBody::new(outline, ProfileSweep::Revolution)
     }
 
     /// A long secant ogive with a flat tip, mantle, boat-tail and base.
-    fn pointed() -> Outline {
-        Outline::at_tip().line(0.1, 0.0).arc(1.0, 3.0, 9.0).line(1.0, 4.5).line(0.8, 5.5).line(0.0, 5.5)
+    fn pointed() -> ProfileOutline {
+        ProfileOutline::at_tip().line(0.1, 0.0).arc(1.0, 3.0, 9.0).line(1.0, 4.5).line(0.8, 5.5).line(0.0, 5.5)
     }
 
-    fn outlines() -> [Outline; 4] {
-        let capsule = Outline::at_tip().arc(1.0, 1.0, 1.0).line(1.0, 4.0).arc(0.0, 5.0, 1.0);
-        let cone = Outline::at_tip().line(1.0, 2.0).line(0.0, 2.0);
+    fn outlines() -> [ProfileOutline; 4] {
+        let capsule = ProfileOutline::at_tip().arc(1.0, 1.0, 1.0).line(1.0, 4.0).arc(0.0, 5.0, 1.0);
+        let cone = ProfileOutline::at_tip().line(1.0, 2.0).line(0.0, 2.0);
         [pointed(), pointed().rounded(0.1).unwrap(), capsule, cone]
     }
 
@@ -238,7 +238,7 @@ mod tests {
     }
 
     /// Points of the half-plane around and inside a body, with signed distances computed from the polygon.
-    fn sampled(profile: &Profile) -> Vec<(ProfilePoint, f64)> {
+    fn sampled(profile: &ProfileBody) -> Vec<(ProfilePoint, f64)> {
         let polygon: Vec<ProfilePoint> =
             profile.polyline(1e-3).into_iter().map(|(rho, z)| ProfilePoint::new(rho, z)).collect();
         let distance = |p: &ProfilePoint| {
@@ -293,24 +293,24 @@ mod tests {
 
     #[test]
     fn a_ball_and_a_rod_made_of_pieces_have_their_closed_forms() {
-        let ball = Outline::at_tip().arc(2.0, 2.0, 2.0).line(2.0, 4.0).line(0.0, 4.0).rounded(2.0).unwrap();
+        let ball = ProfileOutline::at_tip().arc(2.0, 2.0, 2.0).line(2.0, 4.0).line(0.0, 4.0).rounded(2.0).unwrap();
         let (made, sphere) = (revolution(&ball), Sphere { radius: 2.0 });
         assert!((made.specific_inertia().unwrap() - sphere.specific_inertia().unwrap()).norm() < 1e-14);
         close(made.volume().unwrap(), sphere.volume().unwrap(), 1e-13);
         close(made.area_of_section().unwrap(), sphere.area_of_section().unwrap(), 1e-13);
         close(made.inner_radius(), 2.0, 1e-14);
         close(
-            Profile::new(&ball, Sweep::Prism).inertia_of_section,
+            ProfileBody::new(&ball, ProfileSweep::Prism).inertia_of_section,
             sphere.specific_inertia_of_section().unwrap(),
             1e-14,
         );
         let (r, l) = (1.5, 5.0);
-        let rod = Outline::at_tip().line(r, 0.0).line(r, l).line(0.0, l);
+        let rod = ProfileOutline::at_tip().line(r, 0.0).line(r, l).line(0.0, l);
         let made = revolution(&rod);
         let (across, axial) = (r * r / 4.0 + l * l / 12.0, r * r / 2.0);
         let expected = Tensor3::from_diagonal(&Vector3::new(across, across, axial));
         assert!((made.specific_inertia().unwrap() - expected).norm() < 1e-14);
-        close(Profile::new(&rod, Sweep::Prism).inertia_of_section, (4.0 * r * r + l * l) / 12.0, 1e-14);
+        close(ProfileBody::new(&rod, ProfileSweep::Prism).inertia_of_section, (4.0 * r * r + l * l) / 12.0, 1e-14);
         close(made.reach(&Vector3::new(0.48, -0.64, 0.6)), 0.8 * r + 0.6 * 0.5 * l, 1e-14);
     }
 
@@ -324,7 +324,7 @@ mod tests {
         let expected = Vector3::new(across, across, 0.3 * r * r);
         assert!((cone.inertia - Tensor3::from_diagonal(&expected)).norm() < 1e-15);
         // A triangle about its centroid: (base² + 12 (h/6)²)/24 + … = b²/24 + h²/18 per unit mass.
-        let wedge = Profile::new(&outlines()[3], Sweep::Prism);
+        let wedge = ProfileBody::new(&outlines()[3], ProfileSweep::Prism);
         close(wedge.corners[0].at[1], -2.0 / 3.0 * h, 1e-15);
         close(wedge.inertia_of_section, 4.0 * r * r / 24.0 + h * h / 18.0, 1e-15);
         close(wedge.inner_radius(), 2.0 * r * h / (2.0 * r + 2.0 * r.hypot(h)), 1e-12);
@@ -334,8 +334,8 @@ mod tests {
     fn integrals_are_the_sums_over_what_the_distance_calls_inside() {
         const N: u32 = 500;
         for outline in &outlines()[..2] {
-            let (body, section) = (revolution(outline), Profile::new(outline, Sweep::Prism));
-            let sums = |profile: &Profile, weight: fn(f64) -> f64| {
+            let (body, section) = (revolution(outline), ProfileBody::new(outline, ProfileSweep::Prism));
+            let sums = |profile: &ProfileBody, weight: fn(f64) -> f64| {
                 let cell =
                     |i: u32| ((f64::from(i % N) + 0.5) / f64::from(N), f64::from(i / N) / f64::from(N) * 8.0 - 4.0);
                 let inside = (0..N * N)

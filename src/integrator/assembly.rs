@@ -6,10 +6,10 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{Block, Blocks, exceed_cache};
+use super::blocks::{ElementBlock, ElementBlocks, exceed_cache};
 use super::node_loop::RUN;
 use super::step_size;
-use crate::fem::{Accumulated, LANES};
+use crate::fem::{LANES, NodeAccumulator};
 use crate::math::Vector;
 use crate::mesh::NodeId;
 use prefetch_index::prefetch_index;
@@ -53,7 +53,7 @@ pub(super) struct NodalSums<const D: usize> {
 impl<const D: usize> NodalSums<D> {
     /// Computes the limits of these nodes from their sums.
     #[inline(always)]
-    pub fn new(given: &[Accumulated; NODE_BATCH], nodes: &[usize], rule: StepRule<'_>) -> Self {
+    pub fn new(given: &[NodeAccumulator; NODE_BATCH], nodes: &[usize], rule: StepRule<'_>) -> Self {
         let mut mass = [1.0; NODE_BATCH];
         nodes.iter().zip(&mut mass).for_each(|(node, own)| *own = rule.mass[*node]);
         Self::of(given, &mass, rule.cfl)
@@ -61,14 +61,14 @@ impl<const D: usize> NodalSums<D> {
 
     /// Computes the limits of a [contiguous](Self::is_contiguous) batch from its first node on.
     #[inline(always)]
-    fn of_contiguous(given: &[Accumulated; NODE_BATCH], first: usize, rule: StepRule<'_>) -> Self {
+    fn of_contiguous(given: &[NodeAccumulator; NODE_BATCH], first: usize, rule: StepRule<'_>) -> Self {
         let mass = rule.mass[first..].first_chunk().expect(FULL_BATCH);
         Self { is_contiguous: true, ..Self::of(given, mass, rule.cfl) }
     }
 
     /// Computes the limits of a batch from its sums and masses, kg.
     #[inline(always)]
-    fn of(given: &[Accumulated; NODE_BATCH], mass: &[f64; NODE_BATCH], cfl: f64) -> Self {
+    fn of(given: &[NodeAccumulator; NODE_BATCH], mass: &[f64; NODE_BATCH], cfl: f64) -> Self {
         // All four components are moved at once; the last ones of a subset would be moved singly.
         let (mut parts, mut limit) = ([[0.0; NODE_BATCH]; 4], [0.0; NODE_BATCH]);
         for (i, given) in given.iter().enumerate() {
@@ -88,9 +88,9 @@ impl<const D: usize> NodalSums<D> {
     }
 
     /// Notifies the blocks around these nodes of limits that may change a step and of nodes that move.
-    pub fn notify_blocks(&self, nodes: &[usize], blocks: &Blocks<D>) {
+    pub fn notify_blocks(&self, nodes: &[usize], blocks: &ElementBlocks<D>) {
         for (i, node) in nodes.iter().enumerate() {
-            for copy in blocks.spots(*node) {
+            for copy in blocks.node_copies(*node) {
                 let front = &blocks.fronts[copy.block as usize];
                 if !front.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
                     front.request_check();
@@ -113,7 +113,7 @@ pub(super) struct TileOverlap {
 
 impl TileOverlap {
     /// Finds the overlaps of each tile of nodes, in the order of the blocks.
-    pub fn find_all(blocks: &[Block], n_nodes: usize) -> Vec<Vec<Self>> {
+    pub fn find_all(blocks: &[ElementBlock], n_nodes: usize) -> Vec<Vec<Self>> {
         let mut overlaps = vec![vec![]; n_nodes.div_ceil(TILE_NODES)];
         for (block, own) in (0..).zip(blocks) {
             let mut first = 0;
@@ -128,10 +128,10 @@ impl TileOverlap {
 
     /// Prefetches the data of the block for these nodes.
     #[inline(always)]
-    fn prefetch<const D: usize>(self, blocks: &Blocks<D>) {
+    fn prefetch<const D: usize>(self, blocks: &ElementBlocks<D>) {
         let block = &blocks.all[self.block as usize];
         // About one prefetch per cache line.
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<Accumulated>()) {
+        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeAccumulator>()) {
             prefetch_index(&blocks.parts, block.first + number);
         }
         for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeId>()) {
@@ -151,7 +151,7 @@ pub(super) struct NodeTile {
     /// Number of the tile.
     at: usize,
     /// Σ p, N·s, and Σ κ, N/m.
-    parts: [Accumulated; TILE_NODES],
+    parts: [NodeAccumulator; TILE_NODES],
     /// Active nodes, their stable limits CFL · 2/√λ_a, s, and the nodes that move after their kicks.
     active: [bool; TILE_NODES],
     limit: [f64; TILE_NODES],
@@ -172,7 +172,7 @@ struct LimitRange {
 impl NodeTile {
     /// Sums the contributions of the blocks at the tile that begins with this node, in the order of the blocks.
     #[inline(always)]
-    pub fn new<const D: usize>(first: usize, blocks: &Blocks<D>) -> Self {
+    pub fn new<const D: usize>(first: usize, blocks: &ElementBlocks<D>) -> Self {
         let (at, mut parts) = (first / TILE_NODES, [[0.0; 4]; TILE_NODES]);
         let (overlaps, far) = (&blocks.overlaps[at], exceed_cache(blocks.n_nodes()));
         for (i, overlap) in overlaps.iter().enumerate() {
@@ -244,7 +244,7 @@ impl NodeTile {
 
     /// Notifies the blocks of the tile of limits that may change a step and of nodes that move.
     #[inline(always)]
-    pub fn notify_blocks<const D: usize>(&self, blocks: &Blocks<D>) {
+    pub fn notify_blocks<const D: usize>(&self, blocks: &ElementBlocks<D>) {
         let limits = self.limit_range();
         for overlap in &blocks.overlaps[self.at] {
             let (block, front) = (&blocks.all[overlap.block as usize], &blocks.fronts[overlap.block as usize]);
@@ -259,7 +259,7 @@ impl NodeTile {
                 {
                     front.request_check();
                 }
-            } else if !block.is_awake() && nodes.iter().any(|node| self.moves[node.index() % TILE_NODES]) {
+            } else if !block.is_moving() && nodes.iter().any(|node| self.moves[node.index() % TILE_NODES]) {
                 blocks.activate(overlap.block as usize);
             }
         }
@@ -286,15 +286,15 @@ impl NodeTile {
 
 #[cfg(test)]
 mod tests {
-    use super::super::blocks::Front;
+    use super::super::blocks::StepMonitor;
     use super::super::node_loop::ActiveSet;
     use super::super::test_cube;
     use super::*;
-    use crate::contact::Exchange;
+    use crate::contact::ImpulseExchange;
     use crate::fem::Potential;
 
     /// Prepares the monitors so that two of three blocks contribute.
-    fn open(blocks: &mut Blocks<3>) {
+    fn open(blocks: &mut ElementBlocks<3>) {
         for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
             *block.awake.get_mut() = i % 3 > 0;
             front.prepare(block);
@@ -306,7 +306,7 @@ mod tests {
         nodes.iter().zip(&mut nodal.moves).for_each(|(node, moves)| *moves = node % 50 == 0);
     }
 
-    fn by_tile(nodes: &[usize], rule: StepRule<'_>, blocks: &Blocks<3>) {
+    fn by_tile(nodes: &[usize], rule: StepRule<'_>, blocks: &ElementBlocks<3>) {
         let n_nodes = rule.mass.len();
         let mut active = ActiveSet::new(n_nodes);
         let first = nodes[0] / TILE_NODES * TILE_NODES;
@@ -332,7 +332,7 @@ mod tests {
         tile.notify_blocks(blocks);
     }
 
-    fn by_node(nodes: &[usize], rule: StepRule<'_>, blocks: &Blocks<3>) {
+    fn by_node(nodes: &[usize], rule: StepRule<'_>, blocks: &ElementBlocks<3>) {
         for nodes in nodes.chunks(NODE_BATCH) {
             let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
             move_some(nodes, &mut nodal);
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn assembly_by_tile_and_by_node_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
-        engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
+        engine.advance_to(1e-3, &mut [ImpulseExchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
         let mut blocks = engine.blocks.take().expect("bins have the fast form");
         assert!(n_nodes > 3 * TILE_NODES && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
@@ -355,8 +355,8 @@ mod tests {
             let told = [by_tile, by_node].map(|tell| {
                 open(&mut blocks);
                 active.chunk_by(|a, b| a / TILE_NODES == b / TILE_NODES).for_each(|nodes| tell(nodes, rule, &blocks));
-                let calm: Vec<bool> = blocks.fronts.iter_mut().map(Front::is_calm).collect();
-                (calm, blocks.all.iter().map(Block::is_awake).collect::<Vec<bool>>())
+                let calm: Vec<bool> = blocks.fronts.iter_mut().map(StepMonitor::holds_steps).collect();
+                (calm, blocks.all.iter().map(ElementBlock::is_moving).collect::<Vec<bool>>())
             });
             assert_eq!(told[0], told[1], "at a CFL of {cfl}");
             all.push(told[0].clone());

@@ -5,16 +5,18 @@
 //! depends on the order of threads.
 
 use super::assembly::{NODE_BATCH, TileOverlap};
-use super::element_order::Order;
+use super::element_order::ElementLayout;
 use super::energy_residual::StepResidual;
 use super::node_loop::RUN;
 use super::partial_block::GroupStar;
 use super::pool::PerThread;
 use super::step_size::RAISE_MARGIN;
-use super::{Gel, TickGrid};
-use crate::fem::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall, Spent, rounding};
+use super::{DiscreteGel, TickGrid};
+use crate::fem::{
+    Dissipation, ElementBatches, HistoryLanes, MAX_NODES, NodeAccumulator, NodeCache, Potential, rounding,
+};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Clock, Tick};
+use crate::state::{GroupClock, Tick};
 use fearless_simd::Level;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -36,7 +38,7 @@ pub(super) fn exceed_cache(n_nodes: usize) -> bool {
 
 /// Activity of a block at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Due {
+pub(super) enum BlockActivity {
     /// No group is active.
     #[default]
     Nothing,
@@ -60,7 +62,7 @@ pub(super) enum SweepCache {
 
 /// Block of slots with local node numbers.
 #[derive(Debug, Default)]
-pub(super) struct Block {
+pub(super) struct ElementBlock {
     /// Nodes in ascending order; the index is the local number.
     pub nodes: Vec<NodeId>,
     /// Index of the first entry of its part.
@@ -72,7 +74,7 @@ pub(super) struct Block {
     /// Bitwise union of the steps of its groups, ticks: with bins each step is one bit.
     pub lengths: Tick,
     /// Activity at this tick, and the number of elements of the active groups.
-    pub due: Due,
+    pub due: BlockActivity,
     pub n_active_elements: u64,
     /// Node stars of the active groups where some are active, keyed by the longest active step.
     pub active_stars: BTreeMap<Tick, GroupStar>,
@@ -91,7 +93,7 @@ pub(super) struct Block {
     /// Report of the sweep at this tick; `None` if the block was not swept.
     pub report: Option<BlockReport>,
     /// Energy stored by the groups active at the last sweep, and their dissipation since the previous tick of each.
-    pub spent: Spent,
+    pub spent: Dissipation,
     /// Energy residual of the groups active at the last sweep.
     pub step_residual: StepResidual,
     /// Group whose response accumulates the power of all groups without their own power; `None` if each has its own.
@@ -126,7 +128,7 @@ pub(super) struct NodeCopy {
 
 /// Monitor of the stable limits in a block: it tells which limits of nodes can change a step.
 #[derive(Debug, Default)]
-pub(super) struct Front {
+pub(super) struct StepMonitor {
     /// True if the part of the block contributes impulses at this tick.
     pub gives: bool,
     /// Limits of any node that change no step of the block, s: from the first on and below the second.
@@ -147,15 +149,15 @@ struct VisitMark {
 
 /// All blocks of a gel.
 #[derive(Debug)]
-pub(super) struct Blocks<const D: usize> {
-    pub all: Vec<Block>,
+pub(super) struct ElementBlocks<const D: usize> {
+    pub all: Vec<ElementBlock>,
     /// Contributions of each block to its nodes: impulses of its last sweep and Σ κ of all its elements.
-    pub parts: Vec<Accumulated>,
+    pub parts: Vec<NodeAccumulator>,
     /// Step monitor of each block.
-    pub fronts: Vec<Front>,
-    pub lanes: Lanes<D>,
+    pub fronts: Vec<StepMonitor>,
+    pub lanes: ElementBatches<D>,
     /// History variables, batch by batch; those of the state lag behind while ticks are processed.
-    pub memory: Vec<Recall>,
+    pub memory: Vec<HistoryLanes>,
     /// History variables per element.
     pub memories: usize,
     /// κ of the element behind each loaded facet at the last sweep, without the stiffness of the pressure, N/m.
@@ -169,7 +171,7 @@ pub(super) struct Blocks<const D: usize> {
     /// Overlaps of the blocks with each tile of nodes.
     pub overlaps: Vec<Vec<TileOverlap>>,
     /// Node caches of the sweeps, one per thread.
-    pub locals: PerThread<Local>,
+    pub locals: PerThread<NodeCache>,
     /// Rounding error of positions, m.
     pub still: f64,
     pub level: Level,
@@ -179,16 +181,16 @@ pub(super) struct Blocks<const D: usize> {
     pub is_prestrained: bool,
 }
 
-impl<const D: usize> Blocks<D> {
+impl<const D: usize> ElementBlocks<D> {
     /// Builds the blocks; `None` for a potential without SIMD layout.
-    pub fn new<P: Potential<D>>(gel: &Gel<D, P>, order: &Order) -> Option<Self> {
+    pub fn new<P: Potential<D>>(gel: &DiscreteGel<D, P>, order: &ElementLayout) -> Option<Self> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
         let block_slots = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
         let mut marks = vec![VisitMark::default(); gel.mass.len()];
-        let mut blocks: Vec<Block> = block_slots
+        let mut blocks: Vec<ElementBlock> = block_slots
             .zip(1..)
-            .map(|((slots, local), block)| Block::new(gel, slots, local, block, &mut marks))
+            .map(|((slots, local), block)| ElementBlock::new(gel, slots, local, block, &mut marks))
             .collect();
         let mut n_parts = 0;
         for block in &mut blocks {
@@ -215,8 +217,9 @@ impl<const D: usize> Blocks<D> {
         }
         let overlaps = TileOverlap::find_all(&blocks, n_nodes);
         let still = rounding(gel.potential.rest());
-        let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), PerThread::new(Local::new(still)));
-        let fronts = blocks.iter().map(|_| Front::default()).collect();
+        let (groups, n_groups, locals) =
+            (SLOTS / order.width(), order.n_groups(), PerThread::new(NodeCache::new(still)));
+        let fronts = blocks.iter().map(|_| StepMonitor::default()).collect();
         let parts = vec![[0.0; 4]; n_parts];
         let memory = lanes.memory();
         Some(Self {
@@ -242,19 +245,19 @@ impl<const D: usize> Blocks<D> {
 
     /// Returns the copies of a node, in the order of the blocks.
     #[inline]
-    pub fn spots(&self, node: usize) -> &[NodeCopy] {
+    pub fn node_copies(&self, node: usize) -> &[NodeCopy] {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
     /// Returns true if a node belongs to an active group.
     pub fn fires(&self, node: usize) -> bool {
-        self.spots(node).iter().any(|copy| {
+        self.node_copies(node).iter().any(|copy| {
             let block = &self.all[copy.block as usize];
             let number = || (copy.at as usize - block.first) as u16;
             match block.due {
-                Due::Nothing => false,
-                Due::Some => block.active_star().nodes.binary_search(&number()).is_ok(),
-                Due::All => true,
+                BlockActivity::Nothing => false,
+                BlockActivity::Some => block.active_star().nodes.binary_search(&number()).is_ok(),
+                BlockActivity::All => true,
             }
         })
     }
@@ -270,7 +273,7 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// Updates the step range of a block and the limits that change no step.
-    pub fn update_steps(&mut self, block: usize, clocks: &[Clock], grid: TickGrid) {
+    pub fn update_steps(&mut self, block: usize, clocks: &[GroupClock], grid: TickGrid) {
         let groups = self.groups_of(block);
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
         let (least, most) = steps.clone().fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
@@ -286,10 +289,10 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// Sums the impulses Σ p, N·s, and stiffnesses Σ κ, N/m, of the blocks at these nodes, in the order of the blocks.
-    pub fn sum_parts(&self, nodes: &[usize]) -> [Accumulated; NODE_BATCH] {
+    pub fn sum_parts(&self, nodes: &[usize]) -> [NodeAccumulator; NODE_BATCH] {
         let mut parts = [[0.0; 4]; NODE_BATCH];
         for (node, sum) in nodes.iter().zip(&mut parts) {
-            for copy in self.spots(*node) {
+            for copy in self.node_copies(*node) {
                 let part = &self.parts[copy.at as usize];
                 let from = if self.fronts[copy.block as usize].gives { 0 } else { 3 };
                 (from..4).for_each(|i| sum[i] += part[i]);
@@ -300,13 +303,13 @@ impl<const D: usize> Blocks<D> {
 
     /// Activates the blocks around a moving node: they are swept from now on.
     pub fn activate_around(&self, node: usize) {
-        for copy in self.spots(node) {
+        for copy in self.node_copies(node) {
             self.activate(copy.block as usize);
         }
     }
 
     /// Requests a check of the steps around a node at their next tick.
-    pub fn stir(&mut self, node: usize) {
+    pub fn request_check_around(&mut self, node: usize) {
         for at in self.start[node]..self.start[node + 1] {
             self.all[self.spots[at as usize].block as usize].restless = true;
         }
@@ -322,7 +325,7 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// Resets steps, moving blocks and the validity of all parts.
-    pub fn reset(&mut self, clocks: &[Clock], grid: TickGrid, moves: impl Fn(usize) -> bool) {
+    pub fn reset(&mut self, clocks: &[GroupClock], grid: TickGrid, moves: impl Fn(usize) -> bool) {
         let is_prestrained = self.is_prestrained;
         for i in 0..self.all.len() {
             self.update_steps(i, clocks, grid);
@@ -335,13 +338,16 @@ impl<const D: usize> Blocks<D> {
 
     /// Returns the memory held, bytes.
     pub fn bytes(&self) -> usize {
-        let of = |block: &Block| {
+        let of = |block: &ElementBlock| {
             let own = 4 * block.nodes.capacity();
-            size_of::<Block>() + own + block.active_stars.values().map(GroupStar::bytes).sum::<usize>()
+            size_of::<ElementBlock>() + own + block.active_stars.values().map(GroupStar::bytes).sum::<usize>()
         };
-        let fronts =
-            self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.node_hold_ranges.capacity()).sum::<usize>();
-        let parts = size_of::<Accumulated>() * self.parts.len() + fronts;
+        let fronts = self
+            .fronts
+            .iter()
+            .map(|front| size_of::<StepMonitor>() + 16 * front.node_hold_ranges.capacity())
+            .sum::<usize>();
+        let parts = size_of::<NodeAccumulator>() * self.parts.len() + fronts;
         self.lanes.bytes()
             + size_of_val(self.memory.as_slice())
             + parts
@@ -357,7 +363,7 @@ pub(super) fn group_range(block: usize, groups: usize, all: usize) -> Range<usiz
     block * groups..all.min((block + 1) * groups)
 }
 
-impl Front {
+impl StepMonitor {
     /// Finds the limits, s, of each node that leave the steps of these groups unchanged; unknown `limits` are
     /// infinite.
     ///
@@ -366,8 +372,8 @@ impl Front {
     /// otherwise all are.
     pub fn watch<const D: usize>(
         &mut self,
-        (n_nodes, groups, lanes): (usize, Range<usize>, &Lanes<D>),
-        (clocks, grid): (&[Clock], TickGrid),
+        (n_nodes, groups, lanes): (usize, Range<usize>, &ElementBatches<D>),
+        (clocks, grid): (&[GroupClock], TickGrid),
         limits: &[f64],
     ) {
         self.node_hold_ranges.clear();
@@ -388,7 +394,7 @@ impl Front {
     }
 
     /// Prepares the monitor at the start of the node loop of a tick.
-    pub fn prepare(&mut self, block: &Block) {
+    pub fn prepare(&mut self, block: &ElementBlock) {
         self.gives = block.contributes();
         *self.is_check_requested.get_mut() = !block.may_hold_steps();
     }
@@ -413,14 +419,14 @@ impl Front {
     }
 
     /// Returns true if no limit may change a step.
-    pub fn is_calm(&mut self) -> bool {
+    pub fn holds_steps(&mut self) -> bool {
         !*self.is_check_requested.get_mut()
     }
 }
 
-impl Block {
+impl ElementBlock {
     fn new<const D: usize, P: Potential<D>>(
-        gel: &Gel<D, P>,
+        gel: &DiscreteGel<D, P>,
         slots: &[Option<ElementId>],
         local: &mut [[u16; MAX_NODES]],
         block: u32,
@@ -454,13 +460,13 @@ impl Block {
     }
 
     /// Returns true if a node of the block has moved or moves.
-    pub fn is_awake(&self) -> bool {
+    pub fn is_moving(&self) -> bool {
         self.awake.load(Ordering::Relaxed)
     }
 
     /// Returns true if the block must be swept at this tick; a block at rest need not after one full sweep at rest.
     pub fn needs_sweep(&self) -> bool {
-        self.due != Due::Nothing && (self.is_awake() || self.cache != SweepCache::AtRest)
+        self.due != BlockActivity::Nothing && (self.is_moving() || self.cache != SweepCache::AtRest)
     }
 
     /// Returns the number of elements to sweep at this tick.
@@ -470,7 +476,7 @@ impl Block {
 
     /// Returns true if its part contributes impulses at this tick.
     pub fn contributes(&self) -> bool {
-        self.due != Due::Nothing && self.is_awake()
+        self.due != BlockActivity::Nothing && self.is_moving()
     }
 
     /// Returns true if all steps hold unless a node finds a limit that changes one: all groups have begun, and no
@@ -490,9 +496,9 @@ impl Block {
     }
 
     /// Returns the local numbers of its active nodes.
-    pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
-        let all = if self.due == Due::All { 0..self.nodes.len() } else { 0..0 };
-        let some = if self.due == Due::Some { self.active_star().nodes.as_slice() } else { &[] };
+    pub fn active_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        let all = if self.due == BlockActivity::All { 0..self.nodes.len() } else { 0..0 };
+        let some = if self.due == BlockActivity::Some { self.active_star().nodes.as_slice() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
     }
 }

@@ -4,7 +4,7 @@ use super::engine::Engine;
 use super::facet::distance_lower_bound;
 use super::gel::SurfaceNode;
 use super::neighbour_list::least;
-use crate::contact::{Body, BodyState};
+use crate::contact::{BodyState, RigidBody};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance as _};
 use crate::math::embed;
@@ -16,7 +16,7 @@ const DEPTH_FRACTION: f64 = 0.999;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Queries φ and n of the active surface nodes to the active bodies, where a body may be within reach.
-    pub(super) fn look_around(&mut self, tick: Tick) {
+    pub(super) fn query_gaps(&mut self, tick: Tick) {
         for surface in self.scratch.reached.drain(..) {
             self.scratch.place[surface as usize] = u32::MAX;
         }
@@ -36,7 +36,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if let Some(blocks) = &self.blocks {
             return watch.append_queries(&gel.surface, reach, |node| blocks.fires(node.index()), reached);
         }
-        let active = self.scratch.active.of_reference().iter().filter_map(|a| gel.surface.of[*a as usize]);
+        let active = self.scratch.active.reference_nodes().iter().filter_map(|a| gel.surface.of[*a as usize]);
         reached.extend(active.filter(|node| watch.needs_query(*node, gel.surface.nodes[*node as usize].size, reach)));
         reached.sort_unstable();
     }
@@ -101,7 +101,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let corners = self.facet_corners(facet);
         let sizes = self.gel.surface.facets[facet.index()][..D].iter().filter_map(|node| self.surface_size(*node));
         let size = sizes.fold(f64::INFINITY, f64::min);
-        let depth = |(rigid, at): (&Body, &BodyState)| {
+        let depth = |(rigid, at): (&RigidBody, &BodyState)| {
             let allowed = self.face_depth() * size.min(rigid.shape.inner_radius());
             distance_lower_bound::<D>(&corners, |x| rigid.gap(at, x)) + DEPTH_FRACTION * allowed
         };

@@ -3,9 +3,9 @@
 use super::engine::Engine;
 use super::facet::{DeepestPoint, find_deepest_point};
 use super::neighbour_list::STRETCH;
-use super::substep::Phase;
+use super::substep::MeshPhase;
 use super::tip_in_facet::TipPenetration;
-use crate::contact::{Body, BodyState, Exchange, Law, Motion, impulse, reversal};
+use crate::contact::{BodyMotion, BodyState, ImpulseExchange, ImpulseLaw, RigidBody, impulse, reversal};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance};
 use crate::math::{Vector, Vector3, embed, ordered_sum, restrict};
@@ -14,7 +14,7 @@ use crate::state::Tick;
 
 /// Contact point of the surface inside a body at this tick: a node, or a point of a facet.
 #[derive(Debug, Clone)]
-pub(super) struct Touch<const D: usize> {
+pub(super) struct ContactPoint<const D: usize> {
     /// Index of the body.
     pub body: usize,
     /// Nodes that carry the contact point; the first `n_nodes` count.
@@ -49,7 +49,7 @@ pub(super) struct Touch<const D: usize> {
     pub drag: Vector3,
 }
 
-impl<const D: usize> Touch<D> {
+impl<const D: usize> ContactPoint<D> {
     /// Creates a contact point with all fields zero.
     fn empty() -> Self {
         let (zero, growth) = (Vector3::zeros(), Vector::<2>::zeros());
@@ -133,7 +133,7 @@ pub(super) const SLOP: f64 = 0.03;
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Finds the contact points of a tick, body by body: the active nodes inside it, ascending, then the active
     /// facets that a tip pierces or that are deep inside it.
-    pub(super) fn find_touches(&mut self, tick: Tick) {
+    pub(super) fn find_contact_points(&mut self, tick: Tick) {
         self.find_symmetry_contacts(tick);
         self.find_facet_candidates();
         let mut touches = std::mem::take(&mut self.scratch.touches);
@@ -146,7 +146,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             contact.approach = contact.approach.max(-touch.approach());
         }
         // At the last tick of a mesh there is no step ahead.
-        for touch in touches.iter_mut().filter(|_| self.phase != Phase::Last) {
+        for touch in touches.iter_mut().filter(|_| self.phase != MeshPhase::Last) {
             let step = self.grid.time(self.shortest_step_around(touch.nodes[0]) as Tick);
             touch.lead = self.lead_velocity(touch, step);
             touch.bias = self.bias_velocity(touch, step);
@@ -155,7 +155,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Adds the contact points of one body: its nodes, then its facets.
-    fn collect_contacts(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
+    fn collect_contacts(&self, body: usize, tick: Tick, touches: &mut Vec<ContactPoint<D>>) {
         for (index, surface) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*surface as usize];
             let Some(gap) = self.gap_at(index, body).filter(|gap| gap.distance <= TOUCH_TOLERANCE * at.size) else {
@@ -165,7 +165,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             touches.extend(self.new_contact(&[at.node], [1.0, 0.0, 0.0], at.size, point, &gap, body));
         }
         for (_, facet, (_, size)) in self.scratch.facets.iter().filter(|(of, ..)| *of == body as u32) {
-            if self.has_fired(self.gel.behind[facet.index()], tick) {
+            if self.was_active(self.gel.behind[facet.index()], tick) {
                 touches.extend(self.facet_contact(*facet, *size, body));
             }
         }
@@ -201,12 +201,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns a body and its state at this tick before the contact impulses.
-    pub(super) fn body_at_tick(&self, body: usize) -> (&Body, &BodyState) {
+    pub(super) fn body_at_tick(&self, body: usize) -> (&RigidBody, &BodyState) {
         (&self.bodies[body], &self.scratch.was[body])
     }
 
     /// Returns the contact point of a facet at a tip of the body or where the facet is deepest.
-    fn facet_contact(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
+    fn facet_contact(&self, facet: ElementId, size: f64, body: usize) -> Option<ContactPoint<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
         // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to
         // 26 % of the impact energy (a sharp ogive of 10 mm on cells of 6.7 mm).
@@ -234,7 +234,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns true if the surface is drawn over the body throughout the run: a gel in space with history variables that is
     /// remeshed.
     fn is_drawn(&self) -> bool {
-        D == 3 && self.can_wear() && self.gel.potential.remembers()
+        D == 3 && self.can_be_distorted() && self.gel.potential.remembers()
     }
 
     /// Returns the positions of the corners of a facet at this tick, m.
@@ -258,13 +258,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         point: Vector3,
         gap: &Gap,
         body: usize,
-    ) -> Option<Touch<D>> {
+    ) -> Option<ContactPoint<D>> {
         let mut nodes = [carriers[0]; 3];
         nodes[..carriers.len()].copy_from_slice(carriers);
         let (rigid, at) = self.body_at_tick(body);
         let growth = rigid.growth(at, &point);
         let speed = at.bulge.map_or(0.0, |bulge| growth.dot(&bulge.rate));
-        let mut touch = Touch {
+        let mut touch = ContactPoint {
             body,
             nodes,
             weights,
@@ -275,7 +275,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             point,
             growth,
             swell: gap.normal * speed,
-            ..Touch::empty()
+            ..ContactPoint::empty()
         };
         touch.compliance = self.compliance(&touch, &gap.normal);
         touch.before = self.relative_velocity(&touch, |node| self.velocity_before(node));
@@ -283,7 +283,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns the compliance K along a unit vector, 1/kg.
-    fn compliance(&self, touch: &Touch<D>, direction: &Vector3) -> f64 {
+    fn compliance(&self, touch: &ContactPoint<D>, direction: &Vector3) -> f64 {
         let own = |(node, w): (NodeId, f64)| {
             w * w * self.free_part(node, direction).norm_squared() / self.gel.mass[node.index()]
         };
@@ -297,12 +297,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns the relative velocity Σ w v_a − V(x) with the impulses so far, m/s.
-    pub(super) fn relative(&self, touch: &Touch<D>) -> Vector3 {
+    pub(super) fn relative(&self, touch: &ContactPoint<D>) -> Vector3 {
         self.relative_velocity(touch, |node| self.state.velocity[node.index()])
     }
 
     /// Returns the relative velocity Σ w v_a − V(x) for given velocities of the nodes, m/s.
-    fn relative_velocity(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
+    fn relative_velocity(&self, touch: &ContactPoint<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
         let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
         let (rigid, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
         gel - rigid.velocity_at(now, &touch.point) - touch.swell
@@ -314,7 +314,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// tick would be overrun by ½ a Δt² in each step: a pressed ball sank through a standing node at ½ a Δt. The
     /// solver therefore stops the mean velocity of the interval ahead, as the half-step velocities of the gel are
     /// means.
-    fn lead_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
+    fn lead_velocity(&self, touch: &ContactPoint<D>, step: f64) -> f64 {
         let (rigid, at) = self.body_at_tick(touch.body);
         let pull = rigid.freedom.translation(&at.wrench.force) / rigid.mass;
         let swelling = at.bulge.map_or(0.0, |bulge| touch.growth.dot(&bulge.acceleration));
@@ -323,8 +323,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the bias velocity that the removal of standing penetration adds to the restituted velocity −e u⁻, m/s.
     /// The target velocity is the greater of −e u⁻ and β |φ|/Δt until the next tick, capped.
-    fn bias_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
-        let Law::Moreau { bias, restitution, .. } = self.rules.law else { return 0.0 };
+    fn bias_velocity(&self, touch: &ContactPoint<D>, step: f64) -> f64 {
+        let ImpulseLaw::Moreau { bias, restitution, .. } = self.rules.law else { return 0.0 };
         let standing = (-touch.distance - self.node_slop() * touch.size).max(0.0);
         let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.contacts[touch.body].approach);
         if removal > 0.0 { (removal + restitution * touch.approach()).max(0.0) } else { 0.0 }
@@ -353,7 +353,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     residual = residual.max(self.correct_friction_impulse(i, friction));
                 }
             }
-            residual = residual.max(self.meet_all());
+            residual = residual.max(self.correct_symmetry_contacts());
             if residual <= RESIDUAL_TOLERANCE * greatest_approach {
                 break;
             }
@@ -364,7 +364,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Sets the velocity of each free body from the sum of its contact impulses. Applied one by one over all sweeps,
     /// they would round its momentum thousands of times a tick.
     fn sum_body_impulses(&mut self) {
-        for (body, rigid) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
+        for (body, rigid) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == BodyMotion::Free) {
             let touches = &self.scratch.touches;
             if touches.iter().all(|touch| touch.body != body) {
                 continue;
@@ -415,7 +415,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Applies the paper's reversal law to the nodes of one element after its kick.
-    pub(super) fn reverse(&mut self, element: ElementId) {
+    pub(super) fn apply_reversal(&mut self, element: ElementId) {
         let gel = self.gel.clone();
         let nodes = gel.potential.nodes(element);
         for i in 0..self.scratch.touches.len() {
@@ -430,7 +430,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Makes the impulses events of the bodies, and adds them to the exchanges with the importer and to the record.
-    pub(super) fn receive(&mut self, time: f64, (end, exchanges): (f64, &mut [Exchange])) {
+    pub(super) fn receive(&mut self, time: f64, (end, exchanges): (f64, &mut [ImpulseExchange])) {
         for (body, exchange) in exchanges.iter_mut().enumerate() {
             let Some(impulse) = self.body_impulse(body, exchange) else { continue };
             exchange.impulse += impulse;
@@ -443,7 +443,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the impulse of this tick on a body, N·s, if there is one, and adds the sums over its contact points to
     /// the exchange and to the record.
-    fn body_impulse(&mut self, body: usize, exchange: &mut Exchange) -> Option<Vector3> {
+    fn body_impulse(&mut self, body: usize, exchange: &mut ImpulseExchange) -> Option<Vector3> {
         let (rigid, was, now) = (&self.bodies[body], &self.scratch.was[body], &self.scratch.now[body]);
         let record = &mut self.state.record.contacts[body];
         let touches = self.scratch.touches.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);

@@ -1,7 +1,7 @@
 //! Mass-proportional damping: each node loses speed as exp(−αt) between its kicks, for equilibrium solutions.
 
 use super::engine::Engine;
-use crate::contact::Freedom;
+use crate::contact::FreeDirections;
 use crate::fem::Potential;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
@@ -35,7 +35,7 @@ impl std::ops::Add for DampingLoss {
 
 impl DampingLoss {
     /// Adds the damping impulse on a node at `at`, m.
-    pub fn add_impulse<const D: usize>(&mut self, freedom: Freedom, at: &Vector<D>, impulse: &Vector<D>) {
+    pub fn add_impulse<const D: usize>(&mut self, freedom: FreeDirections, at: &Vector<D>, impulse: &Vector<D>) {
         let impulse = embed(impulse);
         self.momentum += freedom.translation(&impulse);
         self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
@@ -71,7 +71,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return;
         }
         let (freedom, mut loss) = (self.freedom(), DampingLoss::default());
-        for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
+        for a in self.scratch.active.reference_nodes().iter().map(|a| *a as usize) {
             self.state.velocity[a] += self.scratch.before[a] * self.scratch.decay[a];
             loss.add_impulse(freedom, &self.state.position[a], &self.damping_impulse(a));
         }
@@ -83,7 +83,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
         let of = |a: usize| 0.5 * self.damping_impulse(a).dot(&both(a));
         if self.rules.damping > 0.0 {
-            let work: f64 = self.scratch.active.of_reference().iter().map(|a| of(*a as usize)).sum();
+            let work: f64 = self.scratch.active.reference_nodes().iter().map(|a| of(*a as usize)).sum();
             self.state.ledger.energy.damping += work;
         }
     }

@@ -1,18 +1,18 @@
 //! Distortion monitor: decides when a mesh is distorted, with travel bounds that skip elements whose nodes have not
 //! moved far enough.
 
-use super::blocks::Block;
+use super::blocks::ElementBlock;
 use super::engine::Engine;
 use super::node_loop::RUN;
-use super::substep::{Moment, Phase};
-use crate::fem::{MAX_NODES, Potential, Reference};
+use super::substep::{MeshPhase, TickContext};
+use crate::fem::{MAX_NODES, Potential, ReferenceShape};
 use crate::math::Vector;
-use crate::mesh::{NodeId, Simplex, is_worse, leeway};
+use crate::mesh::{NodeId, Simplex, is_worse, travel_bound};
 use crate::state::{SurfaceStretch, Tick};
 
 /// Distortion limits: a mesh is distorted as soon as one of its elements exceeds them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wear {
+pub struct DistortionLimits {
     /// Least shape quality of each element, 1 being the best.
     pub quality: Vec<f64>,
     /// Least measure, [`Potential::measure`], of each element.
@@ -52,11 +52,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn is_block_distorted(&mut self, block: usize, tick: Tick, fraction: f64) -> bool {
         let groups = match &self.blocks {
             // A block at rest where it was made is not distorted.
-            Some(blocks) if !blocks.all[block].is_awake() => return false,
+            Some(blocks) if !blocks.all[block].is_moving() => return false,
             Some(blocks) => blocks.groups_of(block),
             None => 0..self.state.clocks.len(),
         };
-        let (time, end) = (self.grid.time(tick), Moment { phase: Phase::Last, ..self.moment(tick) });
+        let (time, end) = (self.grid.time(tick), TickContext { phase: MeshPhase::Last, ..self.tick_context(tick) });
         let travel = self.watch.part_travel(block, time);
         if !self.watch.may_part_be_distorted(block, travel) {
             return false;
@@ -75,7 +75,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Gives each block a travel bound of its own; in the reference form the whole mesh has one.
     fn divide_mesh(&mut self) {
         let all = || vec![(0..self.state.position.len().div_ceil(RUN) as u32).collect()];
-        let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(Block::runs).collect());
+        let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(ElementBlock::runs).collect());
         self.watch.set_parts(parts, self.state.clocks.len());
     }
 
@@ -93,8 +93,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 return None;
             }
             let rings = self.gel.potential.measures_rings();
-            let radius = if rings { Reference::of(&now, &CORNERS).radius } else { f64::INFINITY };
-            least = least.min(leeway(&now, &CORNERS, (wear.quality[e], wear.least[e] / measure), radius));
+            let radius = if rings { ReferenceShape::of(&now, &CORNERS).radius } else { f64::INFINITY };
+            least = least.min(travel_bound(&now, &CORNERS, (wear.quality[e], wear.least[e] / measure), radius));
         }
         Some(least)
     }

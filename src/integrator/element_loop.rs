@@ -3,16 +3,21 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{Block, BlockReport, Blocks, Due, SLOTS, SweepCache, exceed_cache, group_range};
-use super::element_order::Order;
+use super::blocks::{
+    BlockActivity, BlockReport, ElementBlock, ElementBlocks, SLOTS, SweepCache, exceed_cache, group_range,
+};
+use super::element_order::ElementLayout;
 use super::partial_block::GroupStar;
 use super::pool::{SplitWork, share_work};
-use super::substep::{Moment, Phase};
-use super::{Pool, TickGrid};
-use crate::fem::{Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, Power, Recall, Whereabouts};
+use super::substep::{MeshPhase, TickContext};
+use super::{TickGrid, WorkerPool};
+use crate::fem::{
+    ElementBatches, GroupKick, GroupKicks, GroupResponse, HistoryLanes, LANES, NodeAccumulator, NodeCache, NodeMotion,
+    NodeSource, ReportPower,
+};
 use crate::math::Vector;
 use crate::mesh::NodeId;
-use crate::state::{Clock, Tick};
+use crate::state::{GroupClock, Tick};
 use fearless_simd::Level;
 use prefetch_index::prefetch_index;
 use std::sync::atomic::Ordering;
@@ -20,25 +25,25 @@ use std::sync::atomic::Ordering;
 /// Input of a sweep over the elements.
 #[derive(Clone, Copy)]
 pub(super) struct SweepInput<'a, const D: usize> {
-    pub moment: Moment,
+    pub moment: TickContext,
     pub grid: TickGrid,
     pub position: &'a [Vector<D>],
     pub velocity: &'a [Vector<D>],
     pub rest: &'a [Vector<D>],
     /// Last tick of each node.
     pub last: &'a [Tick],
-    pub clocks: &'a [Clock],
-    pub order: &'a Order,
+    pub clocks: &'a [GroupClock],
+    pub order: &'a ElementLayout,
 }
 
 /// Output of a sweep, from a first block on.
 struct SweepOutput<'a> {
     first: usize,
-    blocks: &'a mut [Block],
-    parts: &'a mut [Accumulated],
+    blocks: &'a mut [ElementBlock],
+    parts: &'a mut [NodeAccumulator],
     stiffness: &'a mut [f64],
-    answers: &'a mut [GroupAnswer],
-    memory: &'a mut [Recall],
+    answers: &'a mut [GroupResponse],
+    memory: &'a mut [HistoryLanes],
     /// Groups per block, and rows of history variables per block, eight lanes each.
     groups: usize,
     rows: usize,
@@ -68,13 +73,13 @@ const BATCHES_PER_BLOCK: usize = SLOTS / LANES;
 /// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
 pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
-impl<const D: usize> Blocks<D> {
+impl<const D: usize> ElementBlocks<D> {
     /// Finds the active groups of every block; returns the number of elements to sweep.
     pub fn find_active(&mut self, input: &SweepInput<'_, D>) -> u64 {
         for (i, block) in self.all.iter_mut().enumerate() {
             block.find_active(input, group_range(i, self.groups, input.clocks.len()));
         }
-        self.all.iter().map(Block::elements_to_sweep).sum()
+        self.all.iter().map(ElementBlock::elements_to_sweep).sum()
     }
 
     /// Sweeps all active blocks that are not known to be at rest, shared among the threads of a pool if there is one.
@@ -82,8 +87,8 @@ impl<const D: usize> Blocks<D> {
         &mut self,
         input: &SweepInput<'_, D>,
         stiffness: &mut [f64],
-        answers: &mut [GroupAnswer],
-        pool: Option<&Pool>,
+        answers: &mut [GroupResponse],
+        pool: Option<&WorkerPool>,
     ) {
         if self.never_rest {
             let at_rest = self.all.iter_mut().filter(|block| block.cache == SweepCache::AtRest);
@@ -91,7 +96,7 @@ impl<const D: usize> Blocks<D> {
         }
         if let Some(pool) = pool {
             let still = self.still;
-            self.locals.ensure_threads(pool, || Local::new(still));
+            self.locals.ensure_threads(pool, || NodeCache::new(still));
         }
         let kernel = BlockKernel { lanes: &self.lanes, level: self.level, is_prestrained: self.is_prestrained };
         let locals = &self.locals;
@@ -119,29 +124,29 @@ struct BlockOutput<'a> {
     /// Groups of the block.
     groups: std::ops::Range<usize>,
     /// Impulse, N·s, and stiffness, N/m, of the block at each of its nodes.
-    part: &'a mut [Accumulated],
+    part: &'a mut [NodeAccumulator],
     /// κ by slot, N/m.
     stiffness: &'a mut [f64],
     /// Responses of its groups.
-    answers: &'a mut [GroupAnswer],
+    answers: &'a mut [GroupResponse],
     /// History variables of its elements, in rows.
-    history: &'a mut [Recall],
+    history: &'a mut [HistoryLanes],
 }
 
 /// Element kernel of a sweep: the elements in SIMD layout and the instruction set for them.
 #[derive(Clone, Copy)]
 struct BlockKernel<'a, const D: usize> {
-    lanes: &'a Lanes<D>,
+    lanes: &'a ElementBatches<D>,
     level: Level,
     /// True if elements can pull although all their nodes are at rest positions.
     is_prestrained: bool,
 }
 
 /// Counts the leading blocks that have about this fraction of the elements to sweep.
-pub(super) fn count_for_share(blocks: &[Block], part: f64) -> usize {
-    let target = blocks.iter().map(Block::elements_to_sweep).sum::<u64>() as f64 * part;
+pub(super) fn count_for_share(blocks: &[ElementBlock], part: f64) -> usize {
+    let target = blocks.iter().map(ElementBlock::elements_to_sweep).sum::<u64>() as f64 * part;
     let mut so_far = 0;
-    let reached = |block: &Block| {
+    let reached = |block: &ElementBlock| {
         so_far += block.elements_to_sweep();
         so_far as f64 >= target
     };
@@ -156,18 +161,18 @@ fn longest_active_step(lengths: Tick, tick: Tick) -> Tick {
     1 << active.ilog2()
 }
 
-impl Block {
+impl ElementBlock {
     /// Finds the activity of the block, its active groups and the number of their elements.
     fn find_active<const D: usize>(&mut self, input: &SweepInput<'_, D>, groups: std::ops::Range<usize>) {
         self.looked_at = false;
         let is_active = |step: Tick| input.moment.fires(step);
         self.due = match (is_active(self.steps.0), is_active(self.steps.1)) {
-            (false, _) => Due::Nothing,
-            (true, true) => Due::All,
-            (true, false) => Due::Some,
+            (false, _) => BlockActivity::Nothing,
+            (true, true) => BlockActivity::All,
+            (true, false) => BlockActivity::Some,
         };
-        self.n_active_elements = if self.due == Due::All { self.n_elements } else { 0 };
-        if self.due == Due::Some {
+        self.n_active_elements = if self.due == BlockActivity::All { self.n_elements } else { 0 };
+        if self.due == BlockActivity::Some {
             let active = groups.filter(|group| is_active(input.clocks[*group].step));
             self.longest_active = longest_active_step(self.lengths, input.moment.tick);
             let star = self
@@ -179,7 +184,7 @@ impl Block {
     }
 
     /// Finds the node star of the active groups where some are active, unless an earlier tick has found it.
-    fn find_star<const D: usize>(&mut self, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
+    fn find_star<const D: usize>(&mut self, lanes: &ElementBatches<D>, groups: std::ops::Range<usize>) {
         if let Some(star) = self.active_stars.get_mut(&self.longest_active).filter(|star| star.nodes.is_empty()) {
             star.find_nodes(lanes, groups);
         }
@@ -187,8 +192,8 @@ impl Block {
 
     /// Returns the active groups among all groups of the block.
     fn active_groups(&self, all: std::ops::Range<usize>) -> impl Iterator<Item = usize> + '_ {
-        let all = if self.due == Due::All { all } else { 0..0 };
-        let some = if self.due == Due::Some { self.active_star().groups.as_slice() } else { &[] };
+        let all = if self.due == BlockActivity::All { all } else { 0..0 };
+        let some = if self.due == BlockActivity::Some { self.active_star().groups.as_slice() } else { &[] };
         all.chain(some.iter().map(|group| *group as usize))
     }
 
@@ -199,12 +204,12 @@ impl Block {
         input: &SweepInput<'_, D>,
         kernel: BlockKernel<'_, D>,
         output: BlockOutput<'_>,
-        local: &mut Local,
+        local: &mut NodeCache,
     ) {
         let BlockKernel { lanes, level, is_prestrained } = kernel;
         let BlockOutput { groups, part, stiffness, answers, history } = output;
         (self.report, self.power_accumulator) = (None, None);
-        if self.due == Due::Some {
+        if self.due == BlockActivity::Some {
             self.find_star(lanes, groups.clone());
         }
         if !self.needs_sweep() {
@@ -216,7 +221,7 @@ impl Block {
         }
         let moves = self.load_nodes(input, level, local);
         // In a partly active block the other nodes may move.
-        let moves = moves || is_prestrained || (self.due == Due::Some && self.is_awake());
+        let moves = moves || is_prestrained || (self.due == BlockActivity::Some && self.is_moving());
         self.awake.store(moves, Ordering::Relaxed);
         if !moves && self.cache == SweepCache::AtRest {
             return;
@@ -224,16 +229,16 @@ impl Block {
         let kick = |group: usize| input.kick(input.clocks[group].step);
         self.has_unsaved_history |= !history.is_empty();
         let uniform = self.uniform_step(&input.moment);
-        let power = if uniform.is_some() { Power::Untold } else { Power::Told };
+        let power = if uniform.is_some() { ReportPower::Untold } else { ReportPower::Told };
         let common = uniform.and_then(|step| input.kick(step));
-        let kicks = common.map_or(Kicks::Each(&kick), Kicks::Same);
+        let kicks = common.map_or(GroupKicks::Each(&kick), GroupKicks::Same);
         lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, history));
         self.spent = local.spent();
         if let Some(step) = uniform {
             answers[0].power = local.work(self.nodes.len()) / input.grid.time(step);
         }
         let sums = local.accumulated(self.nodes.len());
-        if self.due == Due::All {
+        if self.due == BlockActivity::All {
             part.copy_from_slice(sums);
         } else {
             self.store_partial(sums, stiffness, part);
@@ -241,13 +246,13 @@ impl Block {
                 lanes.sum_stiffness(groups.clone(), stiffness, part);
             }
         }
-        self.cache = if !moves && self.due == Due::All { SweepCache::AtRest } else { SweepCache::Swept };
+        self.cache = if !moves && self.due == BlockActivity::All { SweepCache::AtRest } else { SweepCache::Swept };
         self.make_report(input, groups.clone(), answers, moves);
         self.power_accumulator = uniform.map(|_| groups.start);
     }
 
     /// Stores the sweep of some groups in the part; the other groups contribute only their κ.
-    fn store_partial(&self, sums: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
+    fn store_partial(&self, sums: &[NodeAccumulator], stiffness: &[f64], part: &mut [NodeAccumulator]) {
         let GroupStar { nodes, slots, ends, .. } = self.active_star();
         for part in part.iter_mut() {
             part[..3].fill(0.0);
@@ -264,17 +269,17 @@ impl Block {
 
     /// Returns the step of all groups, ticks, if all are active after a whole step: the power of all groups is then
     /// summed at the nodes at once.
-    fn uniform_step(&self, moment: &Moment) -> Option<Tick> {
+    fn uniform_step(&self, moment: &TickContext) -> Option<Tick> {
         let (least, most) = self.steps;
-        let whole = moment.phase == Phase::Between && most > 0 && moment.ticks_since_last(most) == most;
-        (self.due == Due::All && least == most && whole).then_some(most)
+        let whole = moment.phase == MeshPhase::Between && most > 0 && moment.ticks_since_last(most) == most;
+        (self.due == BlockActivity::All && least == most && whole).then_some(most)
     }
 
     /// Loads the active nodes; returns true if one of them has moved or moves.
-    fn load_nodes<const D: usize>(&self, input: &SweepInput<'_, D>, level: Level, local: &mut Local) -> bool {
+    fn load_nodes<const D: usize>(&self, input: &SweepInput<'_, D>, level: Level, local: &mut NodeCache) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
-        if self.due == Due::All {
+        if self.due == BlockActivity::All {
             return local.load(level, input, nodes.iter().copied().enumerate());
         }
         let some = self.active_star().nodes.iter().map(|number| usize::from(*number));
@@ -286,7 +291,7 @@ impl Block {
         &mut self,
         input: &SweepInput<'_, D>,
         groups: std::ops::Range<usize>,
-        answers: &[GroupAnswer],
+        answers: &[GroupResponse],
         moves: bool,
     ) {
         let updates = if moves { self.elements_to_sweep() } else { 0 };
@@ -305,26 +310,26 @@ impl Block {
 }
 
 /// Returns true if an element of a group would invert within a step, s.
-pub(super) fn closes(answer: &GroupAnswer, step: f64) -> bool {
+pub(super) fn closes(answer: &GroupResponse, step: f64) -> bool {
     answer.closing * step > 1.0
 }
 
 /// Returns true if a response ends the run: an element inverted for the second tick in a row, or an energy that is
 /// not a number.
-pub(super) fn is_failure(clock: &Clock, answer: &GroupAnswer) -> bool {
+pub(super) fn is_failure(clock: &GroupClock, answer: &GroupResponse) -> bool {
     needs_check(answer) && (!answer.energy.is_finite() || answer.inverted & clock.inverted != 0)
 }
 
 /// Returns true if a response may end the run, whatever the previous tick.
-fn needs_check(answer: &GroupAnswer) -> bool {
+fn needs_check(answer: &GroupResponse) -> bool {
     !answer.energy.is_finite() || answer.inverted != 0
 }
 
 impl<const D: usize> SweepInput<'_, D> {
     /// Returns the kick of an active group; its length is 0 at the start, when no step is known yet.
     #[inline(always)]
-    fn kick(&self, step: Tick) -> Option<Kick> {
-        let kick = || Kick {
+    fn kick(&self, step: Tick) -> Option<GroupKick> {
+        let kick = || GroupKick {
             length: self.grid.length(self.moment.planned_kick(step)),
             elapsed: self.grid.time(self.moment.elapsed(step)),
         };
@@ -332,12 +337,12 @@ impl<const D: usize> SweepInput<'_, D> {
     }
 }
 
-impl<const D: usize> Whereabouts<D> for SweepInput<'_, D> {
+impl<const D: usize> NodeSource<D> for SweepInput<'_, D> {
     #[inline(always)]
-    fn of(&self, node: NodeId) -> At<'_, D> {
+    fn of(&self, node: NodeId) -> NodeMotion<'_, D> {
         let a = node.index();
         let passed = self.grid.time(self.moment.tick - self.last[a]);
-        At { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed }
+        NodeMotion { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed }
     }
 
     #[inline(always)]
@@ -354,9 +359,9 @@ impl<const D: usize> Whereabouts<D> for SweepInput<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::super::test_cube;
-    use super::super::{Engine, Gel, Loaded, Loads, Pressure};
+    use super::super::{DiscreteGel, Engine, LoadedFacet, PressureHistory, PressureLoads};
     use super::*;
-    use crate::contact::Exchange;
+    use crate::contact::ImpulseExchange;
     use crate::fem::{Section, Simplices};
     use crate::mesh::{ElementId, Facet, graded};
 
@@ -364,15 +369,18 @@ mod tests {
     fn partly_active_blocks_agree_bit_for_bit_for_any_number_of_threads() {
         let mesh = test_cube::mesh(&graded(1.0, 0.025, (0.3, 1.3, 0.2)));
         let run = |threads| {
-            let mut engine = test_cube::engine(test_cube::gel(&mesh)).with_pool(Pool::new(threads));
+            let mut engine = test_cube::engine(test_cube::gel(&mesh)).with_pool(WorkerPool::new(threads));
             let (mut in_part, mut tick) = (0, 0);
             for _ in 0..32 {
-                engine.advance_to(engine.grid.time(tick), &mut [Exchange::default()]).expect("the gel only swings");
+                engine
+                    .advance_to(engine.grid.time(tick), &mut [ImpulseExchange::default()])
+                    .expect("the gel only swings");
                 tick += engine.steps.0;
                 let all = &engine.blocks.as_ref().expect("bins have the fast form").all;
-                let some = all.iter().any(|block| block.due == Due::Some);
-                in_part +=
-                    usize::from(some && all.iter().map(Block::elements_to_sweep).sum::<u64>() > MIN_SHARED_ELEMENTS);
+                let some = all.iter().any(|block| block.due == BlockActivity::Some);
+                in_part += usize::from(
+                    some && all.iter().map(ElementBlock::elements_to_sweep).sum::<u64>() > MIN_SHARED_ELEMENTS,
+                );
             }
             (engine.state.position, engine.state.velocity, in_part)
         };
@@ -389,10 +397,14 @@ mod tests {
     }
 
     /// Puts a pressure on every facet.
-    fn loads(gel: &Gel<3, Simplices<3>>) -> Loads {
-        let of = |(facet, behind): (&Facet, &ElementId)| Loaded { facet: *facet, behind: *behind, mark: 1 };
+    fn loads(gel: &DiscreteGel<3, Simplices<3>>) -> PressureLoads {
+        let of = |(facet, behind): (&Facet, &ElementId)| LoadedFacet { facet: *facet, behind: *behind, mark: 1 };
         let facets = gel.surface.facets.iter().zip(&gel.behind).map(of).collect();
-        Loads { section: Section::Spatial, pressures: vec![Pressure::new(vec![(0.0, 0.0), (1e-3, 50.0)])], facets }
+        PressureLoads {
+            section: Section::Spatial,
+            pressures: vec![PressureHistory::new(vec![(0.0, 0.0), (1e-3, 50.0)])],
+            facets,
+        }
     }
 
     /// Counts the partly swept blocks found after each of these communication steps; checks after each step that
@@ -400,7 +412,7 @@ mod tests {
     fn swept_in_part(mut engine: Engine<3, Simplices<3>>, steps: u32) -> usize {
         let (mut in_part, mut seen) = (0, None);
         for step in 1..=steps {
-            engine.advance_to(f64::from(step) * 2e-5, &mut [Exchange::default()]).expect("the gel only swings");
+            engine.advance_to(f64::from(step) * 2e-5, &mut [ImpulseExchange::default()]).expect("the gel only swings");
             if std::mem::replace(&mut seen, engine.state.now) == engine.state.now {
                 continue;
             }
@@ -410,7 +422,7 @@ mod tests {
                 let mut whole = part.to_vec();
                 blocks.lanes.sum_stiffness(blocks.groups_of(i), &engine.state.stiffness[i * SLOTS..], &mut whole);
                 assert!(part.iter().zip(&whole).all(|(part, whole)| part[3] == whole[3]), "block {i} at step {step}");
-                in_part += usize::from(block.due == Due::Some && block.report.is_some());
+                in_part += usize::from(block.due == BlockActivity::Some && block.report.is_some());
             }
         }
         in_part
@@ -421,7 +433,7 @@ mod tests {
         let mesh = test_cube::mixed();
         for is_loaded in [false, true] {
             let gel = test_cube::gel(&mesh);
-            let loads = if is_loaded { loads(&gel) } else { Loads::none() };
+            let loads = if is_loaded { loads(&gel) } else { PressureLoads::none() };
             let engine = test_cube::engine(gel.with_loads(loads));
             assert!(swept_in_part(engine, 50) > 10, "blocks are swept in part");
         }

@@ -5,7 +5,7 @@
 //! the first patch of a group whose limit falls below the step shortens the step of the others.
 
 use super::blocks::SLOTS;
-use crate::fem::{Potential, places};
+use crate::fem::{Potential, max_patch_size};
 use crate::mesh::ElementId;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Layout of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) ·
 /// lanes + l.
 #[derive(Debug)]
-pub(super) struct Order {
+pub(super) struct ElementLayout {
     /// Patches per group, one per SIMD lane.
     lanes: usize,
     /// Slots per patch.
@@ -38,11 +38,11 @@ pub(super) struct SortKey {
     pub within: u64,
 }
 
-impl Order {
+impl ElementLayout {
     /// Builds the layout with patches sorted by their keys.
     pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, key: impl Fn(usize) -> SortKey) -> Self {
         let all = potential.patches();
-        let depth = if all.largest() > 1 { places(D) } else { 1 };
+        let depth = if all.largest() > 1 { max_patch_size(D) } else { 1 };
         assert!(all.largest() <= depth, "a patch has at most {depth} elements");
         let keys: Vec<SortKey> = (0..all.len()).map(key).collect();
         let mut patches = sorted_places(&keys.iter().map(|key| key.class).collect::<Vec<_>>());
@@ -154,16 +154,16 @@ fn sorted_places(keys: &[u64]) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Gel, test_cube};
+    use super::super::{DiscreteGel, test_cube};
     use super::*;
     use crate::fem::{LANES, Simplices};
-    use crate::mesh::Patches;
+    use crate::mesh::ElementPatches;
 
     /// Checks the layout of the patches of a gel with some keys.
-    fn check_layout(gel: &Gel<3, Simplices<3>>) {
+    fn check_layout(gel: &DiscreteGel<3, Simplices<3>>) {
         let n = gel.potential.patches().len() as u64;
         let keys: Vec<SortKey> = (0..n).map(|i| SortKey { class: i * i % 5, within: i * 7 % 11 }).collect();
-        let order = Order::new(&gel.potential, LANES, |patch| keys[patch]);
+        let order = ElementLayout::new(&gel.potential, LANES, |patch| keys[patch]);
         let classes: Vec<u64> = order.patches.iter().map(|patch| keys[*patch as usize].class).collect();
         assert!(order.n_slots() > 2 * SLOTS && classes.is_sorted());
         let by_key = |block: &[u32]| block.is_sorted_by_key(|patch| (keys[*patch as usize], *patch));
@@ -176,7 +176,7 @@ mod tests {
     fn patches_are_sorted_by_class_and_within_a_block_by_key() {
         let mesh = test_cube::mixed();
         check_layout(&test_cube::gel(&mesh));
-        check_layout(&test_cube::gel_in(&mesh, Patches::grouped(&mesh)));
+        check_layout(&test_cube::gel_in(&mesh, ElementPatches::grouped(&mesh)));
     }
 
     #[test]

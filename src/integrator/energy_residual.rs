@@ -1,12 +1,12 @@
 //! Energy residuals of the steps, and the update of the clocks of active groups (numerics A6).
 
-use super::blocks::{Block, Blocks};
+use super::blocks::{ElementBlock, ElementBlocks};
 use super::element_loop::count_for_share;
 use super::pool::{SplitWork, share_work};
-use super::substep::{Moment, Phase};
-use super::{Pool, TickGrid};
-use crate::fem::{GroupAnswer, Spent};
-use crate::state::Clock;
+use super::substep::{MeshPhase, TickContext};
+use super::{TickGrid, WorkerPool};
+use crate::fem::{Dissipation, GroupResponse};
+use crate::state::GroupClock;
 
 /// Energy residual of the active groups of a block, or of all blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -14,7 +14,7 @@ pub(super) struct StepResidual {
     /// Residual Σ ΔV + Σ A of the last tick − Σ A of this one, J; A is the leading-half work.
     pub residual: f64,
     /// Stored energy and dissipation.
-    pub spent: Spent,
+    pub spent: Dissipation,
 }
 
 impl StepResidual {
@@ -28,9 +28,9 @@ impl StepResidual {
 
 /// Update of the clocks of some consecutive blocks from the responses of their groups.
 struct ClockUpdate<'a> {
-    blocks: &'a mut [Block],
-    clocks: &'a mut [Clock],
-    answers: &'a [GroupAnswer],
+    blocks: &'a mut [ElementBlock],
+    clocks: &'a mut [GroupClock],
+    answers: &'a [GroupResponse],
     /// Groups per block.
     groups: usize,
 }
@@ -52,24 +52,29 @@ impl SplitWork for ClockUpdate<'_> {
 /// Input of the clock update: the tick and the responses of all groups.
 pub(super) struct ClockInput<'a> {
     pub grid: TickGrid,
-    pub moment: Moment,
-    pub answers: &'a [GroupAnswer],
+    pub moment: TickContext,
+    pub answers: &'a [GroupResponse],
 }
 
 /// Number of element updates above which the clock update is shared, 0.25 ns each: 169 200 elements take 41 µs on
 /// one thread and 30 on two spinning ones.
 const MIN_SHARED_UPDATES: u64 = 50_000;
 
-impl<const D: usize> Blocks<D> {
+impl<const D: usize> ElementBlocks<D> {
     /// Takes the responses of all active groups into their clocks, block by block; the sum does not depend on the
     /// threads.
-    pub fn update_clocks(&mut self, input: ClockInput<'_>, clocks: &mut [Clock], pool: Option<&Pool>) -> StepResidual {
+    pub fn update_clocks(
+        &mut self,
+        input: ClockInput<'_>,
+        clocks: &mut [GroupClock],
+        pool: Option<&WorkerPool>,
+    ) -> StepResidual {
         let ClockInput { grid, moment, answers } = input;
         let updates = self.all.iter().filter_map(|block| block.report).map(|report| report.updates).sum::<u64>();
         let pool = pool.filter(|_| updates > MIN_SHARED_UPDATES);
-        let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
+        let ahead = |clock: &GroupClock| grid.time(moment.ahead(clock.step));
         // A block at rest at the first tick of a mesh was swept once and not again.
-        let answered = |block: &Block| block.report.is_some() || moment.phase == Phase::First;
+        let answered = |block: &ElementBlock| block.report.is_some() || moment.phase == MeshPhase::First;
         let n_blocks = self.all.len();
         let work = ClockUpdate { blocks: &mut self.all, clocks, answers, groups: self.groups };
         share_work(pool, n_blocks, work, |update| {
@@ -91,7 +96,7 @@ impl<const D: usize> Blocks<D> {
 
 /// Takes a response into a clock; returns the change of V and A, J. Zeros lose their sign, because a block at rest
 /// that is swept again, as after a restart, may find the other one.
-pub(super) fn update_clock(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
+pub(super) fn update_clock(clock: &mut GroupClock, answer: &GroupResponse, step: f64) -> f64 {
     let ahead = 0.5 * step * answer.power;
     let residual = answer.energy - clock.energy + clock.ahead - ahead;
     (clock.energy, clock.ahead) = (answer.energy + 0.0, ahead + 0.0);

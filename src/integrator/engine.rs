@@ -1,32 +1,32 @@
 //! The engine: a gel and rigid bodies in time; the stored state and the quantities derived from it.
 
-use super::blocks::Blocks;
-use super::element_order::Order;
-use super::handover::{Ends, Passage};
-use super::neighbour_list::{Watch, least};
+use super::blocks::ElementBlocks;
+use super::element_order::ElementLayout;
+use super::handover::{Carryover, EndConditions};
+use super::neighbour_list::{NeighbourList, least};
 use super::node_loop::RUN;
-use super::schedule::{EventQueue, Kind};
+use super::schedule::{EventQueue, SteppingSchedule};
 use super::sort_keys::element_layout;
-use super::substep::Phase;
+use super::substep::MeshPhase;
 use super::workspace::Workspace;
-use super::{Gel, Pool, StepError, TickGrid};
-use crate::contact::{Body, BodyState, Freedom, Law};
-use crate::fem::{Measured, Potential};
+use super::{DiscreteGel, StepError, TickGrid, WorkerPool};
+use crate::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
+use crate::fem::{ElementStates, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Alarm, Clock, MOST_TICKS, Sizes, State, Tick};
+use crate::state::{DynamicState, GroupAlarm, GroupClock, MOST_TICKS, StateSizes, Tick};
 use std::sync::Arc;
 
 /// Settings of the integrator.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rules {
+pub struct IntegratorSettings {
     /// Schedule: the rule by which patches share ticks.
-    pub schedule: Kind,
+    pub schedule: SteppingSchedule,
     /// CFL number: fraction of the stable step that a patch takes.
     pub cfl: f64,
     /// Contact law for impulses.
-    pub law: Law,
+    pub law: ImpulseLaw,
     /// Width of the averaging window of the peak force, s.
     pub force_window: f64,
     /// Damping coefficient α of nodal speeds, exp(−αt), 1/s.
@@ -37,7 +37,7 @@ pub struct Rules {
 /// ticks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the stable step of an element is {step:e} s: stiffness and mass are too far apart, or there is no element")]
-pub struct NoStep {
+pub struct UnusableStep {
     /// Stable step, s.
     pub step: f64,
     /// Positions of the nodes of the stiffest element at a node whose step is shorter than a tick, m; empty for
@@ -48,43 +48,43 @@ pub struct NoStep {
 /// Integrator of a gel and rigid bodies in time.
 #[derive(Debug)]
 pub struct Engine<const D: usize, P> {
-    pub(super) gel: Arc<Gel<D, P>>,
-    pub(super) order: Arc<Order>,
-    pub(super) bodies: Vec<Body>,
-    pub(super) rules: Rules,
+    pub(super) gel: Arc<DiscreteGel<D, P>>,
+    pub(super) order: Arc<ElementLayout>,
+    pub(super) bodies: Vec<RigidBody>,
+    pub(super) rules: IntegratorSettings,
     pub(super) grid: TickGrid,
-    pub(super) state: State<D>,
+    pub(super) state: DynamicState<D>,
     /// Last tick of each node; arbitrary for a node at rest.
     pub(super) last: Vec<Tick>,
     /// Blocks of elements for the SIMD form; `None` if the potential, the schedule or the contact law needs the
     /// reference form.
-    pub(super) blocks: Option<Blocks<D>>,
-    pub(super) watch: Watch,
+    pub(super) blocks: Option<ElementBlocks<D>>,
+    pub(super) watch: NeighbourList,
     pub(super) scratch: Workspace<D>,
-    pub(super) pool: Option<Arc<Pool>>,
+    pub(super) pool: Option<Arc<WorkerPool>>,
     pub(super) queue: EventQueue,
     /// Least and greatest step of any group, ticks.
     pub(super) steps: (Tick, Tick),
     /// Shortest and longest stable step of an element on the new mesh, ticks.
     pub(super) first: (f64, f64),
     /// Conditions that end the mesh.
-    pub(super) ends: Ends,
+    pub(super) ends: EndConditions,
     /// Failure at the last tick of the mesh; it ends the run unless another mesh is found.
     pub(super) failure: Option<StepError>,
     /// First tick of this mesh.
     pub(super) origin: Tick,
     /// Place of the current tick in the life of the mesh.
-    pub(super) phase: Phase,
+    pub(super) phase: MeshPhase,
     /// True if the neighbour list knows the last event of every body.
     pub(super) placed: bool,
     /// Tick up to which nothing happens, while the gel is at rest.
     pub(super) quiet_until: Option<Tick>,
-    start: Start,
+    start: BalanceReference,
 }
 
 /// Initial energy and momentum, the reference of the balances.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Start {
+pub(super) struct BalanceReference {
     pub energy: f64,
     pub momentum: Vector3,
     pub angular_momentum: Vector3,
@@ -99,9 +99,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// If there is no body, or the gel has no elements or their stiffness is not positive.
     #[must_use]
     pub fn new(
-        gel: Gel<D, P>,
-        bodies: Vec<(Body, BodyState)>,
-        rules: Rules,
+        gel: DiscreteGel<D, P>,
+        bodies: Vec<(RigidBody, BodyState)>,
+        rules: IntegratorSettings,
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Self {
         Self::try_new(gel, bodies, rules, nodes).unwrap_or_else(|error| panic!("{error}"))
@@ -110,43 +110,43 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Builds the engine like [`Engine::new`], with an error for unusable steps.
     ///
     /// # Errors
-    /// [`NoStep`] if a stable step is unusable.
+    /// [`UnusableStep`] if a stable step is unusable.
     ///
     /// # Panics
     /// If there is no body or no element.
     pub fn try_new(
-        gel: Gel<D, P>,
-        bodies: Vec<(Body, BodyState)>,
-        rules: Rules,
+        gel: DiscreteGel<D, P>,
+        bodies: Vec<(RigidBody, BodyState)>,
+        rules: IntegratorSettings,
         nodes: Vec<(Vector<D>, Vector<D>)>,
-    ) -> Result<Self, NoStep> {
-        let passage = Passage::begin(bodies.len());
+    ) -> Result<Self, UnusableStep> {
+        let passage = Carryover::begin(bodies.len());
         Self::assemble((gel, rules), bodies, nodes, passage).map(|(engine, _)| engine)
     }
 
     /// Builds the engine at the start or where another mesh has ended; also returns the stable step of each element
     /// on the new mesh, s.
     pub(super) fn assemble(
-        (gel, rules): (Gel<D, P>, Rules),
-        bodies: Vec<(Body, BodyState)>,
+        (gel, rules): (DiscreteGel<D, P>, IntegratorSettings),
+        bodies: Vec<(RigidBody, BodyState)>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        passage: Passage<D>,
-    ) -> Result<(Self, Vec<f64>), NoStep> {
+        passage: Carryover<D>,
+    ) -> Result<(Self, Vec<f64>), UnusableStep> {
         assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
-        let Passage { tick: origin, grid, ledger, mut record, start, memory, steps } = passage;
+        let Carryover { tick: origin, grid, ledger, mut record, start, memory, steps } = passage;
         let memory = memory.unwrap_or_else(|| gel.fresh_memory());
         let measured = gel.measure(&position, &memory);
         let steps = steps.unwrap_or_else(|| super::step_size::stable_steps(&gel, &measured.stiffness, rules.cfl));
         let (grid, step) = tick_grid(&steps, grid)?;
         record.synchronous = (step, origin, record.synchronous.2);
         let order = element_layout(&gel, &rules, |element| grid.ticks(steps[element.index()]));
-        let state = State {
+        let state = DynamicState {
             excess: vec![0.0; position.len()],
             stiffness: order.by_slot(&measured.stiffness),
             clocks: initial_clocks(&gel, &order, &measured),
-            alarms: vec![Alarm::default(); rules.schedule.n_alarms(order.n_groups())],
+            alarms: vec![GroupAlarm::default(); rules.schedule.n_alarms(order.n_groups())],
             birth: None,
             now: None,
             bodies: at,
@@ -158,8 +158,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let scratch = Workspace::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
-        let watch = Watch::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
-        let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
+        let watch = NeighbourList::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
+        let start = start.unwrap_or_else(|| BalanceReference::of(&gel, &bodies, &state));
         let mut engine = Self {
             blocks: element_blocks(&gel, &order, &rules),
             last: vec![origin; state.position.len()],
@@ -167,10 +167,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             pool: None,
             queue: EventQueue::default(),
             steps: (0, 0),
-            ends: Ends::default(),
+            ends: EndConditions::default(),
             failure: None,
             origin,
-            phase: Phase::First,
+            phase: MeshPhase::First,
             quiet_until: None,
             placed: false,
             first: (step, grid.ticks(steps.iter().copied().fold(0.0, f64::max))),
@@ -183,22 +183,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             scratch,
             start,
         };
-        engine.derive();
+        engine.derive_from_state();
         Ok((engine, steps))
     }
 
     /// Selects the reference form of every phase, which processes one element after the other.
     #[must_use]
-    pub fn by_reference(mut self) -> Self {
+    pub fn with_reference_form(mut self) -> Self {
         self.blocks = None;
         self.scratch.sums.clear();
-        self.derive();
+        self.derive_from_state();
         self
     }
 
     /// Disables the skipping of blocks at rest; results do not depend on it.
     #[must_use]
-    pub fn without_rest(mut self) -> Self {
+    pub fn with_sweeps_at_rest(mut self) -> Self {
         if let Some(blocks) = &mut self.blocks {
             blocks.never_rest = true;
         }
@@ -207,7 +207,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Selects a SIMD level other than the widest of the machine; results do not depend on it.
     #[must_use]
-    pub fn on_level(mut self, level: fearless_simd::Level) -> Self {
+    pub fn with_simd_level(mut self, level: fearless_simd::Level) -> Self {
         if let Some(blocks) = &mut self.blocks {
             blocks.level = level;
         }
@@ -216,31 +216,31 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Shares elements and nodes among the threads of a pool; results do not depend on it.
     #[must_use]
-    pub fn with_pool(mut self, pool: Option<Arc<Pool>>) -> Self {
+    pub fn with_pool(mut self, pool: Option<Arc<WorkerPool>>) -> Self {
         self.pool = pool;
         self
     }
 
     /// Returns the state.
     #[must_use]
-    pub fn state(&self) -> &State<D> {
+    pub fn state(&self) -> &DynamicState<D> {
         &self.state
     }
 
     /// Returns the constant properties of the bodies.
     #[must_use]
-    pub fn bodies(&self) -> &[Body] {
+    pub fn bodies(&self) -> &[RigidBody] {
         &self.bodies
     }
 
     /// Returns the directions of motion that the dimension leaves to every body.
-    pub(super) fn freedom(&self) -> Freedom {
+    pub(super) fn freedom(&self) -> FreeDirections {
         self.bodies[0].freedom
     }
 
     /// Returns the gel, the constant part of the model.
     #[must_use]
-    pub fn gel(&self) -> &Gel<D, P> {
+    pub fn gel(&self) -> &DiscreteGel<D, P> {
         &self.gel
     }
 
@@ -251,7 +251,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns the initial energy and momentum.
-    pub(super) fn start(&self) -> &Start {
+    pub(super) fn start(&self) -> &BalanceReference {
         &self.start
     }
 
@@ -259,8 +259,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// # Errors
     /// The contradiction found.
-    pub fn check(&self, state: &State<D>) -> Result<(), &'static str> {
-        state.check_invariants(&Sizes {
+    pub fn check(&self, state: &DynamicState<D>) -> Result<(), &'static str> {
+        state.check_invariants(&StateSizes {
             nodes: self.gel.mass.len(),
             slots: self.order.n_slots(),
             groups: self.order.n_groups(),
@@ -273,7 +273,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if state.birth != self.state.birth {
             return Err("it is of another mesh");
         }
-        if !self.bodies.iter().zip(&state.bodies).all(|(body, its)| body.admits(its)) {
+        if !self.bodies.iter().zip(&state.bodies).all(|(body, its)| body.is_admissible(its)) {
             return Err("a body has left its plane or axis, or is no longer what it was");
         }
         let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
@@ -281,7 +281,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if begun > now || begun >= MOST_TICKS || state.record.synchronous.1 > now {
             return Err("its ticks are in no order");
         }
-        let fits = |clock: &Clock| self.rules.schedule != Kind::Bins || clock.step == 0 || clock.step.is_power_of_two();
+        let fits = |clock: &GroupClock| {
+            self.rules.schedule != SteppingSchedule::Bins || clock.step == 0 || clock.step.is_power_of_two()
+        };
         if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }
     }
 
@@ -290,7 +292,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// # Errors
     /// The contradiction found.
-    pub fn check_time(&self, state: &State<D>, t: f64) -> Result<(), &'static str> {
+    pub fn check_time(&self, state: &DynamicState<D>, t: f64) -> Result<(), &'static str> {
         let longest = state.clocks.iter().map(|clock| clock.step).fold(0, Tick::max).min(MOST_TICKS);
         let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
         // A gel at rest has no further ticks, at any time.
@@ -308,17 +310,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// # Errors
     /// The contradiction that [`Engine::check`] finds; nothing is changed then.
-    pub fn restore(&mut self, state: &State<D>) -> Result<(), &'static str> {
+    pub fn restore(&mut self, state: &DynamicState<D>) -> Result<(), &'static str> {
         self.check(state)?;
         self.state.clone_from(state);
-        self.derive();
+        self.derive_from_state();
         Ok(())
     }
 
     /// Derives events, last ticks of nodes, moving blocks, neighbour list and step range from the state.
-    pub(super) fn derive(&mut self) {
+    pub(super) fn derive_from_state(&mut self) {
         let state = &self.state;
-        let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
+        let queued = self.rules.schedule == SteppingSchedule::Queue && state.now.is_some();
         self.queue = EventQueue::new(if queued { &state.alarms } else { &[] });
         self.quiet_until = None;
         if let Some(blocks) = &mut self.blocks {
@@ -333,7 +335,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let now = self.grid.time(state.now.unwrap_or(self.origin));
         self.derive_last_ticks();
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
-        self.watch = Watch::new(&self.gel.surface, (now, speeds), place);
+        self.watch = NeighbourList::new(&self.gel.surface, (now, speeds), place);
         self.placed = false;
         self.update_step_range();
     }
@@ -343,9 +345,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (state, order, gel, all) = (&self.state, &self.order, &self.gel, &mut self.last);
         let now = state.now.unwrap_or(self.origin);
         let last = |group: usize| match self.rules.schedule {
-            Kind::Bins => now & !state.clocks[group].step.saturating_sub(1),
-            Kind::Queue => state.alarms[group].last,
-            Kind::Global => state.alarms[0].last,
+            SteppingSchedule::Bins => now & !state.clocks[group].step.saturating_sub(1),
+            SteppingSchedule::Queue => state.alarms[group].last,
+            SteppingSchedule::Global => state.alarms[0].last,
         };
         all.fill(self.origin);
         let mut visit = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
@@ -417,28 +419,36 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 }
 
 /// Builds the blocks of the SIMD form; `None` where only the reference form applies.
-fn element_blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules: &Rules) -> Option<Blocks<D>> {
-    let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
-    fast.then(|| Blocks::new(gel, order)).flatten()
+fn element_blocks<const D: usize, P: Potential<D>>(
+    gel: &DiscreteGel<D, P>,
+    order: &ElementLayout,
+    rules: &IntegratorSettings,
+) -> Option<ElementBlocks<D>> {
+    let fast = rules.law != ImpulseLaw::Reversal && rules.schedule != SteppingSchedule::Queue;
+    fast.then(|| ElementBlocks::new(gel, order)).flatten()
 }
 
 /// Returns the given grid, or a new one for these stable steps, s, and the shortest step, ticks.
-pub(super) fn tick_grid(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
+pub(super) fn tick_grid(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), UnusableStep> {
     let step = steps.iter().copied().fold(f64::INFINITY, least);
     if !step.is_normal() {
-        return Err(NoStep { step, corners: vec![] });
+        return Err(UnusableStep { step, corners: vec![] });
     }
     let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
     Ok((grid, grid.ticks(step)))
 }
 
 /// Returns the clocks of groups that have not begun, with their initial energies.
-fn initial_clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
+fn initial_clocks<const D: usize, P: Potential<D>>(
+    gel: &DiscreteGel<D, P>,
+    order: &ElementLayout,
+    measured: &ElementStates,
+) -> Vec<GroupClock> {
     let crushed = |element: &ElementId| gel.potential.is_crushed(measured.jacobian[element.index()]);
-    let clock = |group: usize| Clock {
+    let clock = |group: usize| GroupClock {
         energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum::<f64>() + 0.0,
         crushed: order.elements(order.slots(group)).filter(crushed).count() as u32,
-        ..Clock::default()
+        ..GroupClock::default()
     };
     (0..order.n_groups()).map(clock).collect()
 }

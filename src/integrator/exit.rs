@@ -5,8 +5,8 @@
 
 use super::StepError;
 use super::engine::Engine;
-use super::handover::Reached;
-use crate::contact::{Body, BodyState, Motion};
+use super::handover::AdvanceOutcome;
+use crate::contact::{BodyMotion, BodyState, RigidBody};
 use crate::fem::Potential;
 use crate::state::{ContactRecord, ExitRecord, Tick};
 
@@ -28,7 +28,7 @@ const KEPT_SPEED: f64 = 0.5;
 impl ExitRule {
     /// Creates the exit record of a body whose rear end is at `height` ≤ 0 relative to the back face, m, and was
     /// higher at the last tick.
-    fn exit_of(body: &Body, at: &BodyState, height: f64, contact: &ContactRecord) -> ExitRecord {
+    fn exit_of(body: &RigidBody, at: &BodyState, height: f64, contact: &ContactRecord) -> ExitRecord {
         let first = contact.touched.map_or(at.time, |touched| touched.0);
         let elapsed = if at.velocity.z < 0.0 { height / at.velocity.z } else { 0.0 };
         ExitRecord {
@@ -45,8 +45,8 @@ impl ExitRule {
     }
 
     /// Updates the exit record of a body; a body that comes back has not left.
-    fn update(&self, body: &Body, at: &BodyState, contact: &mut ContactRecord) {
-        let can_leave = body.motion != Motion::Fixed && at.active && contact.touched.is_some();
+    fn update(&self, body: &RigidBody, at: &BodyState, contact: &mut ContactRecord) {
+        let can_leave = body.motion != BodyMotion::Fixed && at.active && contact.touched.is_some();
         if !can_leave || (contact.exit.is_none() && at.position.z > self.back_face) {
             return;
         }
@@ -60,10 +60,10 @@ impl ExitRule {
 
 /// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or moves up
 /// above the entry surface. An inactive body may be made active at any time.
-fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
+fn is_away(body: &RigidBody, at: &BodyState, contact: &ContactRecord) -> bool {
     let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;
-    body.motion == Motion::Fixed || (at.active && contact.exit.map_or_else(is_above, keeps))
+    body.motion == BodyMotion::Fixed || (at.active && contact.exit.map_or_else(is_above, keeps))
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -80,7 +80,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the time of the gel at a time, s: that of its last tick once it is at rest.
     #[must_use]
-    pub fn gel_time(&self, t: f64) -> f64 {
+    pub fn time_in_gel(&self, t: f64) -> f64 {
         if self.is_at_rest() { t.min(self.now()) } else { t }
     }
 
@@ -110,15 +110,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Moves the bodies beside a gel at rest up to a tick: only the orientation steps of tumbling bodies remain.
-    pub(super) fn fly(&mut self, end: Tick) -> Result<Reached, StepError> {
+    pub(super) fn fly(&mut self, end: Tick) -> Result<AdvanceOutcome, StepError> {
         let next = |engine: &Self| {
-            let turns = (0..engine.bodies.len()).filter_map(|body| Some((engine.next_turn(body)?, body)));
+            let turns = (0..engine.bodies.len()).filter_map(|body| Some((engine.next_orientation_step(body)?, body)));
             turns.min().filter(|(tick, _)| *tick <= end)
         };
         while let Some((tick, body)) = next(self) {
             self.rebase_body(body, self.grid.time(tick));
             self.check_spin(body, &self.state.bodies[body])?;
         }
-        Ok(Reached::End)
+        Ok(AdvanceOutcome::End)
     }
 }

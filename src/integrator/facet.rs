@@ -99,7 +99,9 @@ impl DeepestPoint {
 mod tests {
     use super::super::test_cube;
     use super::*;
-    use crate::geometry::{HalfSpace, Outline, Plate, Profile, Shape, SignedDistance, Sphere, Sweep};
+    use crate::geometry::{
+        HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, ShapeGeometry, SignedDistance, Sphere,
+    };
 
     #[test]
     fn one_query_is_enough_for_a_facet_outside_the_body() {
@@ -115,7 +117,7 @@ mod tests {
     }
 
     /// Checks that no point of a facet is nearer to a body than [`distance_lower_bound`], less the travel of both.
-    fn check_distance_bound<const D: usize>(shape: &Shape) {
+    fn check_distance_bound<const D: usize>(shape: &ShapeGeometry) {
         let any = test_cube::any;
         let vector = |i: usize| Vector3::new(any(i * i), any(7 * i * i + 3), any(13 * i * i + 5));
         let mut deep = 0;
@@ -137,9 +139,13 @@ mod tests {
 
     #[test]
     fn the_distance_bound_holds_at_every_point_of_a_facet() {
-        let plate = Plate::new([1.2, 0.8, 0.6], 0.05);
+        let plate = RoundedCuboid::new([1.2, 0.8, 0.6], 0.05);
         let half_space = HalfSpace::new(Vector3::new(0.6, 0.0, 0.8));
-        for shape in [Shape::Sphere(Sphere { radius: 0.7 }), Shape::Plate(plate), Shape::HalfSpace(half_space)] {
+        for shape in [
+            ShapeGeometry::Sphere(Sphere { radius: 0.7 }),
+            ShapeGeometry::Plate(plate),
+            ShapeGeometry::HalfSpace(half_space),
+        ] {
             assert!(shape.is_blunt());
             check_distance_bound::<2>(&shape);
             check_distance_bound::<3>(&shape);
@@ -164,8 +170,8 @@ mod tests {
 
     #[test]
     fn a_sharp_rim_is_found_wherever_it_crosses_a_stretched_edge() {
-        let outline = Outline::at_tip().line(1.0, 0.0).line(1.0, 2.0).line(0.0, 2.0);
-        let cylinder = Profile::new(&outline, Sweep::Revolution);
+        let outline = ProfileOutline::at_tip().line(1.0, 0.0).line(1.0, 2.0).line(0.0, 2.0);
+        let cylinder = ProfileBody::new(&outline, ProfileSweep::Revolution);
         // An edge across the rim at 45°, 0.3 deep there, ten times as long.
         let (rim, along) = (Vector3::new(1.0, 0.0, -1.0), Vector3::new(1.0, 0.0, 1.0).normalize());
         let inward = Vector3::new(-1.0, 0.0, 1.0).normalize();

@@ -1,11 +1,11 @@
-use super::Loads;
-use crate::fem::{Measured, Memory, Potential};
+use super::PressureLoads;
+use crate::fem::{ElementStates, HistoryVariables, Potential};
 use crate::math::Vector;
-use crate::mesh::{ElementId, Facet, Incidence, NodeId};
+use crate::mesh::{ElementId, Facet, NodeId, NodeIncidence};
 
 /// Discretised gel: the constant part of the model, with energy, masses, held directions and surface.
 #[derive(Debug)]
-pub struct Gel<const D: usize, P> {
+pub struct DiscreteGel<const D: usize, P> {
     /// Stored energy of the elements.
     pub potential: P,
     /// Lumped masses, kg.
@@ -13,20 +13,20 @@ pub struct Gel<const D: usize, P> {
     /// Held directions of each node: bit i for direction i.
     held: Vec<u8>,
     /// Elements at each node.
-    pub star: Incidence,
+    pub star: NodeIncidence,
     /// Surface on which contact is detected.
-    pub surface: Surface,
+    pub surface: ContactSurface,
     /// Element behind each facet of the surface.
     pub behind: Vec<ElementId>,
     /// Pressure loads on the surface.
-    pub loads: Loads,
+    pub loads: PressureLoads,
     /// Axes normal to the planes of symmetry, ascending, in the coordinates of the gel; 0 for a gel about an axis.
     pub mirrored: &'static [usize],
 }
 
 /// Contact surface: nodes and facets.
 #[derive(Debug)]
-pub struct Surface {
+pub struct ContactSurface {
     /// Nodes in ascending order.
     pub nodes: Vec<SurfaceNode>,
     /// Index in `nodes` of each node of the gel, or `None`.
@@ -34,7 +34,7 @@ pub struct Surface {
     /// Facets of the surface.
     pub facets: Vec<Facet>,
     /// Facets at each node.
-    pub around: Incidence,
+    pub around: NodeIncidence,
 }
 
 /// Node of the contact surface.
@@ -48,17 +48,17 @@ pub struct SurfaceNode {
     pub area: f64,
 }
 
-impl<const D: usize, P: Potential<D>> Gel<D, P> {
+impl<const D: usize, P: Potential<D>> DiscreteGel<D, P> {
     /// Builds the gel from an energy, the masses, the held directions and the surface.
     ///
     /// # Panics
     /// If the lengths differ or a mass is not positive.
     #[must_use]
-    pub fn new(potential: P, mass: Vec<f64>, held: &[[bool; D]], surface: Surface) -> Self {
+    pub fn new(potential: P, mass: Vec<f64>, held: &[[bool; D]], surface: ContactSurface) -> Self {
         assert_eq!(mass.len(), held.len(), "every node has a mass and its held directions");
         assert!(mass.iter().all(|m| *m > 0.0), "every node needs a positive mass");
         let elements = (0..potential.len() as u32).map(|element| potential.nodes(ElementId(element)));
-        let star = Incidence::new(mass.len(), elements);
+        let star = NodeIncidence::new(mass.len(), elements);
         let held = held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect();
         let owner = |facet: &Facet| {
             let has_all =
@@ -66,12 +66,12 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
-        Self { potential, mass, held, star, surface, behind, loads: Loads::none(), mirrored: &[] }
+        Self { potential, mass, held, star, surface, behind, loads: PressureLoads::none(), mirrored: &[] }
     }
 
     /// Sets the pressure loads.
     #[must_use]
-    pub fn with_loads(mut self, loads: Loads) -> Self {
+    pub fn with_loads(mut self, loads: PressureLoads) -> Self {
         self.loads = loads;
         self
     }
@@ -116,15 +116,15 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
 
     /// Returns the stored energy for nodes at these positions, J.
     #[must_use]
-    pub fn stored_energy(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> f64 {
+    pub fn stored_energy(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> f64 {
         let energy = self.measure(x, memory).energy;
         crate::math::ordered_sum(energy.len(), 0.0, |patch| energy[patch])
     }
 
     /// Returns the history variables of undeformed elements.
     #[must_use]
-    pub fn fresh_memory(&self) -> Vec<Memory<D>> {
-        vec![Memory::default(); self.n_memories()]
+    pub fn fresh_memory(&self) -> Vec<HistoryVariables<D>> {
+        vec![HistoryVariables::default(); self.n_memories()]
     }
 
     /// Returns the number of history variables of all elements.
@@ -134,12 +134,12 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     }
 
     /// Measures all elements at these positions: energies, stiffnesses and volume ratios.
-    pub(super) fn measure(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
+    pub(super) fn measure(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
         self.potential.measure_all(x, memory)
     }
 }
 
-impl Surface {
+impl ContactSurface {
     /// Builds the surface from facets of `D` nodes each; `measure` gives the area of a facet at rest, m², and its
     /// size, m in the plane, m² in space.
     #[must_use]
@@ -161,7 +161,7 @@ impl Surface {
         for (i, surface) in nodes.iter().enumerate() {
             of[surface.node.index()] = Some(i as u32);
         }
-        let around = Incidence::new(n_nodes, facets.iter().map(|facet| &facet[..D]));
+        let around = NodeIncidence::new(n_nodes, facets.iter().map(|facet| &facet[..D]));
         Self { nodes, of, facets, around }
     }
 
@@ -185,7 +185,7 @@ mod tests {
         let facet = |nodes: [u32; 3]| nodes.map(NodeId);
         let size = |facets: Vec<Facet>, planes: usize| {
             let on_plane = |node: NodeId| if node.0 == 0 { planes } else { 0 };
-            Surface::new::<3>(5, facets, |_| (0.25, 0.25)).mirrored(on_plane).nodes[0].size
+            ContactSurface::new::<3>(5, facets, |_| (0.25, 0.25)).mirrored(on_plane).nodes[0].size
         };
         // A square about its middle, cut along its diagonals into four, and along these into a half and a quarter.
         let whole = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]].map(facet);

@@ -1,24 +1,24 @@
 //! Handover between meshes: the end of one mesh and the beginning of the next, at one tick (numerics A12).
 
-use super::distortion::Wear;
-use super::engine::{Engine, NoStep, Start};
+use super::distortion::DistortionLimits;
+use super::engine::{BalanceReference, Engine, UnusableStep};
 use super::exit::ExitRule;
 use super::step_size::nodal_limit;
-use super::substep::Phase;
-use super::{Gel, Kind, Pool, StepError, TickGrid};
-use crate::contact::{Body, BodyState, Exchange};
-use crate::fem::{Memory, Potential};
+use super::substep::MeshPhase;
+use super::{DiscreteGel, StepError, SteppingSchedule, TickGrid, WorkerPool};
+use crate::contact::{BodyState, ImpulseExchange, RigidBody};
+use crate::fem::{HistoryVariables, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Birth, MOST_TICKS, Record, SurfaceStretch, Tick};
+use crate::state::{MOST_TICKS, MeshInstance, RunRecord, SurfaceStretch, Tick};
 use std::sync::Arc;
 
 /// End conditions of a mesh.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ends {
+pub(super) struct EndConditions {
     /// Distortion limits; `None` if the mesh never ends by them.
-    pub wear: Option<Wear>,
+    pub wear: Option<DistortionLimits>,
     /// Ticks at or after which the mesh ends, distorted or not, ascending.
     at: Vec<Tick>,
     /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
@@ -27,7 +27,7 @@ pub(super) struct Ends {
 
 /// Reason why the engine has stopped advancing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reached {
+pub enum AdvanceOutcome {
     /// The requested end time is reached.
     End,
     /// The mesh was distorted or due and has ended at a tick: positions and velocities are those of this instant.
@@ -38,26 +38,26 @@ pub enum Reached {
 const MIN_AGE: Tick = 4;
 
 /// Data that one mesh hands over to the next.
-pub(super) struct Passage<const D: usize> {
+pub(super) struct Carryover<const D: usize> {
     pub tick: Tick,
     pub grid: Option<TickGrid>,
     pub ledger: Ledger,
-    pub record: Record,
-    pub start: Option<Start>,
+    pub record: RunRecord,
+    pub start: Option<BalanceReference>,
     /// History variables of the elements, unless they are fresh.
-    pub memory: Option<Vec<Memory<D>>>,
+    pub memory: Option<Vec<HistoryVariables<D>>>,
     /// Stable steps of the elements of the new mesh, s, if they are known.
     pub steps: Option<Vec<f64>>,
 }
 
-impl<const D: usize> Passage<D> {
+impl<const D: usize> Carryover<D> {
     /// Creates the empty handover to the first mesh.
     pub fn begin(n_bodies: usize) -> Self {
         Self {
             tick: 0,
             grid: None,
             ledger: Ledger::default(),
-            record: Record::new(n_bodies),
+            record: RunRecord::new(n_bodies),
             start: None,
             memory: None,
             steps: None,
@@ -86,35 +86,35 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.
-    pub fn set_wear(&mut self, wear: Option<Wear>) {
+    pub fn set_distortion_limits(&mut self, wear: Option<DistortionLimits>) {
         self.ends.wear = wear;
         self.watch.clear_parts();
     }
 
     /// Returns true if the mesh can end by distortion.
-    pub(super) fn can_wear(&self) -> bool {
-        self.ends.wear.is_some() && self.rules.schedule != Kind::Queue
+    pub(super) fn can_be_distorted(&self) -> bool {
+        self.ends.wear.is_some() && self.rules.schedule != SteppingSchedule::Queue
     }
 
     /// Sets the times, s, ascending, at which the mesh ends, distorted or not. It ends at the first tick from a time
     /// on at which all steps end and the mesh is 4 of its finest steps old. The queue ignores the times.
-    pub fn set_exchanges(&mut self, times: &[f64]) {
+    pub fn set_remesh_times(&mut self, times: &[f64]) {
         self.ends.at = times.iter().map(|time| self.grid.first_tick(*time)).collect();
     }
 
     /// Returns the next tick at or after which this mesh ends.
-    pub(super) fn next_exchange(&self) -> Option<Tick> {
+    pub(super) fn next_remesh_tick(&self) -> Option<Tick> {
         self.ends.at.iter().copied().find(|due| *due > self.origin)
     }
 
     /// Returns true if the mesh ends at this tick: at once if distorted, but on time only where all steps end, to cut
     /// no step short.
     pub(super) fn is_over(&mut self, tick: Tick) -> bool {
-        if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
+        if self.state.now.is_none() || self.rules.schedule == SteppingSchedule::Queue {
             return false;
         }
         let age = (tick - self.origin) / self.steps.0;
-        let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
+        let is_due = || self.next_remesh_tick().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
         age >= MIN_AGE && (is_whole && is_due() || self.is_distorted(tick, age))
             || self.has_collapsed()
@@ -133,7 +133,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns true if the surface leaked at the last tick.
     fn has_leaked(&self) -> bool {
-        self.can_wear() && self.state.record.stretch == SurfaceStretch::Leaking
+        self.can_be_distorted() && self.state.record.stretch == SurfaceStretch::Leaking
     }
 
     /// Returns true if the stable step of a group is shorter than a tick, by the stiffness at the last ticks of its
@@ -143,13 +143,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let is_short = |node: &NodeId| self.grid.ticks(self.rules.cfl * nodal_limit(&self.gel, known, *node)) < 1.0;
         let mut elements = self.finest_groups().flat_map(|group| self.order.elements(self.order.slots(group)));
-        self.can_wear() && elements.any(|element| self.gel.potential.nodes(element).iter().any(is_short))
+        self.can_be_distorted() && elements.any(|element| self.gel.potential.nodes(element).iter().any(is_short))
     }
 
     /// Finds the first group whose stable step is shorter than a tick.
     fn find_collapse(&self, tick: Tick) -> Option<StepError> {
         let mut limits = self.finest_groups().map(|group| (group, self.group_limit(group)));
-        let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_wear());
+        let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_be_distorted());
         collapsed.map(|(group, limit)| self.collapse_error(group, limit, tick))
     }
 
@@ -180,9 +180,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Processes the last tick of this mesh: every group is active with the trailing half of its kick, and nodes on a
     /// body are held there. Otherwise they would enter the body with half a kick, gain that energy, and lose it in
     /// contact at the next tick.
-    pub(super) fn close(&mut self, tick: Tick, (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
+    pub(super) fn close(&mut self, tick: Tick, (t, exchanges): (f64, &mut [ImpulseExchange])) -> Result<(), StepError> {
         let time = self.grid.time(tick);
-        self.phase = Phase::Last;
+        self.phase = MeshPhase::Last;
         self.answer(tick);
         self.failure = self.find_failure(time);
         if let Some(error @ StepError::NotFinite { .. }) = &self.failure {
@@ -194,14 +194,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.find_loads(tick);
         self.place_bodies(time);
         self.scratch.changed.clear();
-        let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
-        self.count_synchronous(sums.limit, tick);
+        let sums = if self.blocks.is_some() { self.update_nodes(tick) } else { self.measure_limits() };
+        self.count_global_steps(sums.limit, tick);
         self.failure = self.failure.take().or_else(|| self.find_collapse(tick));
-        self.look_around(tick);
-        self.find_touches(tick);
-        let work = self.kick_all(tick, &sums);
-        self.book(tick, work);
-        self.book_contact();
+        self.query_gaps(tick);
+        self.find_contact_points(tick);
+        let work = self.complete_kicks(tick, &sums);
+        self.post_residual(tick, work);
+        self.post_contact_work();
         self.receive(time, (t, exchanges));
         self.failure = self.failure.take().or_else(|| self.find_stretch(time).leak);
         let length = self.state.record.synchronous.0;
@@ -215,22 +215,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// is given the steps with which it begins.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.
-    pub fn renewed(
+    /// [`UnusableStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.
+    pub fn continue_on_mesh(
         &mut self,
-        (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
+        (gel, memory): (DiscreteGel<D, P>, Option<Vec<HistoryVariables<D>>>),
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        birth: Option<Birth<D>>,
-    ) -> Result<Self, NoStep> {
+        birth: Option<MeshInstance<D>>,
+    ) -> Result<Self, UnusableStep> {
         // Steps with the history variables: elements that have flowed far are none the stiffer for it.
         let (mut new, steps) = self.new_engine(gel, memory, nodes, self.last_tick(), None)?;
-        let (was, now) =
-            (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
+        let (was, now) = (
+            BalanceReference::of(&self.gel, &self.bodies, &self.state),
+            BalanceReference::of(&new.gel, &new.bodies, &new.state),
+        );
         let ledger = &mut new.state.ledger;
         ledger.energy.remesh += now.energy - was.energy;
         ledger.momentum.remesh += now.momentum - was.momentum;
         ledger.angular_momentum.remesh += now.angular_momentum - was.angular_momentum;
-        new.state.birth = birth.map(|birth| Arc::new(Birth { steps, ..birth }));
+        new.state.birth = birth.map(|birth| Arc::new(MeshInstance { steps, ..birth }));
         new.pool = self.pool.take();
         Ok(new)
     }
@@ -239,13 +241,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// without threads. `birth` is the mesh, unless it is the first one.
     ///
     /// # Errors
-    /// [`NoStep`] as [`Self::renewed`].
-    pub fn on_mesh(
+    /// [`UnusableStep`] as [`Self::continue_on_mesh`].
+    pub fn engine_on_mesh(
         &self,
-        gel: Gel<D, P>,
+        gel: DiscreteGel<D, P>,
         position: &[Vector<D>],
-        birth: Option<Arc<Birth<D>>>,
-    ) -> Result<Self, NoStep> {
+        birth: Option<Arc<MeshInstance<D>>>,
+    ) -> Result<Self, UnusableStep> {
         let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
         // The history variables of the new mesh are lost, apart from the steps that followed from them.
         let (tick, steps) = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
@@ -255,33 +257,33 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Counts a remesh.
-    pub fn count_exchange(&mut self) {
+    pub fn count_remesh(&mut self) {
         self.state.record.stretch = SurfaceStretch::Little;
         self.state.record.remeshes += 1;
     }
 
     /// Counts eroded mass, kg.
-    pub fn count_drops(&mut self, mass: f64) {
+    pub fn count_eroded_mass(&mut self, mass: f64) {
         self.state.record.splashed += mass;
     }
 
     /// Takes the thread pool out, for another engine.
-    pub fn take_pool(&mut self) -> Option<Arc<Pool>> {
+    pub fn take_pool(&mut self) -> Option<Arc<WorkerPool>> {
         self.pool.take()
     }
 
     /// Creates an engine with another gel from `tick` on; also returns the stable steps of its elements, s.
     fn new_engine(
         &self,
-        gel: Gel<D, P>,
-        memory: Option<Vec<Memory<D>>>,
+        gel: DiscreteGel<D, P>,
+        memory: Option<Vec<HistoryVariables<D>>>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
         tick: Tick,
         steps: Option<Vec<f64>>,
-    ) -> Result<(Self, Vec<f64>), NoStep> {
-        let bodies: Vec<(Body, BodyState)> =
+    ) -> Result<(Self, Vec<f64>), UnusableStep> {
+        let bodies: Vec<(RigidBody, BodyState)> =
             self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
-        let passage = Passage {
+        let passage = Carryover {
             tick,
             grid: Some(self.grid),
             ledger: self.state.ledger,
@@ -293,17 +295,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (mut new, steps) = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
         if self.blocks.is_none() {
-            new = new.by_reference();
+            new = new.with_reference_form();
         }
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);
         }
         let (least, most) = new.first;
         if least < 1.0 {
-            return Err(NoStep { step: new.grid.length(least), corners: new.stepless_corners() });
+            return Err(UnusableStep { step: new.grid.length(least), corners: new.stepless_corners() });
         }
         if most > MOST_TICKS as f64 {
-            return Err(NoStep { step: new.grid.length(most), corners: vec![] });
+            return Err(UnusableStep { step: new.grid.length(most), corners: vec![] });
         }
         Ok((new, steps))
     }
@@ -324,9 +326,9 @@ mod tests {
             steps[0] = first;
             let (mass, corner_mass) = (engine.gel.mass.clone(), vec![[1.0; 4]; mesh.elements.len()]);
             let (mesh, position) = (mesh.clone(), mesh.rest.clone());
-            let birth = Birth { tick: 7, mesh, position, mass, corner_mass, references: vec![], steps };
+            let birth = MeshInstance { tick: 7, mesh, position, mass, corner_mass, references: vec![], steps };
             let gel = test_cube::gel(&birth.mesh);
-            engine.on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth))).map(|other| other.origin)
+            engine.engine_on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth))).map(|other| other.origin)
         };
         assert_eq!(begins(tick).ok(), Some(7));
         for forged in [0.9 * tick, 1e-300, 1e300] {

@@ -1,16 +1,16 @@
 //! History variables in the SIMD form: rows in the blocks while ticks are processed, copied to the state for its
 //! readers.
 
-use super::blocks::{Blocks, SLOTS};
-use super::element_order::Order;
+use super::blocks::{ElementBlocks, SLOTS};
+use super::element_order::ElementLayout;
 use super::engine::Engine;
-use crate::fem::{Answer, DEPTH, LANES, Memory, Potential, Recall};
+use crate::fem::{DEPTH, ElementResponse, HistoryLanes, HistoryVariables, LANES, Potential};
 use crate::mesh::ElementId;
 use std::ops::Range;
 
-impl<const D: usize> Blocks<D> {
+impl<const D: usize> ElementBlocks<D> {
     /// Loads the history variables of all elements from the state.
-    pub fn load_history(&mut self, order: &Order, memory: &[Memory<D>]) {
+    pub fn load_history(&mut self, order: &ElementLayout, memory: &[HistoryVariables<D>]) {
         let Self { lanes, memory: batches, memories, .. } = self;
         for (batch, rows) in batches.chunks_exact_mut(lanes.rows().max(1)).enumerate() {
             for lane in 0..LANES {
@@ -23,7 +23,7 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// Stores the history variables of the elements in some slots.
-    fn store_history(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
+    fn store_history(&self, slots: Range<usize>, order: &ElementLayout, memory: &mut [HistoryVariables<D>]) {
         for slot in slots {
             if let (Some(rows), Some(element)) = (self.rows(slot), order.element(slot)) {
                 self.lanes.recall(rows, slot % LANES, &mut memory[history_range(element, self.memories)]);
@@ -32,13 +32,13 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// Returns the history rows of the batch of a slot, for elements with history.
-    fn rows(&self, slot: usize) -> Option<&[Recall]> {
+    fn rows(&self, slot: usize) -> Option<&[HistoryLanes]> {
         let (rows, batch) = (self.lanes.rows(), slot / LANES);
         (rows > 0).then(|| &self.memory[batch * rows..(batch + 1) * rows])
     }
 
     /// Returns the viscous part of U′ of the elements of a patch at their last sweep, Pa.
-    fn viscous(&self, order: &Order, elements: &[ElementId]) -> [f64; DEPTH] {
+    fn viscous(&self, order: &ElementLayout, elements: &[ElementId]) -> [f64; DEPTH] {
         let of = |element: &ElementId| {
             let slot = order.slot(*element);
             self.rows(slot).map_or(0.0, |rows| self.lanes.viscous(rows, slot % LANES))
@@ -66,12 +66,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Evaluates the elements of a group again that was swept at this tick, and appends each element's response.
-    pub(super) fn reevaluate_group(&mut self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) {
+    pub(super) fn reevaluate_group(&mut self, group: usize, elements: &mut Vec<(ElementId, ElementResponse<D>)>) {
         let Some(blocks) = &self.blocks else { return };
         blocks.store_history(self.order.slots(group), &self.order, &mut self.state.memory);
         for patch in self.order.patches(group) {
             let own = self.gel.potential.patches().of(*patch as usize);
-            let (mut answers, viscous) = ([Answer::default(); DEPTH], blocks.viscous(&self.order, own));
+            let (mut answers, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&self.order, own));
             let history = (self.state.memory.as_slice(), &viscous);
             self.gel.potential.again(*patch as usize, &self.state.position, history, &mut answers);
             elements.extend(own.iter().copied().zip(answers));

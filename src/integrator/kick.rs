@@ -1,14 +1,14 @@
 //! Kicks of a tick and their entries in the ledger (numerics 1.2, A6).
 
-use super::blocks::Blocks;
-use super::contact_solver::Touch;
+use super::blocks::ElementBlocks;
+use super::contact_solver::ContactPoint;
 use super::energy_residual::{ClockInput, update_clock};
 use super::engine::Engine;
 use super::node_loop::KickSums;
-use super::step_size::Change;
-use super::substep::Phase;
-use crate::contact::{Freedom, Law, Motion};
-use crate::fem::{Answer, Potential};
+use super::step_size::StepChange;
+use super::substep::MeshPhase;
+use crate::contact::{BodyMotion, FreeDirections, ImpulseLaw};
+use crate::fem::{ElementResponse, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
@@ -16,18 +16,18 @@ use crate::state::Tick;
 
 /// Reaction of the held directions: linear and angular momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Taken {
+pub(super) struct ConstraintReaction {
     momentum: Vector3,
     angular_momentum: Vector3,
 }
 
-impl Default for Taken {
+impl Default for ConstraintReaction {
     fn default() -> Self {
         Self { momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
     }
 }
 
-impl std::ops::Add for Taken {
+impl std::ops::Add for ConstraintReaction {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -38,17 +38,17 @@ impl std::ops::Add for Taken {
     }
 }
 
-impl Taken {
+impl ConstraintReaction {
     /// Adds the reaction of the held directions of a node at `at`, m, to an impulse, N·s.
-    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
+    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: FreeDirections, (at, push): (Vector3, Vector3)) {
         if free.min() == 0.0 {
             let reaction = embed(&restrict::<D>(&push).component_mul(free)) - push;
-            self.give(freedom, (at, reaction));
+            self.add_reaction(freedom, (at, reaction));
         }
     }
 
     /// Adds a reaction impulse on a node at `at`, m.
-    pub fn give(&mut self, freedom: Freedom, (at, push): (Vector3, Vector3)) {
+    pub fn add_reaction(&mut self, freedom: FreeDirections, (at, push): (Vector3, Vector3)) {
         self.momentum += freedom.translation(&push);
         self.angular_momentum += freedom.rotation(&at.cross(&push));
     }
@@ -72,7 +72,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Completes the kicks of the SIMD form, applies the pressures and solves contact; returns Σ p·(v⁻ + v⁺)/2 − Σ
     /// ΔQ, J.
     pub(super) fn kick_fast(&mut self, tick: Tick, sums: &KickSums) -> f64 {
-        let begun = (self.phase == Phase::First).then(|| self.take_first_kick(tick));
+        let begun = (self.phase == MeshPhase::First).then(|| self.take_first_kick(tick));
         let sums = begun.as_ref().unwrap_or(sums);
         sums.reaction.post(&mut self.state.ledger);
         sums.damping.post(&mut self.state.ledger);
@@ -80,7 +80,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let correction = if begun.is_some() { 0.0 } else { self.correct_kicks() };
         self.find_impulse_nodes();
         self.press(tick);
-        if let Law::Moreau { restitution, friction, .. } = self.rules.law {
+        if let ImpulseLaw::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
         sums.work + correction + self.account_for_impulses(tick)
@@ -89,8 +89,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
     fn take_first_kick(&mut self, tick: Tick) -> KickSums {
         self.answer(tick);
-        self.stiffen();
-        self.advance_nodes(tick)
+        self.add_load_stiffness();
+        self.update_nodes(tick)
     }
 
     /// Corrects the kicks of groups whose step changed: the sweep took half of the planned step; adds half of the
@@ -99,8 +99,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
-            let Change { group, planned, ahead } = self.scratch.changed[i];
-            let contributes = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
+            let StepChange { group, planned, ahead } = self.scratch.changed[i];
+            let contributes = |blocks: &ElementBlocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
             if !self.blocks.as_ref().is_some_and(contributes) {
                 continue;
             }
@@ -118,13 +118,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Takes the power of a group out of the sum of its block, because its next step differs from that of the other
     /// groups.
-    fn separate_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
+    fn separate_power(&mut self, group: usize, elements: &[(ElementId, ElementResponse<D>)]) {
         let Some(mut blocks) = self.blocks.take() else { return };
         let block = group / blocks.groups;
         let end = blocks.groups_of(block).end;
         if let Some(power_accumulator) = &mut blocks.all[block].power_accumulator {
             let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&self.scratch.before[node.index()]);
-            let element_power = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
+            let element_power = |(element, answer): &(ElementId, ElementResponse<D>)| -> f64 {
                 self.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
             };
             let power = elements.iter().map(element_power).sum();
@@ -139,8 +139,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Adds a kick of an element to those of the tick; returns the additional work less the change of the carried
     /// kick work, J.
-    fn kick_more(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) -> f64 {
-        let (gel, mut reaction, mut work) = (self.gel.clone(), Taken::default(), 0.0);
+    fn kick_more(&mut self, element: ElementId, answer: &ElementResponse<D>, weight: f64) -> f64 {
+        let (gel, mut reaction, mut work) = (self.gel.clone(), ConstraintReaction::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             let kicked = self.state.velocity[a];
@@ -167,7 +167,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
         self.watch.note_speeds(active.all, speeds);
         // The reference form has no chunks.
-        let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
+        let listed =
+            if self.blocks.is_none() { active.reference_nodes() } else { active.listed_nodes().unwrap_or_default() };
         for node in listed.iter().map(|node| *node as usize) {
             self.watch.note_speed(node, self.state.velocity[node].norm());
         }
@@ -187,7 +188,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
         let met = self.scratch.meetings.iter().map(|meeting| meeting.node);
-        for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(met).chain(self.pressed()) {
+        for node in self.scratch.touches.iter().flat_map(ContactPoint::nodes).copied().chain(met).chain(self.pressed())
+        {
             let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
             carriers.push(ImpulseNode { node, before, kicked });
         }
@@ -216,7 +218,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Posts the integration residual of the active groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one,
     /// where A is the leading-half work. It is zero for the exact motion and of second order in the step.
-    pub(super) fn book(&mut self, tick: Tick, work: f64) {
+    pub(super) fn post_residual(&mut self, tick: Tick, work: f64) {
         let residual =
             if self.blocks.is_some() { self.update_block_clocks(tick) } else { self.update_group_clocks(tick) };
         self.state.ledger.energy.integration += residual + work;
@@ -239,16 +241,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Updates the clocks and step ranges of the active blocks; returns the residual, J.
     fn update_block_clocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
-        let (moment, groups_per_block) = (self.moment(tick), blocks.groups);
+        let (moment, groups_per_block) = (self.tick_context(tick), blocks.groups);
         let input = ClockInput { grid: self.grid, moment, answers: &self.scratch.answers };
         let total = blocks.update_clocks(input, &mut self.state.clocks, self.pool.as_deref());
-        self.state.ledger.energy.lose(&total.spent);
+        self.state.ledger.energy.book_dissipation(&total.spent);
         let record = &mut self.state.record;
         for report in blocks.all.iter().filter_map(|block| block.report) {
             record.updates += report.updates;
             record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
         }
-        let block_of = |change: &Change| change.group as usize / groups_per_block;
+        let block_of = |change: &StepChange| change.group as usize / groups_per_block;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             let block = block_of(&changed[0]);
             blocks.update_steps(block, &self.state.clocks, self.grid);
@@ -261,9 +263,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, without its part Σ J b that removes penetration;
     /// that part; and the work of friction, Σ Jₜ·(u⁻ + u⁺)/2. Also posts the work of the support of a body that is
     /// not free and of a growing dome.
-    pub(super) fn book_contact(&mut self) {
+    pub(super) fn post_contact_work(&mut self) {
         let touches = std::mem::take(&mut self.scratch.touches);
-        let mut reaction = Taken::default();
+        let mut reaction = ConstraintReaction::default();
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
             let mean = 0.5 * (touch.before + self.relative(touch));
@@ -276,17 +278,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
                 reaction.add(&self.gel.free(node.index()), self.freedom(), (at, push));
             }
-            if self.bodies[touch.body].motion != Motion::Free {
+            if self.bodies[touch.body].motion != BodyMotion::Free {
                 self.book_reaction(touch);
             }
         }
         reaction.post(&mut self.state.ledger);
         self.scratch.touches = touches;
-        self.book_meetings();
+        self.book_symmetry_contacts();
     }
 
     /// Posts the momentum and work of the support that holds or moves a body.
-    fn book_reaction(&mut self, touch: &Touch<D>) {
+    fn book_reaction(&mut self, touch: &ContactPoint<D>) {
         let (freedom, push, body) = (self.freedom(), touch.push(), touch.body);
         let work = push.dot(&self.bodies[body].velocity_at(&self.scratch.was[body], &touch.point));
         let ledger = &mut self.state.ledger;

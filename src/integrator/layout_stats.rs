@@ -1,14 +1,14 @@
 //! Statistics of the layout of the work, for measurements only.
 
-use super::blocks::Block;
+use super::blocks::ElementBlock;
 use super::engine::Engine;
-use crate::fem::{Lanes, Potential};
+use crate::fem::{ElementBatches, Potential};
 use crate::mesh::NodeId;
 use std::ops::Range;
 
 /// Block of elements that is swept at once with local node numbers; no block is divided among threads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run<'a> {
+pub struct BlockLayout<'a> {
     /// Nodes in the order of their local numbers.
     pub nodes: &'a [NodeId],
     /// Groups of patches.
@@ -25,26 +25,26 @@ pub struct Run<'a> {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns the blocks of the SIMD form, in order; empty for the reference form.
     #[must_use]
-    pub fn runs(&self) -> Vec<Run<'_>> {
+    pub fn runs(&self) -> Vec<BlockLayout<'_>> {
         let Some(blocks) = &self.blocks else { return vec![] };
         blocks.all.iter().enumerate().map(|(i, block)| self.block_layout(block, blocks.groups_of(i))).collect()
     }
 
     /// Returns the elements of the blocks in SIMD layout.
     #[must_use]
-    pub fn lanes(&self) -> Option<&Lanes<D>> {
+    pub fn lanes(&self) -> Option<&ElementBatches<D>> {
         self.blocks.as_ref().map(|blocks| &blocks.lanes)
     }
 
     /// Collects the statistics of a block.
-    fn block_layout<'a>(&self, block: &'a Block, groups: Range<usize>) -> Run<'a> {
+    fn block_layout<'a>(&self, block: &'a ElementBlock, groups: Range<usize>) -> BlockLayout<'a> {
         let of_group = |group: usize| {
             let n_elements = self.order.elements(self.order.slots(group)).count();
             n_elements as f64 / self.grid.time(self.state.clocks[group].step)
         };
-        let moves = block.is_awake() && self.state.now.is_some();
+        let moves = block.is_moving() && self.state.now.is_some();
         let rate = if moves { groups.clone().map(of_group).sum() } else { 0.0 };
-        Run {
+        BlockLayout {
             nodes: &block.nodes,
             groups,
             n_elements: block.n_elements as usize,

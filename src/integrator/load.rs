@@ -1,10 +1,10 @@
 //! Pressure loads on faces of the gel: each loaded facet is kicked at the ticks of the element behind it, as part of
 //! that element's energy (numerics A6). The work of the pressures is booked.
 
-use super::Kind;
+use super::SteppingSchedule;
 use super::blocks::SLOTS;
 use super::engine::Engine;
-use super::kick::Taken;
+use super::kick::ConstraintReaction;
 use crate::fem::{Potential, Section, push};
 use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -13,14 +13,14 @@ use crate::state::Tick;
 /// Pressure history: linear between its points, constant before the first and after the last, with the depth below
 /// which all of it acts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pressure {
+pub struct PressureHistory {
     /// Times, s, and pressures, Pa.
     points: Vec<(f64, f64)>,
     /// Depth below z = 0 over which the pressure rises from zero, m; 0 if it acts at any height.
     depth: f64,
 }
 
-impl Pressure {
+impl PressureHistory {
     /// Creates a pressure from ascending times, s, and the pressures there, Pa.
     ///
     /// # Panics
@@ -63,7 +63,7 @@ impl Pressure {
 
 /// Facet under pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Loaded {
+pub struct LoadedFacet {
     /// Nodes of the facet, outward oriented.
     pub facet: Facet,
     /// Element that the facet bounds.
@@ -74,16 +74,16 @@ pub struct Loaded {
 
 /// Pressure loads of a gel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loads {
+pub struct PressureLoads {
     /// Kinematics of the gel, which tell the area that a plane facet stands for.
     pub section: Section,
     /// Pressure histories.
-    pub pressures: Vec<Pressure>,
+    pub pressures: Vec<PressureHistory>,
     /// Loaded facets.
-    pub facets: Vec<Loaded>,
+    pub facets: Vec<LoadedFacet>,
 }
 
-impl Loads {
+impl PressureLoads {
     /// Creates a set of no loads.
     #[must_use]
     pub fn none() -> Self {
@@ -103,7 +103,7 @@ impl Loads {
 
 /// Pressure load on a facet at a tick.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pushed<const D: usize> {
+pub(super) struct FacetLoad<const D: usize> {
     nodes: Facet,
     forces: [Vector<D>; 3],
     /// Group of the element behind the facet.
@@ -114,7 +114,7 @@ pub(super) struct Pushed<const D: usize> {
 
 /// Load stiffness that a pressure adds to an active element.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stiffer {
+pub(super) struct LoadStiffness {
     /// Index of the loaded facet.
     facet: usize,
     /// Slot of the element behind the facet.
@@ -124,7 +124,7 @@ pub(super) struct Stiffer {
     before: f64,
 }
 
-impl<const D: usize> Pushed<D> {
+impl<const D: usize> FacetLoad<D> {
     /// Iterates over the nodes and the impulses on them, N·s.
     fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
         self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
@@ -154,14 +154,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let (pushed, added) = self.find_load(loaded, &now, group, tick).unzip();
                 self.scratch.pushed.extend(pushed);
                 let (added, before) = (added.unwrap_or(0.0), self.state.stiffness[slot]);
-                self.scratch.stiffer.push(Stiffer { facet, slot, added, before });
+                self.scratch.stiffer.push(LoadStiffness { facet, slot, added, before });
             }
         }
-        self.stiffen();
+        self.add_load_stiffness();
     }
 
     /// Finds the pressure load of a facet, and the stiffness that it adds to the element behind the facet, N/m.
-    fn find_load(&self, loaded: &Loaded, now: &[f64], group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
+    fn find_load(&self, loaded: &LoadedFacet, now: &[f64], group: usize, tick: Tick) -> Option<(FacetLoad<D>, f64)> {
         let (loads, time) = (&self.gel.loads, self.grid.time(tick));
         let corners = loaded.facet.map(|node| self.position_at(node, time));
         let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
@@ -175,13 +175,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let area = push.forces.iter().sum::<Vector<D>>().norm();
         let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
         let (forces, weight) = (push.forces.map(|force| force * pressure), self.owed(group, tick));
-        Some((Pushed { nodes: loaded.facet, forces, group, weight }, added))
+        Some((FacetLoad { nodes: loaded.facet, forces, group, weight }, added))
     }
 
     /// Returns true if a group is active at this tick; called before the clocks are set.
     fn is_group_active(&self, group: usize, tick: Tick) -> bool {
         match self.blocks {
-            Some(_) => self.moment(tick).fires(self.state.clocks[group].step),
+            Some(_) => self.tick_context(tick).fires(self.state.clocks[group].step),
             None => self.scratch.due.binary_search(&(group as u32)).is_ok(),
         }
     }
@@ -190,15 +190,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// the clocks are set.
     pub(super) fn owed(&self, group: usize, tick: Tick) -> f64 {
         self.grid.length(match self.rules.schedule {
-            Kind::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
-            Kind::Bins | Kind::Global => self.moment(tick).owed(self.state.clocks[group].step),
+            SteppingSchedule::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
+            SteppingSchedule::Bins | SteppingSchedule::Global => {
+                self.tick_context(tick).owed(self.state.clocks[group].step)
+            }
         })
     }
 
     /// Adds the load stiffness of pressures to the stiffness of active elements. Elements of a block at rest were not
     /// swept: they take the stiffness of their last sweep without the former load stiffness, as a sweep now or a
     /// restart would give.
-    pub(super) fn stiffen(&mut self) {
+    pub(super) fn add_load_stiffness(&mut self) {
         let stiffness = &mut self.state.stiffness;
         if let Some(blocks) = &mut self.blocks {
             for stiffer in &self.scratch.stiffer {
@@ -207,7 +209,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     *found = *stored;
                 }
             }
-            let is_unswept = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
+            let is_unswept = |stiffer: &&LoadStiffness| blocks.all[stiffer.slot / SLOTS].report.is_none();
             for stiffer in self.scratch.stiffer.iter().filter(is_unswept) {
                 stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
             }
@@ -226,13 +228,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for stiffer in &self.scratch.stiffer {
             let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
             // A sweep leaves out the load stiffness of the tick before.
-            let (is_at_rest, was_swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
+            let (is_at_rest, was_swept) = (!blocks.all[block].is_moving(), blocks.all[block].report.is_some());
             if stiffness[stiffer.slot] == stiffer.before && !(is_at_rest && was_swept) {
                 continue;
             }
             stiffened.push(block);
             if is_at_rest {
-                self.gel.potential.nodes(behind).iter().for_each(|node| blocks.stir(node.index()));
+                self.gel.potential.nodes(behind).iter().for_each(|node| blocks.request_check_around(node.index()));
             }
         }
         stiffened.sort_unstable();
@@ -250,7 +252,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.scratch.pushed.is_empty() {
             return;
         }
-        let (gel, freedom, mut taken) = (self.gel.clone(), self.freedom(), Taken::default());
+        let (gel, freedom, mut taken) = (self.gel.clone(), self.freedom(), ConstraintReaction::default());
         let mut pushed = std::mem::take(&mut self.scratch.pushed);
         for pushed in &mut pushed {
             pushed.weight += 0.5 * self.grid.time(self.ahead(pushed.group, tick));
@@ -288,7 +290,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let velocity_sum = self.velocity_before_loads(node) + self.state.velocity[node.index()];
             0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&velocity_sum)
         };
-        let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();
+        let work: f64 = self.scratch.pushed.iter().flat_map(FacetLoad::impulses).map(work).sum();
         self.state.ledger.energy.load += work;
     }
 }
@@ -299,16 +301,16 @@ mod tests {
 
     #[test]
     fn a_pressure_is_straight_between_its_points_and_constant_outside() {
-        let pressure = Pressure::new(vec![(1.0, 10.0), (2.0, 30.0), (4.0, 0.0)]);
+        let pressure = PressureHistory::new(vec![(1.0, 10.0), (2.0, 30.0), (4.0, 0.0)]);
         let found = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|time| pressure.at(time));
         assert_eq!(found, [10.0, 10.0, 20.0, 30.0, 15.0, 0.0, 0.0]);
     }
 
     #[test]
     fn a_pressure_below_a_depth_rises_from_nothing_at_the_surface() {
-        let pressure = Pressure::new(vec![(0.0, 8.0)]).below(0.25);
+        let pressure = PressureHistory::new(vec![(0.0, 8.0)]).below(0.25);
         let found = [1.0, 0.0, -0.125, -0.25, -3.0].map(|z| pressure.part(z));
         assert_eq!(found, [(0.0, 0.0), (0.0, 0.0), (0.5, 4.0), (1.0, 0.0), (1.0, 0.0)]);
-        assert_eq!(Pressure::new(vec![(0.0, 8.0)]).part(1.0), (1.0, 0.0));
+        assert_eq!(PressureHistory::new(vec![(0.0, 8.0)]).part(1.0), (1.0, 0.0));
     }
 }

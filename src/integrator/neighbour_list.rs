@@ -6,15 +6,15 @@
 //! brought a body near. A skipped node is proved to be out of reach, so no result depends on the list. The same bound
 //! skips the facets around a node, and the distortion check of elements whose nodes have not moved far enough.
 
-use super::gel::Surface;
+use super::gel::ContactSurface;
 use super::node_loop::RUN;
-use crate::contact::{Body, BodyState};
+use crate::contact::{BodyState, RigidBody};
 use crate::math::Vector3;
 use crate::mesh::NodeId;
 
 /// Neighbour list of one surface, with the travel bounds of the elements of its mesh.
 #[derive(Debug)]
-pub(super) struct Watch {
+pub(super) struct NeighbourList {
     /// Distance to the nearest body at the last query of each surface node, plus the travel up to that query, m.
     query_bound: Vec<f64>,
     /// Travel at which a facet around each surface node needs a query, m.
@@ -67,10 +67,10 @@ struct MeshPart {
     distortion_bound: f64,
 }
 
-impl Watch {
+impl NeighbourList {
     /// Creates the neighbour list of a surface with its nodes at these positions; `speeds` bounds the speed of each
     /// run of nodes. Nothing else is known yet.
-    pub fn new(surface: &Surface, (time, speeds): (f64, Vec<f64>), place: impl Fn(usize) -> Vector3) -> Self {
+    pub fn new(surface: &ContactSurface, (time, speeds): (f64, Vec<f64>), place: impl Fn(usize) -> Vector3) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
@@ -195,8 +195,8 @@ impl Watch {
 
     /// Returns how far a body and a node can approach each other in a time, m, by the same bounds as the path limit
     /// of a node.
-    pub fn reach(&self, bodies: &[Body], horizon: f64) -> f64 {
-        let approach = |(body, at): (&Body, &BodyState)| {
+    pub fn reach(&self, bodies: &[RigidBody], horizon: f64) -> f64 {
+        let approach = |(body, at): (&RigidBody, &BodyState)| {
             let (growth_speed, growth_acceleration) =
                 at.bulge.map_or((0.0, 0.0), |bulge| (bulge.max_speed(), bulge.max_acceleration()));
             let acceleration = at.wrench.force.norm() / body.mass + growth_acceleration;
@@ -226,7 +226,7 @@ impl Watch {
     /// Appends the active surface nodes that need a query, in ascending order.
     pub fn append_queries(
         &mut self,
-        surface: &Surface,
+        surface: &ContactSurface,
         reach: f64,
         is_active: impl Fn(NodeId) -> bool,
         queries: &mut Vec<u32>,
@@ -248,7 +248,7 @@ impl Watch {
 
     /// Rebuilds the candidate set. Only candidates are queried, so the bounds of all other nodes hold until the next
     /// rebuild.
-    fn rebuild(&mut self, surface: &Surface, reach: f64) {
+    fn rebuild(&mut self, surface: &ContactSurface, reach: f64) {
         let (mut nodes, mut next_travel) = (std::mem::take(&mut self.candidates.nodes), f64::INFINITY);
         nodes.clear();
         for (node, at) in (0..).zip(&surface.nodes) {
@@ -287,13 +287,13 @@ impl Watch {
 
     /// Returns how long no body comes within a distance, by node, of a surface that stands still, s after the last
     /// update.
-    pub fn quiet(&self, bodies: &[Body], within: impl Fn(usize) -> f64) -> f64 {
+    pub fn quiet_time(&self, bodies: &[RigidBody], within: impl Fn(usize) -> f64) -> f64 {
         /// Halvings of one second; a shorter time is not worth skipping.
         const HALVINGS: i32 = 40;
         let room = |(i, bound): (usize, &f64)| bound - self.travel - within(i);
         let margin = self.query_bound.iter().enumerate().map(room).fold(f64::INFINITY, f64::min);
         let greatest_travel = |h: f64| {
-            let travel = |(body, at): (&Body, &BodyState)| self.body_travel(body, at, h);
+            let travel = |(body, at): (&RigidBody, &BodyState)| self.body_travel(body, at, h);
             let active = bodies.iter().zip(&self.bodies).filter(|(_, at)| at.active);
             active.map(travel).fold(0.0, f64::max)
         };
@@ -302,7 +302,7 @@ impl Watch {
     }
 
     /// Returns how far a point of a body can travel in a time, m.
-    fn body_travel(&self, body: &Body, at: &BodyState, h: f64) -> f64 {
+    fn body_travel(&self, body: &RigidBody, at: &BodyState, h: f64) -> f64 {
         let wrench = &at.wrench;
         let acceleration = (wrench.force.norm() + wrench.force_rate.norm() * h) / body.mass;
         let angular_momentum_bound =
@@ -344,8 +344,8 @@ mod tests {
         surface.nodes.iter_mut().zip(0..).for_each(|(at, i)| at.size = 0.02 + 0.01 * any(i));
         let n = surface.nodes.len();
         let place = |node: u32| mesh.rest[surface.nodes[node as usize].node.index()];
-        let mut at = BodyState::starting(Vector3::new(1.06, 0.5, 0.5), Vector3::zeros());
-        let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let mut at = BodyState::at_start(Vector3::new(1.06, 0.5, 0.5), Vector3::zeros());
+        let mut watch = NeighbourList::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
         let is_active = |i: usize| move |node: NodeId| any(i + 3 * node.index()) > -0.5;
         let (mut n_rebuilt, mut some) = (0, 0);
         for i in 1..=1000 {
@@ -371,7 +371,7 @@ mod tests {
         assert!((3..500).contains(&n_rebuilt) && some > 100, "rebuilt {n_rebuilt} times, some were seen {some} times");
         watch.set_facet_bound(3, f64::INFINITY);
         watch.set_gap(3, f64::INFINITY);
-        let is_candidate = |watch: &mut Watch| {
+        let is_candidate = |watch: &mut NeighbourList| {
             watch.candidates = CandidateSet::default();
             watch.append_queries(&surface, 0.0, |_| true, &mut vec![]);
             watch.candidates.nodes.contains(&3)
@@ -385,8 +385,8 @@ mod tests {
     fn a_body_that_becomes_active_invalidates_all_bounds() {
         let mesh = test_cube::mesh(&[0.0, 1.0]);
         let surface = test_cube::gel(&mesh).surface;
-        let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
-        let on = BodyState::starting(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
+        let mut watch = NeighbourList::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let on = BodyState::at_start(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
         let off = BodyState { active: false, ..on };
         let mut seen = |time: f64, at: BodyState| {
             let mut seen = vec![];

@@ -3,10 +3,10 @@
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::assembly::{NODE_BATCH, NodalSums, NodeTile, StepRule, TILE_NODES};
-use super::blocks::{Blocks, Due};
+use super::blocks::{BlockActivity, ElementBlocks};
 use super::damping::DampingLoss;
 use super::engine::Engine;
-use super::kick::Taken;
+use super::kick::ConstraintReaction;
 use super::node_update::NodeUpdate;
 use super::pool::{SplitWork, share_work};
 use crate::fem::{Potential, on};
@@ -60,7 +60,7 @@ impl ActiveSet {
 
     /// Inserts the nodes of a block; a full list is not extended.
     fn insert_all(&mut self, nodes: impl Iterator<Item = usize>) {
-        if self.few().is_some() {
+        if self.listed_nodes().is_some() {
             nodes.for_each(|node| self.insert(node));
         } else {
             nodes.for_each(|node| self.marked[node] = true);
@@ -68,12 +68,12 @@ impl ActiveSet {
     }
 
     /// Returns the active nodes in the order of insertion; `None` if they are many and the loop runs over all nodes.
-    pub fn few(&self) -> Option<&[u32]> {
+    pub fn listed_nodes(&self) -> Option<&[u32]> {
         (!self.all && self.list.len() < LIST_CAPACITY).then_some(self.list.as_slice())
     }
 
     /// Returns all active nodes of the reference form, in the order of insertion.
-    pub fn of_reference(&self) -> &[u32] {
+    pub fn reference_nodes(&self) -> &[u32] {
         &self.list
     }
 
@@ -118,7 +118,7 @@ pub(super) struct KickSums {
     /// Greatest |v|², m²/s².
     pub max_speed_squared: f64,
     /// Reaction of the held directions.
-    pub reaction: Taken,
+    pub reaction: ConstraintReaction,
     /// Loss to damping.
     pub damping: DampingLoss,
 }
@@ -129,7 +129,7 @@ impl Default for KickSums {
             limit: f64::INFINITY,
             work: 0.0,
             max_speed_squared: 0.0,
-            reaction: Taken::default(),
+            reaction: ConstraintReaction::default(),
             damping: DampingLoss::default(),
         }
     }
@@ -173,7 +173,7 @@ impl<const D: usize> NodeChunks<'_, D> {
     fn update_active(
         mut self,
         active: &ActiveSet,
-        blocks: &Blocks<D>,
+        blocks: &ElementBlocks<D>,
         rule: StepRule<'_>,
         update: &NodeUpdate<'_, D, impl Potential<D>>,
     ) {
@@ -236,14 +236,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
             front.prepare(block);
         }
-        active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
+        active.all =
+            blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == BlockActivity::All && front.gives);
         if active.all {
             return;
         }
         for block in blocks.all.iter().filter(|block| block.contributes()) {
-            active.insert_all(block.active().map(|number| block.nodes[number].index()));
+            active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
         }
-        for block in blocks.all.iter_mut().filter(|block| block.due != Due::Nothing && !block.contributes()) {
+        for block in blocks.all.iter_mut().filter(|block| block.due != BlockActivity::Nothing && !block.contributes()) {
             block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
         }
     }
@@ -262,7 +263,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
     /// directions take the rest as reactions.
-    pub(super) fn advance_nodes(&mut self, tick: Tick) -> KickSums {
+    pub(super) fn update_nodes(&mut self, tick: Tick) -> KickSums {
         let (gel, freedom) = (self.gel.clone(), self.freedom());
         let (grid, leading_share, damping_rate) = (self.grid, self.leading_share(), self.rules.damping);
         self.update_active_nodes(&NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
@@ -274,7 +275,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
         let level = blocks.level;
-        let few = scratch.active.few();
+        let few = scratch.active.listed_nodes();
         let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
         scratch.sums.resize(n_chunks, KickSums::default());
         let mut all = NodeChunks {
@@ -313,10 +314,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::blocks::{Block, Front};
+    use super::super::blocks::{ElementBlock, StepMonitor};
     use super::super::test_cube;
     use super::*;
-    use crate::contact::{Exchange, Freedom};
+    use crate::contact::{FreeDirections, ImpulseExchange};
 
     /// Result of an update, bit by bit: nodal vectors, limits, residuals and last ticks; flags of the blocks.
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
@@ -324,21 +325,27 @@ mod tests {
     #[test]
     fn updates_by_tile_and_by_list_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
-        engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
+        engine.advance_to(1e-3, &mut [ImpulseExchange::default()]).expect("the gel only swings");
         let gel = engine.gel.clone();
         let n_nodes = gel.mass.len();
         let mut blocks = engine.blocks.take().expect("bins have the fast form");
         let (grid, tick) = (engine.grid, engine.state.now.expect("it has begun") + 1);
-        let update =
-            NodeUpdate { gel: &gel, grid, freedom: Freedom::SPATIAL, tick, leading_share: 0.5, damping_rate: 0.0 };
+        let update = NodeUpdate {
+            gel: &gel,
+            grid,
+            freedom: FreeDirections::SPATIAL,
+            tick,
+            leading_share: 0.5,
+            damping_rate: 0.0,
+        };
         let rule = StepRule { mass: &gel.mass, cfl: 0.8 };
         let mut active = ActiveSet::new(n_nodes);
         active.insert_all((0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100));
-        assert!(active.few().is_none() && blocks.fronts.len() > 2);
+        assert!(active.listed_nodes().is_none() && blocks.fronts.len() > 2);
         let mut after = |by_tile: bool| -> After {
             for (block, front) in blocks.all.iter_mut().zip(&mut blocks.fronts) {
                 *block.awake.get_mut() = true;
-                block.due = Due::All;
+                block.due = BlockActivity::All;
                 front.prepare(block);
             }
             let (mut position, mut velocity) = (engine.state.position.clone(), engine.state.velocity.clone());
@@ -372,8 +379,8 @@ mod tests {
             };
             assert!(!by_tile || sums.iter().enumerate().all(|(run, sums)| sums.limit == least(run)));
             let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
-            let calm = blocks.fronts.iter_mut().map(Front::is_calm).collect();
-            let awake = blocks.all.iter().map(Block::is_awake).collect();
+            let calm = blocks.fronts.iter_mut().map(StepMonitor::holds_steps).collect();
+            let awake = blocks.all.iter().map(ElementBlock::is_moving).collect();
             ([position, velocity, before], [bits(limit), bits(excess)], last, [calm, awake])
         };
         assert!(after(true) == after(false));
@@ -389,7 +396,8 @@ mod tests {
             active.insert_all(first.iter().copied());
             active.insert_all(odd.chain(first.iter().copied()));
             assert!((0..n_nodes).all(|node| active.has(node) == (node % 2 == 1 && node < 2 * n)), "{n} active nodes");
-            let few: Option<Vec<usize>> = active.few().map(|few| few.iter().map(|node| *node as usize).collect());
+            let few: Option<Vec<usize>> =
+                active.listed_nodes().map(|few| few.iter().map(|node| *node as usize).collect());
             assert_eq!(few, (n < LIST_CAPACITY).then_some(first), "{n} active nodes");
             let (mut all, mut taken) = (0..n_nodes, vec![]);
             while let Some((n, some)) = active.next_batch(&mut all) {

@@ -5,17 +5,17 @@
 use super::assembly::{FULL_BATCH, NODE_BATCH, NodalSums};
 use super::damping::decay;
 use super::node_loop::{KickSums, NodeChunks};
-use super::{Gel, TickGrid};
-use crate::contact::Freedom;
+use super::{DiscreteGel, TickGrid};
+use crate::contact::FreeDirections;
 use crate::fem::Potential;
 use crate::math::{Vector, embed};
 use crate::state::Tick;
 
 /// Update of the nodes of a tick: the data common to all of them.
 pub(super) struct NodeUpdate<'a, const D: usize, P> {
-    pub gel: &'a Gel<D, P>,
+    pub gel: &'a DiscreteGel<D, P>,
     pub grid: TickGrid,
-    pub freedom: Freedom,
+    pub freedom: FreeDirections,
     pub tick: Tick,
     /// Fraction of a kick that belongs to the next step.
     pub leading_share: f64,
@@ -191,10 +191,10 @@ impl<'a, const D: usize> NodeState<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::super::assembly::StepRule;
-    use super::super::kick::Taken;
+    use super::super::kick::ConstraintReaction;
     use super::super::test_cube;
     use super::*;
-    use crate::fem::Accumulated;
+    use crate::fem::NodeAccumulator;
 
     /// Result of an update of a batch.
     #[derive(Debug, Clone, PartialEq)]
@@ -204,7 +204,7 @@ mod tests {
         numbers: [Vec<u64>; 2],
         moves: [bool; NODE_BATCH],
         sums: [u64; 2],
-        taken: Taken,
+        taken: ConstraintReaction,
     }
 
     /// Returns test numbers on a wider range.
@@ -229,7 +229,7 @@ mod tests {
         let update = NodeUpdate {
             gel: &gel,
             grid,
-            freedom: Freedom::SPATIAL,
+            freedom: FreeDirections::SPATIAL,
             tick: 4096,
             leading_share: 0.5,
             damping_rate: 0.0,
@@ -244,7 +244,7 @@ mod tests {
         let (mut limit, mut excess) = (vec![0.0; n], vec![0.0; n]);
         (0..NODE_BATCH).filter(|i| gives(*i)).for_each(|i| excess[first + i] = 1e-2 * any(300 + i));
         let (mut decay, mut sums) = (vec![0.0; n], KickSums::default());
-        let given: [Accumulated; NODE_BATCH] = std::array::from_fn(|i| {
+        let given: [NodeAccumulator; NODE_BATCH] = std::array::from_fn(|i| {
             let p = |k: usize| if first + i != still && gives(i) { 1e-3 * any(400 + 3 * i + k) } else { 0.0 };
             [p(0), p(1), p(2), 1e3 * (1.0 + any(500 + i).abs())]
         });
@@ -280,6 +280,6 @@ mod tests {
         for only in (0..NODE_BATCH).map(Some).chain([None]) {
             assert_eq!(after(true, only), after(false, only), "{only:?}");
         }
-        assert_ne!(after(true, None).taken, Taken::default(), "who is held is pushed");
+        assert_ne!(after(true, None).taken, ConstraintReaction::default(), "who is held is pushed");
     }
 }

@@ -1,7 +1,7 @@
 //! Node stars in partly active blocks: the nodes of the active groups and all elements at these nodes.
 
-use super::element_order::Order;
-use crate::fem::{Lanes, MOST_LOCAL_NODES};
+use super::element_order::ElementLayout;
+use crate::fem::{ElementBatches, MOST_LOCAL_NODES};
 use std::ops::Range;
 
 /// Star of some groups of a block: their nodes, and the elements at these nodes.
@@ -20,14 +20,14 @@ pub(super) struct GroupStar {
 
 impl GroupStar {
     /// Builds the star of these groups, without nodes.
-    pub fn of_groups(order: &Order, groups: impl Iterator<Item = usize>) -> Self {
+    pub fn of_groups(order: &ElementLayout, groups: impl Iterator<Item = usize>) -> Self {
         let groups: Vec<u32> = groups.map(|group| group as u32).collect();
         let of_group = |group: &u32| order.elements(order.slots(*group as usize)).count() as u64;
         Self { n_elements: groups.iter().map(of_group).sum(), groups, ..Self::default() }
     }
 
     /// Finds the nodes of the groups and the elements at them among all groups of the block.
-    pub fn find_nodes<const D: usize>(&mut self, lanes: &Lanes<D>, all: Range<usize>) {
+    pub fn find_nodes<const D: usize>(&mut self, lanes: &ElementBatches<D>, all: Range<usize>) {
         let (mut is_touched, mut index) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
         for group in &self.groups {
             lanes.nodes(*group as usize, |node| is_touched[usize::from(node)] = true);

@@ -9,13 +9,13 @@ use std::time::Duration;
 const PARTS_PER_THREAD: usize = 16;
 
 /// Thread pool of one simulation. Its threads are joined on drop, as none may outlive the library whose code they run.
-pub struct Pool {
+pub struct WorkerPool {
     workers: Option<rayon::ThreadPool>,
     spin: Arc<WorkerSpin>,
     handles: Arc<Mutex<Vec<JoinHandle<()>>>>,
 }
 
-impl Pool {
+impl WorkerPool {
     /// Builds a pool of `threads` threads, 0 for one per core; `None` where one thread is enough or no thread can
     /// be started.
     #[must_use]
@@ -64,7 +64,7 @@ impl Pool {
     }
 }
 
-impl Pool {
+impl WorkerPool {
     /// Runs a job of many parallel parts; between them the other threads spin for a while instead of sleeping.
     pub(super) fn lead<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.run(|| self.spin.keep_awake(work))
@@ -84,7 +84,7 @@ pub(super) trait SplitWork: Sized + Send {
 }
 
 /// Performs a job on the pool, split into at most `max_parts` parts; as a whole without a pool.
-pub(super) fn share_work<W: SplitWork>(pool: Option<&Pool>, max_parts: usize, work: W, task: impl Fn(W) + Sync) {
+pub(super) fn share_work<W: SplitWork>(pool: Option<&WorkerPool>, max_parts: usize, work: W, task: impl Fn(W) + Sync) {
     match pool {
         Some(pool) => pool.run(|| {
             pool.spin.wake_workers();
@@ -117,7 +117,7 @@ impl<T> PerThread<T> {
     }
 
     /// Extends to one value per thread of the pool.
-    pub fn ensure_threads(&mut self, pool: &Pool, new: impl Fn() -> T) {
+    pub fn ensure_threads(&mut self, pool: &WorkerPool, new: impl Fn() -> T) {
         self.0.resize_with(pool.threads().max(self.0.len()), || Mutex::new(new()));
     }
 
@@ -129,7 +129,7 @@ impl<T> PerThread<T> {
     }
 }
 
-impl Drop for Pool {
+impl Drop for WorkerPool {
     fn drop(&mut self) {
         drop(self.workers.take());
         let mut handles = self.handles.lock().unwrap_or_else(PoisonError::into_inner);
@@ -140,7 +140,7 @@ impl Drop for Pool {
     }
 }
 
-impl std::fmt::Debug for Pool {
+impl std::fmt::Debug for WorkerPool {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Pool").finish_non_exhaustive()
     }

@@ -5,13 +5,13 @@
 
 use super::damping::decay;
 use super::engine::Engine;
-use super::kick::Taken;
+use super::kick::ConstraintReaction;
 use super::node_loop::KickSums;
-use super::schedule::Kind;
+use super::schedule::SteppingSchedule;
 use super::step_size::nodal_limit;
-use super::substep::Phase;
-use crate::contact::Law;
-use crate::fem::{Answer, DEPTH, GroupAnswer, Potential};
+use super::substep::MeshPhase;
+use crate::contact::ImpulseLaw;
+use crate::fem::{DEPTH, ElementResponse, GroupResponse, Potential};
 use crate::math::embed;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
@@ -20,7 +20,7 @@ use std::ops::Range;
 /// Responses of the elements of the active groups.
 #[derive(Debug)]
 pub(super) struct GroupResponses<const D: usize> {
-    pub elements: Vec<(ElementId, Answer<D>)>,
+    pub elements: Vec<(ElementId, ElementResponse<D>)>,
     /// Range of elements of each active group.
     pub groups: Vec<Range<usize>>,
 }
@@ -40,7 +40,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.insert(node.index()));
             }
         }
-        for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
+        for a in self.scratch.active.reference_nodes().iter().map(|a| *a as usize) {
             let velocity = self.state.velocity[a];
             let passed = self.grid.time(tick - self.last[a]);
             self.state.position[a] += velocity * passed;
@@ -71,9 +71,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns the time since the last tick of an active group, s.
     fn elapsed(&self, group: usize, tick: Tick) -> f64 {
         let elapsed = match self.rules.schedule {
-            Kind::Queue if self.phase == Phase::First => 0,
-            Kind::Queue => tick - self.state.alarms[group].last,
-            Kind::Bins | Kind::Global => self.moment(tick).elapsed(self.state.clocks[group].step),
+            SteppingSchedule::Queue if self.phase == MeshPhase::First => 0,
+            SteppingSchedule::Queue => tick - self.state.alarms[group].last,
+            SteppingSchedule::Bins | SteppingSchedule::Global => {
+                self.tick_context(tick).elapsed(self.state.clocks[group].step)
+            }
         };
         self.grid.time(elapsed)
     }
@@ -84,15 +86,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &mut self,
         group: usize,
         elapsed: f64,
-        elements: &mut Vec<(ElementId, Answer<D>)>,
-    ) -> GroupAnswer {
-        let mut sum = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
+        elements: &mut Vec<(ElementId, ElementResponse<D>)>,
+    ) -> GroupResponse {
+        let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
         for patch in self.order.patches(group) {
-            let mut answers = [Answer::default(); DEPTH];
+            let mut answers = [ElementResponse::default(); DEPTH];
             let history = (elapsed, self.state.memory.as_mut_slice());
             let spent = self.gel.potential.advance(*patch as usize, &self.state.position, history, &mut answers);
             sum.energy += spent.energy;
-            self.state.ledger.energy.lose(&spent);
+            self.state.ledger.energy.book_dissipation(&spent);
             for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
                 let lane = self.order.slot(*element) % self.order.width();
                 sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);
@@ -113,7 +115,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn measure_limits(&mut self) -> KickSums {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let mut sums = KickSums::default();
-        for a in self.scratch.active.of_reference() {
+        for a in self.scratch.active.reference_nodes() {
             let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
             self.scratch.limit[*a as usize] = limit;
             sums.limit = sums.limit.min(limit);
@@ -127,8 +129,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for (i, elements) in answers.groups.iter().enumerate() {
             for (element, answer) in &answers.elements[elements.clone()] {
                 self.kick_element(*element, answer, self.scratch.weights[i]);
-                if self.rules.law == Law::Reversal {
-                    self.reverse(*element);
+                if self.rules.law == ImpulseLaw::Reversal {
+                    self.apply_reversal(*element);
                 }
             }
         }
@@ -136,16 +138,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.damp();
         self.press(tick);
         match self.rules.law {
-            Law::Moreau { restitution, friction, .. } => self.solve(restitution, friction),
-            Law::Reversal => _ = self.meet_all(),
+            ImpulseLaw::Moreau { restitution, friction, .. } => self.solve(restitution, friction),
+            ImpulseLaw::Reversal => _ = self.correct_symmetry_contacts(),
         }
     }
 
     /// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
     /// ones.
-    fn kick_element(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) {
+    fn kick_element(&mut self, element: ElementId, answer: &ElementResponse<D>, weight: f64) {
         let (gel, freedom) = (&self.gel, self.freedom());
-        let mut reaction = Taken::default();
+        let mut reaction = ConstraintReaction::default();
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
@@ -159,8 +161,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn kick_work(&mut self) -> f64 {
         self.book_damping();
         let (answers, share) = (&self.scratch.reference, self.leading_share());
-        let mut work: f64 = self.scratch.active.of_reference().iter().map(|a| self.state.excess[*a as usize]).sum();
-        self.scratch.active.of_reference().iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
+        let mut work: f64 = self.scratch.active.reference_nodes().iter().map(|a| self.state.excess[*a as usize]).sum();
+        self.scratch.active.reference_nodes().iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {
             for (element, answer) in &answers.elements[elements.clone()] {
                 for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {

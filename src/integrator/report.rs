@@ -1,19 +1,19 @@
 //! Balance report: sums of energies and momenta over the state, and the closure of the ledger (numerics A6).
 
-use super::Gel;
-use super::blocks::Blocks;
-use super::engine::{Engine, Start};
-use crate::contact::{Body, BodyState};
-use crate::fem::{GroupAnswer, Measured, Potential};
+use super::DiscreteGel;
+use super::blocks::ElementBlocks;
+use super::engine::{BalanceReference, Engine};
+use crate::contact::{BodyState, RigidBody};
+use crate::fem::{ElementStates, GroupResponse, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, ordered_sum};
 use crate::mesh::{ElementId, NodeId, Simplex};
-use crate::state::{Clock, State, Tick};
+use crate::state::{DynamicState, GroupClock, Tick};
 use std::iter::Sum;
 
 /// Energy sums at one instant, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Energies {
+pub struct EnergySums {
     /// Σ ½ m v² of the gel, half-step velocities.
     pub gel_kinetic: f64,
     /// Kinetic energy of the bodies.
@@ -25,7 +25,7 @@ pub struct Energies {
     pub ahead: f64,
 }
 
-impl Energies {
+impl EnergySums {
     /// Returns the discrete energy E* = T − Σ A − Σ Q + V + T_body, J; with equal steps ½ v⁻·M v⁺ + V, which is
     /// constant for a linear gel.
     #[must_use]
@@ -36,9 +36,9 @@ impl Energies {
 
 /// Balance totals: the energies, the ledger, the initial energy and the closures.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Totals {
+pub struct BalanceTotals {
     /// Energies now.
-    pub energies: Energies,
+    pub energies: EnergySums,
     /// Ledger up to now, with the work of the wrench since the last event.
     pub ledger: Ledger,
     /// Energy at the start, J.
@@ -54,11 +54,16 @@ pub struct Totals {
 }
 
 /// Sums the energies of the gel and of the bodies.
-fn energy_sums<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: &[Body], at: &[BodyState]) -> Energies {
+fn energy_sums<const D: usize, P>(
+    gel: &DiscreteGel<D, P>,
+    state: &DynamicState<D>,
+    bodies: &[RigidBody],
+    at: &[BodyState],
+) -> EnergySums {
     let kinetic = |i: usize| 0.5 * gel.mass[i] * state.velocity[i].norm_squared();
-    Energies {
+    EnergySums {
         gel_kinetic: ordered_sum(state.velocity.len(), 0.0, kinetic),
-        body_kinetic: sum_bodies(bodies, at, Body::kinetic_energy),
+        body_kinetic: sum_bodies(bodies, at, RigidBody::kinetic_energy),
         elastic: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].energy),
         ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead)
             + ordered_sum(state.excess.len(), 0.0, |i| state.excess[i]),
@@ -66,23 +71,23 @@ fn energy_sums<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: &[B
 }
 
 /// Sums a quantity over the bodies with their states.
-fn sum_bodies<T: Sum>(bodies: &[Body], at: &[BodyState], value: impl Fn(&Body, &BodyState) -> T) -> T {
+fn sum_bodies<T: Sum>(bodies: &[RigidBody], at: &[BodyState], value: impl Fn(&RigidBody, &BodyState) -> T) -> T {
     bodies.iter().zip(at).map(|(body, at)| value(body, at)).sum()
 }
 
 /// Returns momentum and angular momentum about the origin, in the directions that the dimension conserves.
 fn momenta<const D: usize, P>(
-    gel: &Gel<D, P>,
-    state: &State<D>,
-    bodies: &[Body],
+    gel: &DiscreteGel<D, P>,
+    state: &DynamicState<D>,
+    bodies: &[RigidBody],
     at: &[BodyState],
 ) -> (Vector3, Vector3) {
     let momentum = |i: usize| embed(&state.velocity[i]) * gel.mass[i];
     // x × mv does not change while a node drifts.
     let angular = |i: usize| embed(&state.position[i]).cross(&momentum(i));
     let n = state.velocity.len();
-    let linear = ordered_sum(n, Vector3::zeros(), momentum) + sum_bodies(bodies, at, Body::momentum);
-    let turning = ordered_sum(n, Vector3::zeros(), angular) + sum_bodies(bodies, at, Body::total_angular_momentum);
+    let linear = ordered_sum(n, Vector3::zeros(), momentum) + sum_bodies(bodies, at, RigidBody::momentum);
+    let turning = ordered_sum(n, Vector3::zeros(), angular) + sum_bodies(bodies, at, RigidBody::total_angular_momentum);
     let freedom = bodies[0].freedom;
     (freedom.translation(&linear), freedom.rotation(&turning))
 }
@@ -94,9 +99,13 @@ struct BalanceScales {
     angular_momentum: f64,
 }
 
-impl Start {
+impl BalanceReference {
     /// Sums the initial energy, momenta and scales of a state.
-    pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, bodies: &[Body], state: &State<D>) -> Self {
+    pub(super) fn of<const D: usize, P>(
+        gel: &DiscreteGel<D, P>,
+        bodies: &[RigidBody],
+        state: &DynamicState<D>,
+    ) -> Self {
         let at = state.bodies.as_slice();
         let (momentum, angular_momentum) = momenta(gel, state, bodies, at);
         let speed = |i: usize| gel.mass[i] * state.velocity[i].norm();
@@ -113,7 +122,7 @@ impl Start {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns energies, momenta and closures at time `t`, s.
     #[must_use]
-    pub fn totals(&self, t: f64) -> Totals {
+    pub fn totals(&self, t: f64) -> BalanceTotals {
         let (state, start) = (&self.state, self.start());
         let mut ledger = state.ledger;
         let moved = self.bodies.iter().zip(&state.bodies).map(|(body, last)| {
@@ -129,7 +138,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
         let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
         let scales = self.scales(&ledger, start);
-        Totals {
+        BalanceTotals {
             energies,
             ledger,
             initial_energy: start.energy,
@@ -142,7 +151,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the throughputs that closures are relative to: initial amounts, turnover of the accounts, exchange
     /// between gel and body.
-    fn scales(&self, ledger: &Ledger, start: &Start) -> BalanceScales {
+    fn scales(&self, ledger: &Ledger, start: &BalanceReference) -> BalanceScales {
         /// Least scale: products of smaller numbers lose digits, and a closure is then not relative.
         const MIN_SCALE: f64 = f64::MIN_POSITIVE / f64::EPSILON;
         let positive = |scale: f64| if scale > MIN_SCALE { scale } else { 1.0 };
@@ -185,8 +194,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Evaluates the elements with the nodes at their positions at time `t`, s.
     #[must_use]
-    pub fn measure_at(&self, t: f64) -> Measured {
-        let t = self.gel_time(t);
+    pub fn measure_at(&self, t: f64) -> ElementStates {
+        let t = self.time_in_gel(t);
         let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), t)).collect();
         self.gel.measure(&x, &self.state.memory)
     }
@@ -196,8 +205,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn bytes(&self) -> usize {
         let (nodes, state) = (self.gel.mass.len(), &self.state);
         let fields = size_of::<Vector<D>>() * 4 + size_of::<f64>() * 3 + size_of::<Tick>() + 2;
-        let groups = size_of::<Clock>() + size_of::<GroupAnswer>();
-        let blocks = self.blocks.as_ref().map_or(0, Blocks::bytes);
+        let groups = size_of::<GroupClock>() + size_of::<GroupResponse>();
+        let blocks = self.blocks.as_ref().map_or(0, ElementBlocks::bytes);
         let elements = size_of::<Simplex>() + size_of::<ElementId>() * (D + 1) + size_of::<f64>();
         nodes * fields + state.clocks.len() * groups + self.order.bytes() + blocks + self.gel.potential.len() * elements
     }
@@ -206,7 +215,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// to time `t`, s.
     #[must_use]
     pub fn synchronous_updates(&self, t: f64) -> f64 {
-        self.synchronous_until(self.grid.ticks(self.gel_time(t)))
+        self.synchronous_until(self.grid.ticks(self.time_in_gel(t)))
     }
 
     /// Returns the number of such updates up to a time in ticks.

@@ -1,12 +1,12 @@
 //! Schedules of the groups: derived from the clocks of the state, never stored with it.
 
-use crate::state::{Alarm, Tick};
+use crate::state::{GroupAlarm, Tick};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Schedule: the steps that groups may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum SteppingSchedule {
     /// Power-of-two bins: steps of 2ⁿ ticks at multiples of themselves, so that patches of one step are active
     /// together.
     Bins,
@@ -16,7 +16,7 @@ pub enum Kind {
     Global,
 }
 
-impl Kind {
+impl SteppingSchedule {
     /// Returns the longest allowed step, ticks, that does not exceed `limit` ≥ 1.
     #[must_use]
     pub fn step(self, limit: f64) -> Tick {
@@ -54,7 +54,7 @@ pub(super) struct EventQueue(BinaryHeap<Reverse<(Tick, u32)>>);
 
 impl EventQueue {
     /// Builds the queue of these alarms.
-    pub fn new(alarms: &[Alarm]) -> Self {
+    pub fn new(alarms: &[GroupAlarm]) -> Self {
         Self(alarms.iter().zip(0..).map(|(alarm, group)| Reverse((alarm.next, group))).collect())
     }
 
@@ -82,13 +82,13 @@ mod tests {
 
     #[test]
     fn bins_are_active_at_the_multiples_of_their_step() {
-        let active = |step| (1..=8).filter(|tick| Kind::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
-        assert_eq!((active(1).len(), active(2), active(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
+        let active = |step| (1..=8).filter(|tick| SteppingSchedule::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
+        assert_eq!((active_nodes(1).len(), active_nodes(2), active_nodes(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
     }
 
     #[test]
     fn equal_ticks_of_the_queue_are_one_event_in_ascending_order() {
-        let mut queue = EventQueue::new(&[5, 3, 5].map(|next| Alarm { last: 0, next }));
+        let mut queue = EventQueue::new(&[5, 3, 5].map(|next| GroupAlarm { last: 0, next }));
         let mut due = vec![];
         assert_eq!(queue.next_tick(), Some(3));
         queue.pop_at(3, &mut due);
@@ -101,7 +101,14 @@ mod tests {
 
     #[test]
     fn steps_are_the_longest_allowed_ones() {
-        assert_eq!((Kind::Bins.step(13.7), Kind::Queue.step(13.7), Kind::Global.step(13.7)), (8, 13, 13));
-        assert_eq!((Kind::Bins.step(1.0), Kind::Queue.step(1.0)), (1, 1));
+        assert_eq!(
+            (
+                SteppingSchedule::Bins.step(13.7),
+                SteppingSchedule::Queue.step(13.7),
+                SteppingSchedule::Global.step(13.7)
+            ),
+            (8, 13, 13)
+        );
+        assert_eq!((SteppingSchedule::Bins.step(1.0), SteppingSchedule::Queue.step(1.0)), (1, 1));
     }
 }

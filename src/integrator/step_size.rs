@@ -1,16 +1,16 @@
 //! Step size of a patch: the assembled nodal stability rule, hysteresis for longer steps, and limits by contact
 //! (numerics 1.3, 1.4, A7, A8).
 
-use super::blocks::{Block, Due, Front};
+use super::blocks::{BlockActivity, ElementBlock, StepMonitor};
 use super::element_loop::closes;
-use super::element_order::Order;
+use super::element_order::ElementLayout;
 use super::engine::Engine;
-use super::{Gel, Kind, StepError};
-use crate::fem::{FORESEEN, Lanes, Potential};
-use crate::geometry::{Gap, Shape};
+use super::{DiscreteGel, StepError, SteppingSchedule};
+use crate::fem::{ElementBatches, FORESEEN, Potential};
+use crate::geometry::{Gap, ShapeGeometry};
 use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Alarm, Clock, Tick};
+use crate::state::{GroupAlarm, GroupClock, Tick};
 
 /// Factor by which the stable step must exceed a step before that step may be doubled.
 pub(super) const RAISE_MARGIN: f64 = 4.0;
@@ -27,7 +27,11 @@ const MAX_QUERIES: usize = 16;
 /// Returns the stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
 ///
 /// λ_a bounds the spectrum of the *assembled* system (1.3c): K = Σ K_K ≤ Σ κ_K 1_K = diag(λ_a m_a).
-pub(super) fn stable_steps<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, stiffness: &[f64], cfl: f64) -> Vec<f64> {
+pub(super) fn stable_steps<const D: usize, P: Potential<D>>(
+    gel: &DiscreteGel<D, P>,
+    stiffness: &[f64],
+    cfl: f64,
+) -> Vec<f64> {
     let sum = |node| gel.star.of(node).iter().map(|element| stiffness[element.index()]).sum();
     let limit_of = |a: usize| cfl * limit(sum(NodeId(a as u32)), gel.mass[a]);
     let limits: Vec<f64> = (0..gel.mass.len()).map(limit_of).collect();
@@ -43,8 +47,8 @@ pub(super) fn limit(stiffness: f64, mass: f64) -> f64 {
 
 /// Returns the nodal stability limit 2/√λ_a, s, summed over the elements of the node in ascending order (A8).
 pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
-    gel: &Gel<D, P>,
-    (stiffness, order): (&[f64], &Order),
+    gel: &DiscreteGel<D, P>,
+    (stiffness, order): (&[f64], &ElementLayout),
     node: NodeId,
 ) -> f64 {
     limit(gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(), gel.mass[node.index()])
@@ -52,7 +56,7 @@ pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
 
 /// Limits that contact sets to the steps around a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Nearness {
+pub(super) struct ContactLimit {
     /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
     limit: f64,
     /// True if a body is within an element's size.
@@ -61,7 +65,7 @@ pub(super) struct Nearness {
 
 /// Change of the step of a group at this tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Change {
+pub(super) struct StepChange {
     pub group: u32,
     /// Time until the next own tick by the former step, ticks; 0 at the start.
     pub planned: Tick,
@@ -71,7 +75,7 @@ pub(super) struct Change {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Updates the cost of one global stable step up to `tick`: its length is the smallest nodal limit so far.
-    pub(super) fn count_synchronous(&mut self, limit: f64, tick: Tick) {
+    pub(super) fn count_global_steps(&mut self, limit: f64, tick: Tick) {
         let limit = self.grid.ticks(limit);
         if limit < self.state.record.synchronous.0 {
             self.state.record.synchronous = (limit, tick, self.synchronous_until(tick as f64));
@@ -91,7 +95,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Collects the active groups whose step may change, ascending: those with a limit below or far above the step,
     /// with a hold count, or near a body.
-    pub(super) fn attentive(&mut self, tick: Tick) -> Vec<u32> {
+    pub(super) fn groups_to_check(&mut self, tick: Tick) -> Vec<u32> {
         let mut groups = std::mem::take(&mut self.scratch.due);
         if self.blocks.is_some() {
             groups.clear();
@@ -111,12 +115,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut limits = std::mem::take(&mut self.scratch.limits);
         for (i, (block, front)) in all.iter_mut().zip(&mut fronts).enumerate() {
             let is_watched = front.gives || block.looked_at || block.restless;
-            if block.due == Due::Nothing || !is_watched || front.is_calm() {
+            if block.due == BlockActivity::Nothing || !is_watched || front.holds_steps() {
                 continue;
             }
             self.collect_limits(block, front.gives, &mut limits);
             // Inactive groups of a block at rest are not checked.
-            let must_wait = block.restless && block.due == Due::Some && !front.gives;
+            let must_wait = block.restless && block.due == BlockActivity::Some && !front.gives;
             block.restless = self.collect_changeable_groups(tick, i, &limits, groups) || must_wait;
             if !block.restless {
                 self.watch_limits(front, i, block.nodes.len(), &limits);
@@ -129,7 +133,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Sets up the front of a block, none of whose steps may change now, to watch for limits that could change one.
-    fn watch_limits(&self, front: &mut Front, block: usize, n_nodes: usize, limits: &[f64]) {
+    fn watch_limits(&self, front: &mut StepMonitor, block: usize, n_nodes: usize, limits: &[f64]) {
         let Some(blocks) = &self.blocks else { return };
         front.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&self.state.clocks, self.grid), limits);
     }
@@ -145,7 +149,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns true if a group is active and its step may change.
-    fn may_step_change(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
+    fn may_step_change(&self, tick: Tick, group: usize, lanes: &ElementBatches<D>, limits: &[f64]) -> bool {
         let clock = &self.state.clocks[group];
         if !self.rules.schedule.fires(clock.step, tick) {
             return false;
@@ -159,14 +163,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the limits of the nodes of a block that can have changed, s; infinite for the others. In an awake
     /// block all nodes of active groups are active. In a block at rest only nodes that are active through another
     /// block can have changed, unless the block may raise a step.
-    fn collect_limits(&self, block: &Block, gives: bool, limits: &mut Vec<f64>) {
+    fn collect_limits(&self, block: &ElementBlock, gives: bool, limits: &mut Vec<f64>) {
         limits.clear();
         if block.restless && !gives {
             limits.extend(block.nodes.iter().map(|node| self.node_limit(*node)));
             return;
         }
         limits.resize(block.nodes.len(), f64::INFINITY);
-        for number in block.active() {
+        for number in block.active_nodes() {
             let a = block.nodes[number].index();
             if self.scratch.active.has(a) {
                 limits[number] = self.scratch.limit[a];
@@ -183,7 +187,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(blocks) = &self.blocks else {
             return self.rules.cfl * nodal_limit(&self.gel, (&self.state.stiffness, &self.order), node);
         };
-        let parts = blocks.spots(node.index()).iter().map(|spot| blocks.parts[spot.at as usize][3]);
+        let parts = blocks.node_copies(node.index()).iter().map(|spot| blocks.parts[spot.at as usize][3]);
         self.rules.cfl * limit(parts.sum(), self.gel.mass[node.index()])
     }
 
@@ -191,8 +195,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// mesh that stays, the kick of a whole step throws an inverted element back. In short steps it is found inverted
     /// twice in a row, which ends the run: the ball of 20 m/s on cells of 2.5 mm stopped so after 0.9 ms.
     fn add_inverting_groups(&self, tick: Tick, groups: &mut Vec<u32>) {
-        let Some(blocks) = self.blocks.as_ref().filter(|_| self.can_wear()) else { return };
-        let (moment, answers) = (self.moment(tick), &self.scratch.answers);
+        let Some(blocks) = self.blocks.as_ref().filter(|_| self.can_be_distorted()) else { return };
+        let (moment, answers) = (self.tick_context(tick), &self.scratch.answers);
         for (i, _) in
             blocks.all.iter().enumerate().filter(|(_, block)| block.report.is_some_and(|report| report.closes))
         {
@@ -206,10 +210,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the time until an element of a group inverts at its present rate, ticks; infinite beyond the
     /// look-ahead.
-    fn time_to_inversion(&self, group: usize, clock: &Clock, tick: Tick) -> f64 {
+    fn time_to_inversion(&self, group: usize, clock: &GroupClock, tick: Tick) -> f64 {
         let time = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
-        let look_ahead = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
-        let is_foreseen = self.can_wear() && (clock.step == 0 || time < look_ahead);
+        let look_ahead = FORESEEN * self.tick_context(tick).elapsed(clock.step) as f64;
+        let is_foreseen = self.can_be_distorted() && (clock.step == 0 || time < look_ahead);
         if is_foreseen { time } else { f64::INFINITY }
     }
 
@@ -244,19 +248,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (step, is_near) = self.limit_by_contact(i, step);
             let clock = &mut self.state.clocks[i];
             (clock.step, clock.calm) = (step, if is_near { 0 } else { calm });
-            let moment = self.moment(tick);
+            let moment = self.tick_context(tick);
             if step != was.step {
                 let (planned, ahead) = (moment.ahead(was.step), moment.ahead(step));
-                self.scratch.changed.push(Change { group: *group, planned, ahead });
+                self.scratch.changed.push(StepChange { group: *group, planned, ahead });
             }
-            if self.rules.schedule == Kind::Queue {
+            if self.rules.schedule == SteppingSchedule::Queue {
                 // In the queue, patches near contact wait for the common multiples of their steps, so that they are
                 // active together.
                 self.state.alarms[i] =
-                    Alarm { last: tick, next: if is_near { (tick / step + 1) * step } else { tick + step } };
+                    GroupAlarm { last: tick, next: if is_near { (tick / step + 1) * step } else { tick + step } };
             }
         }
-        if self.rules.schedule == Kind::Global {
+        if self.rules.schedule == SteppingSchedule::Global {
             self.equalise_steps(tick);
         }
         collapsed
@@ -264,14 +268,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Sets all steps to the least one, for the global schedule.
     fn equalise_steps(&mut self, tick: Tick) {
-        if let Some(Change { planned, .. }) = self.scratch.changed.first().copied() {
+        if let Some(StepChange { planned, .. }) = self.scratch.changed.first().copied() {
             let ahead = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
             self.state.clocks.iter_mut().for_each(|clock| clock.step = ahead);
             self.scratch.changed.clear();
             let all = 0..self.state.clocks.len() as u32;
-            self.scratch.changed.extend(all.map(|group| Change { group, planned, ahead }));
+            self.scratch.changed.extend(all.map(|group| StepChange { group, planned, ahead }));
         }
-        self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
+        self.state.alarms[0] = GroupAlarm { last: tick, next: tick + self.state.clocks[0].step };
     }
 
     /// Returns the step collapse of a group, at the element with the least limit.
@@ -285,16 +289,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the step and the hold count of a group: shortened at once, doubled only when aligned and after a long
     /// hold.
-    fn apply_hysteresis(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
+    fn apply_hysteresis(&self, limit: f64, clock: &GroupClock, tick: Tick) -> (Tick, u32) {
         let allowed = self.rules.schedule.step(limit);
         if clock.step == 0 || allowed < clock.step {
             return (allowed, 0);
         }
-        if limit < RAISE_MARGIN * clock.step as f64 || self.rules.schedule == Kind::Global {
+        if limit < RAISE_MARGIN * clock.step as f64 || self.rules.schedule == SteppingSchedule::Global {
             return (clock.step, 0);
         }
         let calm = clock.calm.saturating_add(1);
-        let is_aligned = self.rules.schedule == Kind::Queue || tick.is_multiple_of(2 * clock.step);
+        let is_aligned = self.rules.schedule == SteppingSchedule::Queue || tick.is_multiple_of(2 * clock.step);
         if calm >= RAISE_PATIENCE && is_aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
@@ -313,7 +317,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             is_near |= nearness.is_near;
         }
         let limit = limit.max(1.0);
-        let kind = if is_near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
+        let kind = if is_near && self.rules.schedule == SteppingSchedule::Queue {
+            SteppingSchedule::Bins
+        } else {
+            self.rules.schedule
+        };
         (if is_near || limit < step as f64 { kind.step(limit) } else { step }, is_near)
     }
 
@@ -324,7 +332,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         all.clear();
         for (index, surface) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*surface as usize];
-            let mut nearness = Nearness { limit: f64::INFINITY, is_near: false };
+            let mut nearness = ContactLimit { limit: f64::INFINITY, is_near: false };
             let gaps = &self.scratch.gaps[index * self.bodies.len()..][..self.bodies.len()];
             for (body, gap) in gaps.iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?))) {
                 let proved = self.path_limit(at.node, at.size, &gap, horizon, body);
@@ -376,7 +384,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));
         let (rigid, body) = (&self.bodies[body], &self.scratch.was[body]);
         // A spinning sphere occupies the same place.
-        let is_sphere = matches!(rigid.shape, Shape::Sphere(_));
+        let is_sphere = matches!(rigid.shape, ShapeGeometry::Sphere(_));
         let relative_velocity: Vector3 = v - if is_sphere { body.velocity } else { rigid.velocity_at(body, &x) };
         let end_time = horizon * self.grid.time(1);
         let (growth_speed, growth_acceleration) =

@@ -28,10 +28,10 @@ pub(super) struct StretchCheck {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Records the stretch of the surface for the next tick; a leak ends the mesh there, or the run at once if there
     /// is no remeshing.
-    pub(super) fn check_leaks(&mut self, time: f64) -> Result<(), StepError> {
+    pub(super) fn check_stretch(&mut self, time: f64) -> Result<(), StepError> {
         let StretchCheck { stretch, leak } = self.find_stretch(time);
         self.state.record.stretch = stretch;
-        leak.filter(|_| !self.can_wear()).map_or(Ok(()), Err)
+        leak.filter(|_| !self.can_be_distorted()).map_or(Ok(()), Err)
     }
 
     /// Finds the greatest stretch of the facets between a node and a body, relative to the least size of their nodes,
@@ -51,7 +51,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn check_facet(&self, facet: ElementId, size: f64, body: usize, time: f64) -> Result<SurfaceStretch, StepError> {
         let (rigid, at) = self.body_at_tick(body);
         let unit = size.min(rigid.shape.inner_radius());
-        let threshold = if self.can_wear() { DISTORTED_DEPTH } else { LEAK_DEPTH };
+        let threshold = if self.can_be_distorted() { DISTORTED_DEPTH } else { LEAK_DEPTH };
         let deep = find_deepest_point::<D>(&self.facet_corners(facet), threshold * unit, |p| rigid.gap(at, p))
             .map(|deep| deep.point);
         let pierced = self.find_penetration(facet, rigid, at).map(|tip| tip.point);
@@ -62,6 +62,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 return Err(StepError::Leak { body, element, time, depth, at: point.into() });
             }
         }
-        Ok(if deep.is_some() && self.can_wear() { SurfaceStretch::Worn } else { SurfaceStretch::Little })
+        Ok(if deep.is_some() && self.can_be_distorted() { SurfaceStretch::Worn } else { SurfaceStretch::Little })
     }
 }

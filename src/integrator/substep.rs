@@ -1,12 +1,12 @@
 //! Substep of a mesh: the place of a tick in the life of the mesh and in the steps of its groups. Each mesh begins
 //! with half a kick and ends with half a kick (numerics A12).
 
-use super::Kind;
+use super::SteppingSchedule;
 use crate::state::Tick;
 
 /// Phase of a mesh at a tick: first, last or between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Phase {
+pub(super) enum MeshPhase {
     /// Every group begins: its kick is the leading half of the next step.
     First,
     /// Each kick is the trailing half of the last step plus the leading half of the next one.
@@ -18,26 +18,26 @@ pub(super) enum Phase {
 /// Context of a tick of a mesh; it tells the last and next ticks of active groups. Valid for bins; a queue uses its
 /// alarms.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moment {
+pub(super) struct TickContext {
     pub tick: Tick,
     /// First tick of the mesh.
     pub origin: Tick,
-    pub kind: Kind,
-    pub phase: Phase,
+    pub kind: SteppingSchedule,
+    pub phase: MeshPhase,
 }
 
-impl Moment {
+impl TickContext {
     /// Returns true if a group with this step is active; every group is at the first and last tick of the mesh.
     #[inline]
     pub fn fires(&self, step: Tick) -> bool {
-        self.phase != Phase::Between || self.kind.fires(step, self.tick)
+        self.phase != MeshPhase::Between || self.kind.fires(step, self.tick)
     }
 
     /// Returns the ticks since the group's last own tick: its step, or less where the mesh began in between.
     #[inline]
     pub fn ticks_since_last(&self, step: Tick) -> Tick {
         match self.kind {
-            Kind::Bins if step > 0 => self.tick - self.last_own_tick(step),
+            SteppingSchedule::Bins if step > 0 => self.tick - self.last_own_tick(step),
             _ => step,
         }
     }
@@ -45,7 +45,7 @@ impl Moment {
     /// Returns the ticks that the group has advanced since its last tick: 0 at the first tick of the mesh.
     #[inline]
     pub fn elapsed(&self, step: Tick) -> Tick {
-        if self.phase == Phase::First { 0 } else { self.ticks_since_last(step) }
+        if self.phase == MeshPhase::First { 0 } else { self.ticks_since_last(step) }
     }
 
     /// Returns the ticks until the group's next own tick: its step, less where the mesh begins in between, 0 where
@@ -53,8 +53,8 @@ impl Moment {
     #[inline]
     pub fn ahead(&self, step: Tick) -> Tick {
         match (self.phase, self.kind) {
-            (Phase::Last, _) => 0,
-            (_, Kind::Bins) if step > 0 => step - (self.tick & (step - 1)),
+            (MeshPhase::Last, _) => 0,
+            (_, SteppingSchedule::Bins) if step > 0 => step - (self.tick & (step - 1)),
             _ => step,
         }
     }
@@ -71,18 +71,18 @@ impl Moment {
     #[inline]
     pub fn owed(&self, step: Tick) -> f64 {
         match self.phase {
-            Phase::First => 0.0,
-            Phase::Between => 0.5 * self.ticks_since_last(step) as f64,
-            Phase::Last => self.ticks_since_last(step) as f64 - 0.5 * self.planned_step(step) as f64,
+            MeshPhase::First => 0.0,
+            MeshPhase::Between => 0.5 * self.ticks_since_last(step) as f64,
+            MeshPhase::Last => self.ticks_since_last(step) as f64 - 0.5 * self.planned_step(step) as f64,
         }
     }
 
     /// Returns the fraction of a kick that belongs to the next step.
     pub fn leading_share(&self) -> f64 {
         match self.phase {
-            Phase::First => 1.0,
-            Phase::Between => 0.5,
-            Phase::Last => 0.0,
+            MeshPhase::First => 1.0,
+            MeshPhase::Between => 0.5,
+            MeshPhase::Last => 0.0,
         }
     }
 
@@ -94,7 +94,7 @@ impl Moment {
     /// Returns the step that was planned at the last own tick.
     fn planned_step(&self, step: Tick) -> Tick {
         match self.kind {
-            Kind::Bins => step - (self.last_own_tick(step) & (step - 1)),
+            SteppingSchedule::Bins => step - (self.last_own_tick(step) & (step - 1)),
             _ => step,
         }
     }
@@ -104,22 +104,22 @@ impl Moment {
 mod tests {
     use super::*;
 
-    fn at(tick: Tick, phase: Phase) -> Moment {
-        Moment { tick, origin: 12, kind: Kind::Bins, phase }
+    fn at(tick: Tick, phase: MeshPhase) -> TickContext {
+        TickContext { tick, origin: 12, kind: SteppingSchedule::Bins, phase }
     }
 
     #[test]
     fn kicks_of_shortened_steps_add_up_to_the_elapsed_time() {
         // A mesh from 12 to 27; a group of 8 is active at 12, 16, 24 and 27.
-        let first = at(12, Phase::First);
+        let first = at(12, MeshPhase::First);
         assert_eq!((first.fires(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
         assert_eq!((first.planned_kick(0), first.planned_kick(8)), (0.0, 2.0));
-        let second = at(16, Phase::Between);
+        let second = at(16, MeshPhase::Between);
         assert_eq!((second.fires(8), second.ticks_since_last(8), second.ahead(8)), (true, 4, 8));
-        let third = at(24, Phase::Between);
+        let third = at(24, MeshPhase::Between);
         assert_eq!((third.ticks_since_last(8), third.ahead(8)), (8, 8));
-        let end = at(27, Phase::Last);
-        assert!(end.fires(8) && !at(27, Phase::Between).fires(8));
+        let end = at(27, MeshPhase::Last);
+        assert!(end.fires(8) && !at(27, MeshPhase::Between).fires(8));
         assert_eq!((end.ticks_since_last(8), end.ahead(8)), (3, 0));
         assert_eq!([&first, &second, &third, &end].map(|moment| moment.planned_kick(8)), [2.0, 6.0, 8.0, -1.0]);
         assert_eq!([&first, &second, &third, &end].map(|moment| moment.owed(8)), [0.0, 2.0, 4.0, -1.0]);
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn kicks_of_a_mesh_that_ends_in_its_first_step_add_up_to_the_elapsed_time() {
-        let (first, end) = (at(12, Phase::First), at(14, Phase::Last));
+        let (first, end) = (at(12, MeshPhase::First), at(14, MeshPhase::Last));
         assert_eq!(first.planned_kick(8) + end.planned_kick(8), 2.0);
     }
 }

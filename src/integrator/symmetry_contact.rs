@@ -4,9 +4,9 @@
 use super::contact_solver::TOUCH_TOLERANCE;
 use super::engine::Engine;
 use super::gel::SurfaceNode;
-use super::kick::Taken;
+use super::kick::ConstraintReaction;
 use super::neighbour_list::STRETCH;
-use super::substep::Phase;
+use super::substep::MeshPhase;
 use crate::contact::impulse;
 use crate::fem::Potential;
 use crate::math::{Vector, embed};
@@ -15,7 +15,7 @@ use crate::state::Tick;
 
 /// Symmetry contact of a surface node that may reach its mirror image until its next tick.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Meeting {
+pub(super) struct SymmetryContact {
     /// Surface node.
     pub node: NodeId,
     /// Axis normal to the plane of symmetry.
@@ -37,7 +37,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         meetings.clear();
         if !self.gel.mirrored.is_empty() {
             let (active, surface) = (&self.scratch.active, &self.gel.surface);
-            if let Some(few) = active.few() {
+            if let Some(few) = active.listed_nodes() {
                 let reached = few.iter().filter_map(|node| surface.of[*node as usize]);
                 reached.for_each(|at| meetings.extend(self.symmetry_contacts_of(&surface.nodes[at as usize], tick)));
                 meetings.sort_unstable_by_key(|meeting| (meeting.node, meeting.axis));
@@ -51,12 +51,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Iterates over the symmetry contacts of a surface node, one per plane that it may reach.
-    fn symmetry_contacts_of(&self, at: &SurfaceNode, tick: Tick) -> impl Iterator<Item = Meeting> + '_ {
+    fn symmetry_contacts_of(&self, at: &SurfaceNode, tick: Tick) -> impl Iterator<Item = SymmetryContact> + '_ {
         let SurfaceNode { node, size, .. } = *at;
         let a = node.index();
         let (x, v) = (self.state.position[a], self.state.velocity[a]);
         // At the last tick of a mesh there is no step ahead: a node at the plane is held there.
-        let is_last = self.phase == Phase::Last;
+        let is_last = self.phase == MeshPhase::Last;
         let may_reach_image = move |axis: usize| {
             x[axis] < size
                 || x[axis] < STRETCH * size && x[axis] < 2.0 * v[axis].abs() * self.time_to_next_tick(node, tick)
@@ -66,7 +66,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let has_contact = move |axis: &usize| !self.gel.held(a)[*axis] && is_candidate(*axis);
         let meeting = move |axis: usize| {
             let min_velocity = if is_last { 0.0 } else { (-x[axis] / self.time_to_next_tick(node, tick)).min(0.0) };
-            Meeting { node, axis, min_velocity, before: self.velocity_before(node)[axis], impulse: 0.0 }
+            SymmetryContact { node, axis, min_velocity, before: self.velocity_before(node)[axis], impulse: 0.0 }
         };
         self.gel.mirrored.iter().copied().filter(has_contact).map(meeting)
     }
@@ -79,14 +79,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Corrects all impulses between nodes and their images once; returns the greatest change of a velocity, m/s.
-    pub(super) fn meet_all(&mut self) -> f64 {
+    pub(super) fn correct_symmetry_contacts(&mut self) -> f64 {
         (0..self.scratch.meetings.len()).map(|i| self.correct_symmetry_impulse(i)).fold(0.0, f64::max)
     }
 
     /// Corrects the impulse between a node and its image once; returns the change of velocity, m/s. The image has the
     /// same mass and the mirrored velocity, so its impulse is that of a wall at rest.
     fn correct_symmetry_impulse(&mut self, i: usize) -> f64 {
-        let Meeting { node, axis, min_velocity, impulse: accumulated, .. } = self.scratch.meetings[i];
+        let SymmetryContact { node, axis, min_velocity, impulse: accumulated, .. } = self.scratch.meetings[i];
         let (a, compliance) = (node.index(), 1.0 / self.gel.mass[node.index()]);
         let free = self.state.velocity[a][axis] - compliance * accumulated;
         let change = impulse(free, min_velocity, compliance) - accumulated;
@@ -100,13 +100,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Posts the work of the symmetry contacts, Σ J (u⁻ + u⁺)/2, and their momentum, which the plane's restraint
     /// gives.
-    pub(super) fn book_meetings(&mut self) {
-        let mut taken = Taken::default();
-        for Meeting { node, axis, before, impulse, .. } in &self.scratch.meetings {
+    pub(super) fn book_symmetry_contacts(&mut self) {
+        let mut taken = ConstraintReaction::default();
+        for SymmetryContact { node, axis, before, impulse, .. } in &self.scratch.meetings {
             let a = node.index();
             self.state.ledger.energy.contact += 0.5 * impulse * (before + self.state.velocity[a][*axis]);
             let push = embed(&Vector::<D>::from_fn(|i, _| if i == *axis { *impulse } else { 0.0 }));
-            taken.give(self.freedom(), (embed(&self.state.position[a]), push));
+            taken.add_reaction(self.freedom(), (embed(&self.state.position[a]), push));
         }
         taken.post(&mut self.state.ledger);
     }

@@ -1,16 +1,16 @@
 //! Test cube: a gel cube, stretched a little and released, that oscillates.
 
-use super::{Engine, Gel, Kind, Rules, Surface};
+use super::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use crate::constitutive::NeoHookean;
-use crate::contact::{Body, BodyState, Freedom, Law};
+use crate::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
 use crate::fem::{Potential, Section, Simplices};
-use crate::geometry::{Shape, Sphere};
+use crate::geometry::{ShapeGeometry, Sphere};
 use crate::math::Vector3;
-use crate::mesh::{Block, Mesh, Patches, Split, block, graded};
+use crate::mesh::{CellSplit, ElementBlock, ElementPatches, Mesh, block, graded};
 
 /// Creates a mesh of cells between the same planes along each axis, m.
 pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
-    block(Block { planes: std::array::from_fn(|_| planes.to_vec()), split: Split::Centred, faces: vec![] })
+    block(ElementBlock { planes: std::array::from_fn(|_| planes.to_vec()), split: CellSplit::Centred, faces: vec![] })
 }
 
 /// Returns a pseudo-random number from −1 to 1.
@@ -24,28 +24,28 @@ pub(super) fn mixed() -> Mesh<3> {
 }
 
 /// Creates a gel of simplices without patches.
-pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
-    gel_in(mesh, Patches::alone(mesh.elements.len()))
+pub(super) fn gel(mesh: &Mesh<3>) -> DiscreteGel<3, Simplices<3>> {
+    gel_in(mesh, ElementPatches::alone(mesh.elements.len()))
 }
 
 /// Creates a gel of simplices in patches.
-pub(super) fn gel_in(mesh: &Mesh<3>, patches: Patches) -> Gel<3, Simplices<3>> {
+pub(super) fn gel_in(mesh: &Mesh<3>, patches: ElementPatches) -> DiscreteGel<3, Simplices<3>> {
     let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(1e3, 1e4), Section::Spatial));
     let mass = simplices.lumped_masses(mesh, 1.0);
-    let surface = Surface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
-    Gel::new(simplices, mass, &mesh.held, surface)
+    let surface = ContactSurface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    DiscreteGel::new(simplices, mass, &mesh.held, surface)
 }
 
 /// Returns rules with the binned schedule.
-pub(super) fn rules() -> Rules {
-    let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
-    Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 }
+pub(super) fn rules() -> IntegratorSettings {
+    let law = ImpulseLaw::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
+    IntegratorSettings { schedule: SteppingSchedule::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 }
 }
 
 /// Creates an engine with a body that touches nothing.
-pub(super) fn engine(gel: Gel<3, Simplices<3>>) -> Engine<3, Simplices<3>> {
-    let nobody = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
-    let body = (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), nobody);
+pub(super) fn engine(gel: DiscreteGel<3, Simplices<3>>) -> Engine<3, Simplices<3>> {
+    let nobody = BodyState { active: false, ..BodyState::at_start(Vector3::zeros(), Vector3::zeros()) };
+    let body = (RigidBody::fixed(ShapeGeometry::Sphere(Sphere { radius: 1.0 }), FreeDirections::SPATIAL), nobody);
     let nodes = gel.potential.rest().iter().map(|x| (x * 1.01, x * 0.1)).collect();
     Engine::new(gel, vec![body], rules(), nodes)
 }

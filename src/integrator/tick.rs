@@ -5,15 +5,15 @@
 //! that ends, the leading half to the step that begins. Groups that are not active neither move nor push.
 
 use super::StepError;
-use super::blocks::Blocks;
+use super::blocks::ElementBlocks;
 use super::element_loop::{MIN_SHARED_ELEMENTS, SweepInput, is_failure};
 use super::engine::Engine;
-use super::handover::Reached;
+use super::handover::AdvanceOutcome;
 use super::neighbour_list::STRETCH;
 use super::node_loop::KickSums;
-use super::schedule::Kind;
-use super::substep::{Moment, Phase};
-use crate::contact::{BodyState, Exchange};
+use super::schedule::SteppingSchedule;
+use super::substep::{MeshPhase, TickContext};
+use crate::contact::{BodyState, ImpulseExchange};
 use crate::fem::Potential;
 use crate::mesh::ElementId;
 use crate::state::Tick;
@@ -34,7 +34,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail.
-    pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
+    pub fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<AdvanceOutcome, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
         // The whole loop runs on the pool, so that its threads are entered once and not at every tick.
         let shares = !self.is_at_rest() && self.is_worth_sharing() && self.has_tick_until(t);
@@ -55,12 +55,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns true if the moving blocks have enough elements to share a full tick among threads.
     pub(super) fn is_worth_sharing(&self) -> bool {
         let Some(blocks) = &self.blocks else { return false };
-        let awake = blocks.all.iter().filter(|block| block.is_awake()).map(|block| block.n_elements).sum::<u64>();
+        let awake = blocks.all.iter().filter(|block| block.is_moving()).map(|block| block.n_elements).sum::<u64>();
         awake > MIN_SHARED_ELEMENTS
     }
 
     /// Processes all events up to time `t`, s, or until the mesh ends.
-    fn process_ticks(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
+    fn process_ticks(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<AdvanceOutcome, StepError> {
         let end = self.grid.last_tick(t);
         if self.is_at_rest() {
             return self.fly(end);
@@ -70,9 +70,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let due = self.is_due(tick);
             if due && self.is_over(tick) {
                 self.close(tick, (t, exchanges))?;
-                return Ok(Reached::Worn);
+                return Ok(AdvanceOutcome::Worn);
             }
-            self.phase = if self.state.now.is_none() { Phase::First } else { Phase::Between };
+            self.phase = if self.state.now.is_none() { MeshPhase::First } else { MeshPhase::Between };
             let done = if due { self.process_tick(tick, t, exchanges) } else { Ok(()) };
             self.state.now = Some(tick);
             done?;
@@ -81,16 +81,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
         }
         // Skipped ticks count as processed.
-        if let (Some(now), Kind::Bins) = (self.state.now, self.rules.schedule) {
+        if let (Some(now), SteppingSchedule::Bins) = (self.state.now, self.rules.schedule) {
             self.state.now = Some(now.max(end / self.steps.0 * self.steps.0));
         }
-        Ok(Reached::End)
+        Ok(AdvanceOutcome::End)
     }
 
     /// Advances the orientation of every body whose orientation step ends at this tick.
     fn step_orientations(&mut self, tick: Tick) -> Result<(), StepError> {
         for body in 0..self.bodies.len() {
-            if self.next_turn(body) == Some(tick) {
+            if self.next_orientation_step(body) == Some(tick) {
                 self.rebase_body(body, self.grid.time(tick));
                 self.check_spin(body, &self.state.bodies[body])?;
             }
@@ -107,16 +107,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 self.next_tick(from)
             }
         };
-        let turns = (0..self.bodies.len()).filter_map(|body| self.next_turn(body));
+        let turns = (0..self.bodies.len()).filter_map(|body| self.next_orientation_step(body));
         elements.into_iter().chain(turns).min()
     }
 
     /// Returns the next tick at which a group is active.
     fn next_tick(&self, now: Tick) -> Option<Tick> {
         match self.rules.schedule {
-            Kind::Bins => Some((now / self.steps.0 + 1) * self.steps.0),
-            Kind::Global => self.state.alarms.first().map(|alarm| alarm.next),
-            Kind::Queue => self.queue.next_tick(),
+            SteppingSchedule::Bins => Some((now / self.steps.0 + 1) * self.steps.0),
+            SteppingSchedule::Global => self.state.alarms.first().map(|alarm| alarm.next),
+            SteppingSchedule::Queue => self.queue.next_tick(),
         }
     }
 
@@ -124,16 +124,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn is_due(&self, tick: Tick) -> bool {
         match self.rules.schedule {
             _ if self.state.now.is_none() => true,
-            Kind::Bins => tick.is_multiple_of(self.steps.0),
-            Kind::Queue | Kind::Global => self.next_tick(tick) == Some(tick),
+            SteppingSchedule::Bins => tick.is_multiple_of(self.steps.0),
+            SteppingSchedule::Queue | SteppingSchedule::Global => self.next_tick(tick) == Some(tick),
         }
     }
 
     /// Returns the tick after which the next one is searched: `now`, or later while the gel is at rest and no body can
     /// come near. Ticks in between change nothing and are skipped.
     fn skip_quiet_ticks(&mut self, now: Tick, end: Tick) -> Tick {
-        let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake() && !block.restless);
-        if self.rules.schedule != Kind::Bins || self.is_loaded() || !self.blocks.as_ref().is_some_and(still) {
+        let still = |blocks: &ElementBlocks<D>| blocks.all.iter().all(|block| !block.is_moving() && !block.restless);
+        if self.rules.schedule != SteppingSchedule::Bins || self.is_loaded() || !self.blocks.as_ref().is_some_and(still)
+        {
             self.quiet_until = None;
             return now;
         }
@@ -143,14 +144,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let quiet_until = self.quiet_until.unwrap_or_else(|| {
             let reach = self.watch.reach(&self.bodies, self.horizon() * self.grid.time(1));
             let within = |i: usize| STRETCH * self.gel.surface.nodes[i].size + reach;
-            self.grid.last_tick(self.watch.time() + self.watch.quiet(&self.bodies, within))
+            self.grid.last_tick(self.watch.time() + self.watch.quiet_time(&self.bodies, within))
         });
         self.quiet_until = Some(quiet_until);
         if quiet_until <= now {
             self.quiet_until = None;
         }
         // A scheduled remesh takes place also while the gel is at rest.
-        let last = self.next_exchange().map_or(end, |due| end.min(due.saturating_sub(1)));
+        let last = self.next_remesh_tick().map_or(end, |due| end.min(due.saturating_sub(1)));
         now.max(quiet_until.min(last))
     }
 
@@ -167,10 +168,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// It is the first multiple of a period after the body's last event that has not been processed. The period is the
     /// longest power of two of ticks in which the body turns by at most [`MAX_TURN`].
-    pub(super) fn next_turn(&self, body: usize) -> Option<Tick> {
+    pub(super) fn next_orientation_step(&self, body: usize) -> Option<Tick> {
         let now = self.state.now?;
         let (fixed, body) = (&self.bodies[body], &self.state.bodies[body]);
-        if !fixed.tumbles(body) {
+        if !fixed.needs_orientation_steps(body) {
             return None;
         }
         let rate = fixed.angular_velocity(body).norm();
@@ -184,7 +185,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ///
     /// The step sizes follow the kick, because the stable limit of a node is summed in the same pass as its forces. The
     /// leading half of the kick takes the planned step; where the step changes, the contact phase first corrects it.
-    fn process_tick(&mut self, tick: Tick, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
+    fn process_tick(&mut self, tick: Tick, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.drift_and_evaluate(tick)?;
         let sums = self.kick_by_planned_steps(tick);
@@ -215,15 +216,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// finds the stable limits of the nodes. The reference form finds the limits only and kicks when the steps are
     /// known.
     fn kick_by_planned_steps(&mut self, tick: Tick) -> KickSums {
-        if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() }
+        if self.blocks.is_some() { self.update_nodes(tick) } else { self.measure_limits() }
     }
 
     /// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the
     /// error of the first group whose stable step is shorter than a tick.
     fn choose_steps(&mut self, tick: Tick, sums: &KickSums) -> Option<StepError> {
-        self.count_synchronous(sums.limit, tick);
-        self.look_around(tick);
-        let groups = self.attentive(tick);
+        self.count_global_steps(sums.limit, tick);
+        self.query_gaps(tick);
+        let groups = self.groups_to_check(tick);
         let collapsed = self.set_clocks(&groups, tick);
         self.scratch.due = groups;
         collapsed
@@ -232,27 +233,27 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
     /// returns the work of the kicks less the change of the carried kick work, J.
     fn solve_contact(&mut self, tick: Tick, sums: &KickSums) -> f64 {
-        self.find_touches(tick);
-        self.kick_all(tick, sums)
+        self.find_contact_points(tick);
+        self.complete_kicks(tick, sums)
     }
 
     /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the
     /// ledger.
     fn balance_energy(&mut self, tick: Tick, work: f64) {
-        self.book(tick, work);
-        self.book_contact();
+        self.post_residual(tick, work);
+        self.post_contact_work();
     }
 
     /// Checks the result of a tick: collapsed steps, spinning bodies, leaks of the contact surface.
     fn check_tick(&mut self, time: f64, collapsed: Option<StepError>) -> Result<(), StepError> {
         match collapsed {
             // A remesh resolves it, as it does inverted elements.
-            Some(StepError::StepCollapsed { .. }) if self.can_wear() => {}
+            Some(StepError::StepCollapsed { .. }) if self.can_be_distorted() => {}
             Some(error) => return Err(error),
             None => {}
         }
         self.scratch.now.iter().enumerate().try_for_each(|(body, at)| self.check_spin(body, at))?;
-        self.check_leaks(time)
+        self.check_stretch(time)
     }
 
     /// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped
@@ -266,7 +267,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Evaluates the forces of the active elements at their drifted nodes, by blocks or by the reference form.
     pub(super) fn answer(&mut self, tick: Tick) {
-        let moment = self.moment(tick);
+        let moment = self.tick_context(tick);
         let Some(blocks) = &mut self.blocks else {
             self.find_active_groups(tick);
             self.set_trailing_weights(tick);
@@ -292,10 +293,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Lists the active groups in ascending order (reference form).
     fn find_active_groups(&mut self, tick: Tick) {
-        let moment = self.moment(tick);
+        let moment = self.tick_context(tick);
         let due = &mut self.scratch.due;
         due.clear();
-        if self.rules.schedule == Kind::Queue && tick > 0 {
+        if self.rules.schedule == SteppingSchedule::Queue && tick > 0 {
             self.queue.pop_at(tick, due);
             return;
         }
@@ -305,7 +306,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the
     /// kicks less the change of the carried kick work, J.
-    pub(super) fn kick_all(&mut self, tick: Tick, sums: &KickSums) -> f64 {
+    pub(super) fn complete_kicks(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         if self.blocks.is_some() {
             return self.kick_fast(tick, sums);
         }
@@ -325,19 +326,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the fraction of a kick that belongs to the next step.
     pub(super) fn leading_share(&self) -> f64 {
-        self.moment(0).leading_share()
+        self.tick_context(0).leading_share()
     }
 
     /// Returns the context of a tick: its place in the life of the mesh.
-    pub(super) fn moment(&self, tick: Tick) -> Moment {
-        Moment { tick, origin: self.origin, kind: self.rules.schedule, phase: self.phase }
+    pub(super) fn tick_context(&self, tick: Tick) -> TickContext {
+        TickContext { tick, origin: self.origin, kind: self.rules.schedule, phase: self.phase }
     }
 
     /// Returns the ticks from this tick until a group that is active now is active again.
     pub(super) fn ahead(&self, group: usize, tick: Tick) -> Tick {
         match self.rules.schedule {
-            Kind::Queue => self.state.alarms[group].next - tick,
-            Kind::Bins | Kind::Global => self.moment(tick).ahead(self.state.clocks[group].step),
+            SteppingSchedule::Queue => self.state.alarms[group].next - tick,
+            SteppingSchedule::Bins | SteppingSchedule::Global => {
+                self.tick_context(tick).ahead(self.state.clocks[group].step)
+            }
         }
     }
 
@@ -362,7 +365,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// end.
     fn check_elements(&self, time: f64) -> Result<(), StepError> {
         match self.find_failure(time) {
-            Some(StepError::Inverted { .. }) if self.can_wear() => Ok(()),
+            Some(StepError::Inverted { .. }) if self.can_be_distorted() => Ok(()),
             failure => failure.map_or(Ok(()), Err),
         }
     }
@@ -396,7 +399,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the active groups to the event queue and updates the range of steps if steps changed.
     fn requeue_groups(&mut self) {
-        if self.rules.schedule == Kind::Queue {
+        if self.rules.schedule == SteppingSchedule::Queue {
             for group in &self.scratch.due {
                 self.queue.push(*group, self.state.alarms[*group as usize].next);
             }
@@ -407,11 +410,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns true if an element was active at this tick; valid after the clocks were set.
-    pub(super) fn has_fired(&self, element: ElementId, tick: Tick) -> bool {
+    pub(super) fn was_active(&self, element: ElementId, tick: Tick) -> bool {
         let group = self.order.group(element);
         match self.rules.schedule {
-            Kind::Queue => self.state.alarms[group].last == tick,
-            _ => self.moment(tick).fires(self.state.clocks[group].step),
+            SteppingSchedule::Queue => self.state.alarms[group].last == tick,
+            _ => self.tick_context(tick).fires(self.state.clocks[group].step),
         }
     }
 }

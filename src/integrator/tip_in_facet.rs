@@ -4,7 +4,7 @@
 use super::contact_solver::SLOP;
 use super::engine::Engine;
 use super::facet::outward_normal;
-use crate::contact::{Body, BodyState};
+use crate::contact::{BodyState, RigidBody};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance as _};
 use crate::math::{Vector3, embed};
@@ -39,7 +39,12 @@ pub(super) struct TipPenetration {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Finds where the line from a pole of the body inwards leaves the gel through this facet; the deepest of
     /// several.
-    pub(super) fn find_penetration(&self, facet: ElementId, rigid: &Body, state: &BodyState) -> Option<TipPenetration> {
+    pub(super) fn find_penetration(
+        &self,
+        facet: ElementId,
+        rigid: &RigidBody,
+        state: &BodyState,
+    ) -> Option<TipPenetration> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, state.time)));
         let poles = rigid.shape.poles().iter();
         let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
@@ -53,7 +58,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &self,
         facet: ElementId,
         size: f64,
-        rigid: &Body,
+        rigid: &RigidBody,
         state: &BodyState,
     ) -> Option<TipPenetration> {
         let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
@@ -64,7 +69,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 /// Returns the depth behind a facet at which a pole of the body is met, m. A sharp pole, into which a ball of half
 /// the element size does not fit, is met at once. A blunt pole, into which a ball of the whole size does not fit, can
 /// still miss the nodes and is met at [`BLUNT_DEPTH`]. Nodes meet any other pole.
-fn least_depth(tip: &TipPenetration, size: f64, rigid: &Body, state: &BodyState) -> f64 {
+fn least_depth(tip: &TipPenetration, size: f64, rigid: &RigidBody, state: &BodyState) -> f64 {
     const ROUND_OFF: f64 = 1e-3;
     let fits = |radius: f64| {
         let inside = tip.end + (tip.inner - tip.end).normalize() * radius;

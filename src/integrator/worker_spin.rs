@@ -120,7 +120,7 @@ impl Drop for SpinGuard<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Pool;
+    use super::super::WorkerPool;
     use super::super::pool::{SplitWork, share_work};
     use super::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -139,7 +139,7 @@ mod tests {
     }
 
     /// Shares the counting of 1000 numbers a hundred times; returns the count.
-    fn count(pool: &Pool) -> usize {
+    fn count(pool: &WorkerPool) -> usize {
         let counted = AtomicUsize::new(0);
         let add = |numbers: Numbers| _ = counted.fetch_add(numbers.0, Ordering::Relaxed);
         (0..100).for_each(|_| share_work(Some(pool), 16, Numbers(1000), add));
@@ -147,14 +147,14 @@ mod tests {
     }
 
     /// Shares jobs until all other threads spin.
-    fn wait_until_all_spin(pool: &Pool) {
+    fn wait_until_all_spin(pool: &WorkerPool) {
         wait_for(|| {
             share_work(Some(pool), 2, Numbers(2), |_| ());
             n_spinning(pool) == pool.threads() - 1
         });
     }
 
-    fn n_spinning(pool: &Pool) -> usize {
+    fn n_spinning(pool: &WorkerPool) -> usize {
         pool.spin().n_spinning.load(Ordering::Relaxed)
     }
 
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn workers_spin_while_a_job_runs_and_no_longer() {
         for threads in [2, 4] {
-            let pool = Pool::with_spin_time(threads, FOREVER).expect("threads");
+            let pool = WorkerPool::with_spin_time(threads, FOREVER).expect("threads");
             for _ in 0..3 {
                 assert_eq!(pool.lead(|| count(&pool)), 100_000);
                 pool.lead(|| wait_until_all_spin(&pool));
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn workers_stop_spinning_after_a_panic() {
-        let pool = Pool::with_spin_time(2, FOREVER).expect("threads");
+        let pool = WorkerPool::with_spin_time(2, FOREVER).expect("threads");
         let panics = || {
             wait_until_all_spin(&pool);
             share_work(Some(&pool), 16, Numbers(1000), |_| panic!("on purpose"));
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn workers_that_stopped_spinning_are_woken_again() {
-        let pool = Pool::with_spin_time(3, Duration::from_millis(20)).expect("threads");
+        let pool = WorkerPool::with_spin_time(3, Duration::from_millis(20)).expect("threads");
         pool.lead(|| {
             for _ in 0..3 {
                 wait_until_all_spin(&pool);

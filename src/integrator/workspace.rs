@@ -1,14 +1,14 @@
 //! Workspace of a tick: buffers that are reused from tick to tick.
 
-use super::contact_solver::Touch;
+use super::contact_solver::ContactPoint;
 use super::kick::ImpulseNode;
-use super::load::{Pushed, Stiffer};
+use super::load::{FacetLoad, LoadStiffness};
 use super::node_loop::{ActiveSet, KickSums};
 use super::reference::GroupResponses;
-use super::step_size::{Change, Nearness};
-use super::symmetry_contact::Meeting;
+use super::step_size::{ContactLimit, StepChange};
+use super::symmetry_contact::SymmetryContact;
 use crate::contact::BodyState;
-use crate::fem::GroupAnswer;
+use crate::fem::GroupResponse;
 use crate::geometry::Gap;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
@@ -35,7 +35,7 @@ pub(super) struct Workspace<const D: usize> {
     /// Nodes of `reached` that a body may reach before their next tick or that are within an element size of one.
     pub close: Vec<u32>,
     /// Contact limit of the steps at each node of `reached`.
-    pub nearness: Vec<Nearness>,
+    pub nearness: Vec<ContactLimit>,
     /// Star of each surface node that a body was close to.
     pub beside: Vec<NodeStar>,
     /// Facets that reach to a body, with the least and greatest size of their nodes near it, body by body.
@@ -49,23 +49,23 @@ pub(super) struct Workspace<const D: usize> {
     /// Bodies at this tick with the impulses applied so far.
     pub now: Vec<BodyState>,
     /// Responses of the groups; those of active groups are current.
-    pub answers: Vec<GroupAnswer>,
+    pub answers: Vec<GroupResponse>,
     /// Responses of the elements of the active groups (reference form).
     pub reference: GroupResponses<D>,
     /// Kick lengths of the active groups, s (reference form).
     pub weights: Vec<f64>,
     /// Groups whose step changed.
-    pub changed: Vec<Change>,
+    pub changed: Vec<StepChange>,
     /// Contact points: surface points inside a body.
-    pub touches: Vec<Touch<D>>,
+    pub touches: Vec<ContactPoint<D>>,
     /// Surface nodes that have met their mirror image.
-    pub meetings: Vec<Meeting>,
+    pub meetings: Vec<SymmetryContact>,
     /// Nodes with impulses of contact or pressure.
     pub carriers: Vec<ImpulseNode<D>>,
     /// Pressure loads on the facets of active elements.
-    pub pushed: Vec<Pushed<D>>,
+    pub pushed: Vec<FacetLoad<D>>,
     /// Stiffness that the loads add to the elements behind them.
-    pub stiffer: Vec<Stiffer>,
+    pub stiffer: Vec<LoadStiffness>,
     /// Blocks whose stiffness these loads changed.
     pub stiffened: Vec<usize>,
     /// Sums over chunks of nodes.
@@ -90,7 +90,7 @@ impl<const D: usize> Workspace<D> {
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
             beside: vec![NodeStar::default(); n_surface],
-            answers: vec![GroupAnswer::default(); n_groups],
+            answers: vec![GroupResponse::default(); n_groups],
             ..Self::default()
         }
     }

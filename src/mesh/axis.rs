@@ -10,7 +10,7 @@ pub fn uniform(from: f64, to: f64, size: f64) -> Vec<f64> {
 
 /// Equal cells from 0 to `length`, each at most `size` long; `by` divides their number.
 #[must_use]
-pub fn divisible(length: f64, size: f64, by: usize) -> Vec<f64> {
+pub fn uniform_divisible(length: f64, size: f64, by: usize) -> Vec<f64> {
     let n = by * n_cells(length, size * by as f64);
     uniform(0.0, length, length / n as f64)
 }
@@ -54,14 +54,14 @@ mod tests {
     fn the_number_of_cells_can_be_asked_to_be_divisible() {
         for n in 1..400 {
             let (length, by) = (1e-3 * f64::from(n), 1 << (n % 6));
-            let planes = divisible(length, 0.7e-3, by);
+            let planes = uniform_divisible(length, 0.7e-3, by);
             assert!(
                 (planes.len() - 1).is_multiple_of(by)
                     && planes[1] <= 0.700_001e-3
                     && planes[planes.len() - 1] == length
             );
         }
-        assert_eq!(divisible(1.0, 0.25, 4), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(uniform_divisible(1.0, 0.25, 4), [0.0, 0.25, 0.5, 0.75, 1.0]);
     }
 
     #[test]

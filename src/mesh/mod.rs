@@ -11,13 +11,13 @@ mod topology;
 
 use crate::math::Vector;
 
-pub use axis::{divisible, graded, uniform};
-pub use octree::Tree;
-pub use patches::Patches;
-pub use quality::{is_worse, least_angle, leeway, poor_quality, shape_quality};
-pub use shapes::{Block, Face, Hold, block, cylinder, l_beam, rays, shell};
-pub use structured::{Grid, Split};
-pub use topology::{FACES, Incidence, boundary, neighbours, outer};
+pub use axis::{graded, uniform, uniform_divisible};
+pub use octree::OctreeGrading;
+pub use patches::ElementPatches;
+pub use quality::{is_worse, least_angle, poor_quality, shape_quality, travel_bound};
+pub use shapes::{BlockSpec, FaceConstraint, HeldFace, block, cylinder, l_beam, shell, shell_planes};
+pub use structured::{CellSplit, RectilinearGrid};
+pub use topology::{FACES, NodeIncidence, boundary, boundary_from_neighbours, face_neighbours};
 pub(crate) use topology::{facet, sorted};
 
 /// Index of a node.

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 /// Grading of an octree over a rectilinear grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tree {
+pub struct OctreeGrading {
     /// Edge of the largest cells in grid cells: a power of two that divides the number of cells along every axis.
     pub coarsest: usize,
     /// Distance from the origin within which cells stay as fine as the grid, m.
@@ -39,7 +39,7 @@ pub(super) struct OctreeLeaves<const D: usize> {
     coarsest: usize,
 }
 
-impl Tree {
+impl OctreeGrading {
     /// Number of leaves over the box of these planes before balancing; counting stops at `most`.
     #[must_use]
     pub fn count<const D: usize>(&self, planes: &[Vec<f64>; D], most: usize) -> usize {
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn leaves_fill_the_box_once_and_no_two_that_touch_are_two_levels_apart() {
         for (core, slope) in [(0.0, 1e9), (0.0, 0.3), (2.5, 1e9), (100.0, 1.0)] {
-            let tree = Tree { coarsest: 8, core, slope };
+            let tree = OctreeGrading { coarsest: 8, core, slope };
             let flat = tree.leaves(&[uniform(0.0, 32.0, 1.0), uniform(-16.0, 0.0, 1.0)]);
             let solid = tree.leaves(&[uniform(-8.0, 8.0, 1.0), uniform(-16.0, 16.0, 1.0), uniform(-16.0, 0.0, 1.0)]);
             assert_eq!((cells_of_the_grid(&flat), cells_of_the_grid(&solid)), (32 * 16, 16 * 32 * 16));
@@ -220,7 +220,7 @@ mod tests {
     fn cells_grow_with_their_distance_from_the_core() {
         let (core, slope) = (3.0, 0.25);
         let planes = [uniform(-64.0, 64.0, 1.0), uniform(-64.0, 0.0, 1.0)];
-        let leaves = Tree { coarsest: 16, core, slope }.leaves(&planes);
+        let leaves = OctreeGrading { coarsest: 16, core, slope }.leaves(&planes);
         for cell in leaves.in_order() {
             let nearest = |i: usize| {
                 let [low, high] = [cell.at[i], cell.at[i] + 1].map(|n| planes[i][n << cell.level]);
@@ -234,14 +234,14 @@ mod tests {
 
     #[test]
     fn a_core_as_large_as_the_box_leaves_the_grid_alone() {
-        let leaves =
-            Tree { coarsest: 4, core: 100.0, slope: 1.0 }.leaves(&[uniform(0.0, 8.0, 1.0), uniform(0.0, 4.0, 1.0)]);
+        let leaves = OctreeGrading { coarsest: 4, core: 100.0, slope: 1.0 }
+            .leaves(&[uniform(0.0, 8.0, 1.0), uniform(0.0, 4.0, 1.0)]);
         assert_eq!(levels(&leaves), [32, 0, 0]);
     }
 
     #[test]
     fn cells_are_counted_no_further_than_asked() {
-        let tree = Tree { coarsest: 4, core: 100.0, slope: 1.0 };
+        let tree = OctreeGrading { coarsest: 4, core: 100.0, slope: 1.0 };
         let planes = [uniform(0.0, 8.0, 1.0), uniform(0.0, 4.0, 1.0)];
         assert_eq!((tree.count(&planes, 1000), tree.count(&planes, 10)), (32, 10));
     }

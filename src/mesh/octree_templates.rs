@@ -56,23 +56,26 @@ fn split_at_hanging_node<const D: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Facet, Grid, Mesh, Split, Tree, least_angle, uniform};
+    use super::super::{CellSplit, Facet, Mesh, OctreeGrading, RectilinearGrid, least_angle, uniform};
     use crate::math::embed;
 
     /// Half widths and depth, cells.
     const REACH: f64 = 16.0;
 
-    fn grid<const D: usize>() -> Grid<D> {
+    fn grid<const D: usize>() -> RectilinearGrid<D> {
         let axis = |i: usize| if i + 1 == D { uniform(-REACH, 0.0, 1.0) } else { uniform(-REACH, REACH, 1.0) };
-        Grid { planes: std::array::from_fn(axis), filled: Box::new(|_| true) }
+        RectilinearGrid { planes: std::array::from_fn(axis), filled: Box::new(|_| true) }
     }
 
     /// Fast and slow growth, from a point and from a ball.
     fn meshes<const D: usize>() -> Vec<Mesh<D>> {
-        let trees =
-            [(0.0, 1e9), (0.0, 0.3), (2.5, 1e9), (3.0, 0.5)].map(|(core, slope)| Tree { coarsest: 8, core, slope });
+        let trees = [(0.0, 1e9), (0.0, 0.3), (2.5, 1e9), (3.0, 0.5)].map(|(core, slope)| OctreeGrading {
+            coarsest: 8,
+            core,
+            slope,
+        });
         let mesh = |tree| {
-            let (points, elements) = grid::<D>().split(Split::Tree(tree));
+            let (points, elements) = grid::<D>().split(CellSplit::Tree(tree));
             Mesh::new(points, elements)
         };
         trees.into_iter().map(mesh).collect()
@@ -107,9 +110,9 @@ mod tests {
 
     #[test]
     fn without_larger_cells_the_mesh_is_the_centred_one() {
-        let tree = Tree { coarsest: 4, core: 1e9, slope: 1.0 };
-        assert!(grid::<2>().split(Split::Tree(tree)) == grid::<2>().split(Split::Centred));
-        assert!(grid::<3>().split(Split::Tree(tree)) == grid::<3>().split(Split::Centred));
+        let tree = OctreeGrading { coarsest: 4, core: 1e9, slope: 1.0 };
+        assert!(grid::<2>().split(CellSplit::Tree(tree)) == grid::<2>().split(CellSplit::Centred));
+        assert!(grid::<3>().split(CellSplit::Tree(tree)) == grid::<3>().split(CellSplit::Centred));
     }
 
     #[test]

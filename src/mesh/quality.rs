@@ -56,7 +56,7 @@ fn is_clearly_better<const D: usize>(x: &[Vector<D>], simplex: &Simplex, than: f
 /// this bound linear in δ. The measure that a quality requires, c S^D, is convex in δ: its steepest slope bounds it by
 /// a line.
 #[must_use]
-pub fn leeway<const D: usize>(x: &[Vector<D>], simplex: &Simplex, (than, least): (f64, f64), radius: f64) -> f64 {
+pub fn travel_bound<const D: usize>(x: &[Vector<D>], simplex: &Simplex, (than, least): (f64, f64), radius: f64) -> f64 {
     /// Greatest travel, in S, and the safety factor and absolute rounding allowance, in S, of the result.
     const FARTHEST: f64 = 0.05;
     const SAFE: f64 = 0.999;
@@ -138,10 +138,10 @@ mod tests {
             let radius = |x: &[Vector<D>]| x.iter().map(|x| x[0]).sum::<f64>() / (D + 1) as f64;
             let ring = |x: &[Vector<D>]| signed_volume(x, &ids) * radius(x);
             let part = 1.0 - 0.2 * random().abs();
-            let way = leeway(&x, &ids, (part * quality, 0.0), radius(&x));
+            let way = travel_bound(&x, &ids, (part * quality, 0.0), radius(&x));
             let flattened = moved(&x, way, |x| shape_quality(x, &ids));
             assert!(way > 0.0 && !is_worse(&flattened, &ids, part * quality), "{way} m of {x:?}");
-            let way = leeway(&x, &ids, (-0.1, part), radius(&x));
+            let way = travel_bound(&x, &ids, (-0.1, part), radius(&x));
             let pressed = moved(&x, way, ring);
             assert!(way > 0.0 && ring(&pressed) >= part * measure * radius(&x), "{way} m of {x:?}");
             n += 1;
@@ -155,13 +155,13 @@ mod tests {
         check_leeway::<3>();
         let ids = [0, 1, 2, 3].map(NodeId);
         let regular = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]].map(Vector::<3>::from);
-        let way = leeway(&regular, &ids, (0.0, 0.95), f64::INFINITY);
+        let way = travel_bound(&regular, &ids, (0.0, 0.95), f64::INFINITY);
         let shrunk = |way: f64| signed_volume(&regular.map(|x| x * (1.0 - way / x.norm())), &ids) * 0.375;
         assert!(shrunk(way) > 0.95 && shrunk(1.6 * way) < 0.95, "two thirds of what may be lost are used");
         let half = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
         let turned = [half[0], half[2], half[1]];
-        assert_eq!(leeway(&turned, &ids, (0.0, 0.5), f64::INFINITY), 0.0);
-        assert_eq!(leeway(&half, &ids, (0.9, 0.5), f64::INFINITY), 0.0);
+        assert_eq!(travel_bound(&turned, &ids, (0.0, 0.5), f64::INFINITY), 0.0);
+        assert_eq!(travel_bound(&half, &ids, (0.9, 0.5), f64::INFINITY), 0.0);
     }
 
     #[test]

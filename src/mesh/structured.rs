@@ -1,23 +1,23 @@
 //! Simplicial meshes of rectilinear grids: centred (body-centred cubic) and Kuhn splits, and 2:1 balanced octrees.
 
-use super::{NodeId, Simplex, Tree, signed_volume};
+use super::{NodeId, OctreeGrading, Simplex, signed_volume};
 use crate::math::Vector;
 use std::collections::HashMap;
 
 /// Subdivision of a cell into simplices.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Split {
+pub enum CellSplit {
     /// Around a node at the cell centre: crossed triangles; in space the body-centred cubic lattice, whose tetrahedra
     /// join the centres of two neighbouring cells to an edge of their common face.
     Centred,
     /// Kuhn triangulation along one diagonal: two triangles, or six tetrahedra, one for each order of the axes.
     Kuhn,
     /// Centred split of a graded octree whose cells grow away from the origin; the grid must be filled everywhere.
-    Tree(Tree),
+    Tree(OctreeGrading),
 }
 
 /// Rectilinear grid with a predicate for its filled cells.
-pub struct Grid<const D: usize> {
+pub struct RectilinearGrid<const D: usize> {
     /// Planes along each axis, ascending, m.
     pub planes: [Vec<f64>; D],
     /// Predicate: true for the indices of a filled cell.
@@ -37,15 +37,15 @@ pub(super) struct MeshBuilder<'a, const D: usize> {
     pub elements: Vec<Simplex>,
 }
 
-impl<const D: usize> Grid<D> {
+impl<const D: usize> RectilinearGrid<D> {
     /// Returns node positions and positively oriented simplices.
     #[must_use]
-    pub fn split(&self, split: Split) -> (Vec<Vector<D>>, Vec<Simplex>) {
+    pub fn split(&self, split: CellSplit) -> (Vec<Vector<D>>, Vec<Simplex>) {
         let mut builder = MeshBuilder::new(&self.planes);
         match split {
-            Split::Centred => self.filled_cells().into_iter().for_each(|cell| builder.add_centred_cell(self, cell)),
-            Split::Kuhn => self.filled_cells().into_iter().for_each(|cell| builder.add_kuhn_cell(cell)),
-            Split::Tree(tree) => super::octree_templates::fill(&mut builder, &tree.leaves(&self.planes)),
+            CellSplit::Centred => self.filled_cells().into_iter().for_each(|cell| builder.add_centred_cell(self, cell)),
+            CellSplit::Kuhn => self.filled_cells().into_iter().for_each(|cell| builder.add_kuhn_cell(cell)),
+            CellSplit::Tree(tree) => super::octree_templates::fill(&mut builder, &tree.leaves(&self.planes)),
         }
         (builder.points, builder.elements)
     }
@@ -130,7 +130,7 @@ impl<'a, const D: usize> MeshBuilder<'a, D> {
     /// Adds the centred simplices of a cell. The edges of each face (in the plane the face itself) are joined to the
     /// cell centre and, in space, to the centre of the neighbour. At the boundary the centre of the face replaces that
     /// of the neighbour.
-    fn add_centred_cell(&mut self, grid: &Grid<D>, cell: [usize; D]) {
+    fn add_centred_cell(&mut self, grid: &RectilinearGrid<D>, cell: [usize; D]) {
         let middle = cell.map(|i| 2 * i + 1);
         for axis in 0..D {
             for up in [false, true] {
@@ -188,20 +188,21 @@ mod tests {
     #[test]
     fn every_split_fills_the_box_and_has_its_boundary() {
         let axis = |n: f64| uniform(0.0, n, 1.0);
-        for (split, triangles, tets, edges, faces) in
-            [(Split::Centred, 24, 2 * 6 * 3 * 4 + 6 * 4 * 2 - 6 * 4 * 2, 10, 22 * 4), (Split::Kuhn, 12, 36, 10, 22 * 2)]
-        {
-            let plane = Grid { planes: [axis(3.0), axis(2.0)], filled: Box::new(|_| true) };
+        for (split, triangles, tets, edges, faces) in [
+            (CellSplit::Centred, 24, 2 * 6 * 3 * 4 + 6 * 4 * 2 - 6 * 4 * 2, 10, 22 * 4),
+            (CellSplit::Kuhn, 12, 36, 10, 22 * 2),
+        ] {
+            let plane = RectilinearGrid { planes: [axis(3.0), axis(2.0)], filled: Box::new(|_| true) };
             let (points, elements) = plane.split(split);
             let mesh = Mesh::<2>::new(points, elements);
             assert_eq!((mesh.elements.len(), mesh.facets.len()), (triangles, edges));
             assert!((volume(&mesh) - 6.0).abs() < 1e-12);
-            let space = Grid { planes: [axis(3.0), axis(2.0), axis(1.0)], filled: Box::new(|_| true) };
+            let space = RectilinearGrid { planes: [axis(3.0), axis(2.0), axis(1.0)], filled: Box::new(|_| true) };
             let (points, elements) = space.split(split);
             let mesh = Mesh::<3>::new(points, elements);
             assert_eq!(mesh.facets.len(), faces);
             assert!((volume(&mesh) - 6.0).abs() < 1e-12);
-            if split == Split::Kuhn {
+            if split == CellSplit::Kuhn {
                 assert_eq!(mesh.elements.len(), tets);
             }
         }
@@ -209,11 +210,11 @@ mod tests {
 
     #[test]
     fn empty_cells_leave_a_hole() {
-        let ring = Grid {
+        let ring = RectilinearGrid {
             planes: [uniform(0.0, 3.0, 1.0), uniform(0.0, 3.0, 1.0)],
             filled: Box::new(|cell: [usize; 2]| cell != [1, 1]),
         };
-        let (points, elements) = ring.split(Split::Centred);
+        let (points, elements) = ring.split(CellSplit::Centred);
         let mesh = Mesh::<2>::new(points, elements);
         assert!((volume(&mesh) - 8.0).abs() < 1e-12);
         assert_eq!(mesh.facets.len(), 16);

@@ -14,7 +14,7 @@ pub fn boundary<const D: usize>(elements: &[Simplex]) -> Vec<Facet> {
 
 /// Boundary facets where the face neighbours are known; equal to [`boundary`].
 #[must_use]
-pub fn outer<const D: usize>(elements: &[Simplex], across: &[[Option<ElementId>; 4]]) -> Vec<Facet> {
+pub fn boundary_from_neighbours<const D: usize>(elements: &[Simplex], across: &[[Option<ElementId>; 4]]) -> Vec<Facet> {
     let bare = |(simplex, across): (&'_ Simplex, &'_ [Option<ElementId>; 4])| {
         let (simplex, across) = (*simplex, *across);
         (0..=D).filter(move |k| across[*k].is_none()).map(move |k| facet::<D>(&simplex, k))
@@ -80,7 +80,7 @@ pub(crate) fn sorted<const D: usize>(facet: Facet) -> Facet {
 
 /// Face neighbours: the element across the facet opposite each node; none at the boundary.
 #[must_use]
-pub fn neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId>; 4]> {
+pub fn face_neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId>; 4]> {
     let mut across = vec![[None; 4]; elements.len()];
     for pair in element_sides::<D>(elements).chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
         let [(e, i), (f, j)] = [pair[0], pair[1]].map(|(_, side)| (side / 4, side as usize % 4));
@@ -92,12 +92,12 @@ pub fn neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId
 
 /// Node incidence in compressed rows: the groups (elements, facets) that contain each node, in ascending order.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Incidence {
+pub struct NodeIncidence {
     start: Vec<u32>,
     members: Vec<ElementId>,
 }
 
-impl Incidence {
+impl NodeIncidence {
     /// Builds the incidence of `n_nodes` nodes from the nodes of each group.
     pub fn new<'a>(n_nodes: usize, groups: impl Iterator<Item = &'a [NodeId]> + Clone) -> Self {
         let mut start = vec![0_u32; n_nodes + 1];
@@ -141,7 +141,7 @@ mod tests {
             neighbours::<3>(&elements),
             [[Some(ElementId(1)), None, None, None], [None, None, None, Some(ElementId(0))]]
         );
-        let star = Incidence::new(5, elements.iter().map(|e| &e[..]));
+        let star = NodeIncidence::new(5, elements.iter().map(|e| &e[..]));
         assert_eq!(star.of(NodeId(0)), [ElementId(0)]);
         assert_eq!(star.of(NodeId(3)), [ElementId(0), ElementId(1)]);
     }

@@ -1,10 +1,10 @@
 //! Closed triangle surfaces of the rigid bodies, for VTK files and pictures.
 
 use super::bounds::AxisAlignedBox;
-use crate::geometry::{Dome, Shape, Solid as TriangleBody};
+use crate::geometry::{Dome, ShapeGeometry, TriangulatedBody as TriangleBody};
 use crate::math::Vector3;
 use crate::scene::Scene;
-use crate::simulation::{Frame, Place};
+use crate::simulation::{MeshFrame, Place};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{PI, TAU};
 
@@ -25,38 +25,38 @@ pub(super) struct BodySurface {
 
 /// Returns the surfaces of the active bodies at their current position. A half-space is drawn as a plate behind its
 /// plane across `scenery`, a dome as a plate around its cap.
-pub(super) fn body_surfaces(scene: &Scene, frame: &Frame, scenery: &AxisAlignedBox) -> Vec<BodySurface> {
+pub(super) fn body_surfaces(scene: &Scene, frame: &MeshFrame, scenery: &AxisAlignedBox) -> Vec<BodySurface> {
     let bodies = frame.bodies.iter().enumerate().filter(|(_, place)| place.active);
     bodies.map(|(i, place)| body_surface(&scene.shape(i), place, scenery)).collect()
 }
 
 /// Returns the surface of a body at its current position; an unbounded body gives a plate.
-pub(super) fn body_surface(shape: &Shape, place: &Place, scenery: &AxisAlignedBox) -> BodySurface {
+pub(super) fn body_surface(shape: &ShapeGeometry, place: &Place, scenery: &AxisAlignedBox) -> BodySurface {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let drawn = |profile: &[(f64, f64)]| transformed(surface_of_revolution(profile), turn, to);
     let solid = match (shape, &place.bulge) {
         (_, Some(bulge)) => drawn(&dome_profile(&bulge.dome(), scenery)),
-        (Shape::Sphere(sphere), _) => drawn(&sphere_profile(sphere.radius)),
-        (Shape::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
-        (Shape::Plate(rounded), _) => transformed(cuboid(rounded.size()), turn, to),
-        (Shape::Solid(solid), _) => transformed(mesh_surface(solid), turn, to),
-        (Shape::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
-        (Shape::Dome(dome), None) => drawn(&dome_profile(dome, scenery)),
+        (ShapeGeometry::Sphere(sphere), _) => drawn(&sphere_profile(sphere.radius)),
+        (ShapeGeometry::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
+        (ShapeGeometry::Plate(rounded), _) => transformed(cuboid(rounded.size()), turn, to),
+        (ShapeGeometry::Solid(solid), _) => transformed(mesh_surface(solid), turn, to),
+        (ShapeGeometry::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
+        (ShapeGeometry::Dome(dome), None) => drawn(&dome_profile(dome, scenery)),
     };
-    let bounded = !matches!(shape, Shape::HalfSpace(_) | Shape::Dome(_));
+    let bounded = !matches!(shape, ShapeGeometry::HalfSpace(_) | ShapeGeometry::Dome(_));
     BodySurface { bounded, velocity: place.kinematics.velocity, ..solid }
 }
 
 /// Returns the box of the visible part of a body in a picture of `scenery`; an unbounded body counts with its surface
 /// alone.
-pub(super) fn visible_box(shape: &Shape, place: &Place, scenery: &AxisAlignedBox) -> AxisAlignedBox {
+pub(super) fn visible_box(shape: &ShapeGeometry, place: &Place, scenery: &AxisAlignedBox) -> AxisAlignedBox {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let on_plane = |n: Vector3| scenery.corners().map(move |p| p - n * (p - to).dot(&n));
     match (shape, &place.bulge) {
-        (Shape::HalfSpace(half_space), _) => AxisAlignedBox::around(on_plane(half_space.normal())),
-        (Shape::Dome(_), Some(bulge)) => {
+        (ShapeGeometry::HalfSpace(half_space), _) => AxisAlignedBox::around(on_plane(half_space.normal())),
+        (ShapeGeometry::Dome(_), Some(bulge)) => {
             let apex = to - turn * Vector3::z() * bulge.dome().height();
             AxisAlignedBox::around(on_plane(turn * Vector3::z()).chain([apex]))
         }
@@ -154,11 +154,11 @@ fn plate(normal: Vector3, origin: Vector3, scenery: &AxisAlignedBox) -> BodySurf
 mod tests {
     use super::*;
     use crate::scene::{self, Override};
-    use crate::simulation::Kinematics;
+    use crate::simulation::BodyKinematics;
 
     fn at(position: Vector3) -> Place {
         let [velocity, angular_velocity] = [Vector3::zeros(); 2];
-        let kinematics = Kinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity };
+        let kinematics = BodyKinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity };
         Place { kinematics, bulge: None, active: true }
     }
 
@@ -204,9 +204,9 @@ mod tests {
     fn a_body_of_triangles_is_drawn_with_them() {
         let corner = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
         let faces = [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]].map(|face| face.map(|i: usize| corner[i]));
-        let body = TriangleBody::new(crate::geometry::Surface::new(&faces).unwrap(), 2.0).unwrap();
+        let body = TriangleBody::new(crate::geometry::TriangleSurface::new(&faces).unwrap(), 2.0).unwrap();
         let scenery = AxisAlignedBox { lower: Vector3::zeros(), upper: Vector3::zeros() };
-        let drawn = body_surface(&Shape::Solid(body.into()), &at(Vector3::new(1.0, 2.0, 3.0)), &scenery);
+        let drawn = body_surface(&ShapeGeometry::Solid(body.into()), &at(Vector3::new(1.0, 2.0, 3.0)), &scenery);
         assert!((volume(&drawn) - 8.0 / 6.0).abs() < 1e-14 && drawn.triangles.len() == 4 && drawn.bounded);
         let lower = AxisAlignedBox::around(drawn.points.iter().copied()).lower;
         assert!((lower - Vector3::new(0.5, 1.5, 2.5)).norm() < 1e-14);

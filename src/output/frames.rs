@@ -7,7 +7,7 @@ use super::folder::ResultFolder;
 use super::picture::{Camera, MeshPicture};
 use super::vtu;
 use crate::scene::Scene;
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 use std::fmt::Write;
 
 /// Limit of the number of intervals between pictures of the report; 13 pictures keep the page at some megabytes.
@@ -73,7 +73,7 @@ impl FrameSeries {
     /// Writes a due frame.
     pub(super) fn append(
         &mut self,
-        frame: &Frame,
+        frame: &MeshFrame,
         scene: &Scene,
         folder: &mut ResultFolder,
     ) -> Result<(), OutputError> {
@@ -90,7 +90,7 @@ impl FrameSeries {
     /// Writes the last frame of a run that stops early, unless frames are off or the frame is already written.
     pub(super) fn append_last(
         &mut self,
-        frame: &Frame,
+        frame: &MeshFrame,
         scene: &Scene,
         folder: &mut ResultFolder,
     ) -> Result<(), OutputError> {
@@ -123,7 +123,7 @@ impl FrameSeries {
         self.written.last().map_or(0, |written| written.next_due)
     }
 
-    fn write_files(&self, frame: &Frame, scene: &Scene, folder: &mut ResultFolder) -> Result<(), OutputError> {
+    fn write_files(&self, frame: &MeshFrame, scene: &Scene, folder: &mut ResultFolder) -> Result<(), OutputError> {
         if !self.has_files {
             return Ok(());
         }
@@ -136,7 +136,7 @@ impl FrameSeries {
     }
 
     /// Renders a frame with the camera of the first picture.
-    fn render(&mut self, frame: &Frame, scene: &Scene) -> MeshPicture {
+    fn render(&mut self, frame: &MeshFrame, scene: &Scene) -> MeshPicture {
         let camera = self.camera.get_or_insert_with(|| Camera::of(frame, scene));
         MeshPicture::take(frame, scene, camera)
     }

@@ -16,15 +16,15 @@ mod summary;
 mod vtu;
 
 use crate::scene::Scene;
-use crate::simulation::{Frame, Observation, Simulation};
+use crate::simulation::{MeshFrame, Observation, Simulation};
 use std::path::Path;
 
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 pub use picture::model_picture;
-pub use remesh_pictures::{Figures, draw as draw_steps};
+pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 pub use sensors::{DentFigures, SensorFigures};
-pub use summary::{EndCause, ExitFigures, Interface, RunSummary, SummaryAccount, rebound};
+pub use summary::{DriverInterface, EndCause, ExitFigures, RunSummary, SummaryAccount, rebound};
 
 use frames::FrameSeries;
 use history::HistoryFile;
@@ -37,7 +37,7 @@ use summary::RunInfo;
 /// `history.csv`, `frames/` and `series.pvd` are complete after every call, therefore a killed run leaves readable
 /// files. Results of an earlier run are replaced with the first record.
 #[derive(Debug)]
-pub struct Recorder {
+pub struct RunRecorder {
     folder: ResultFolder,
     run: RunInfo,
     history: HistoryFile,
@@ -63,23 +63,28 @@ pub fn result_names(scene: &Scene) -> Vec<String> {
 
 /// Final state of a run, and the reason for an early stop.
 #[derive(Debug, Clone, Copy)]
-pub struct Ending<'a> {
+pub struct FinalState<'a> {
     /// Observation at the end.
     pub observation: &'a Observation,
     /// Mesh at the end.
-    pub frame: &'a Frame,
+    pub frame: &'a MeshFrame,
     /// Hash of the state at the end.
     pub digest: u128,
     /// Diagnosis of a run that stopped early.
     pub failure: Option<&'a str>,
 }
 
-impl Recorder {
+impl RunRecorder {
     /// Claims the folder. Results of an earlier run are replaced at the first record.
     ///
     /// # Errors
     /// [`OutputError`] if the folder belongs to another owner or cannot be written.
-    pub fn create(folder: &Path, scene: &Scene, interface: Interface, threads: usize) -> Result<Self, OutputError> {
+    pub fn create(
+        folder: &Path,
+        scene: &Scene,
+        interface: DriverInterface,
+        threads: usize,
+    ) -> Result<Self, OutputError> {
         let (policy, needs) = (TakeoverPolicy::Replace, result_names(scene));
         let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &[], is_of_fmu: false };
         Self::within(ResultFolder::claim(folder, &claim)?, scene, interface, threads)
@@ -92,7 +97,7 @@ impl Recorder {
     pub fn within(
         mut folder: ResultFolder,
         scene: &Scene,
-        interface: Interface,
+        interface: DriverInterface,
         threads: usize,
     ) -> Result<Self, OutputError> {
         let history = folder.prepare(HISTORY)?;
@@ -115,14 +120,14 @@ impl Recorder {
         self.record_observation(&simulation.observe(), || simulation.frame())
     }
 
-    /// Records an existing observation, see [`Recorder::record`]; `frame` is called only when a frame is due.
+    /// Records an existing observation, see [`RunRecorder::record`]; `frame` is called only when a frame is due.
     ///
     /// # Errors
     /// [`OutputError`] if a file cannot be written.
     pub fn record_observation(
         &mut self,
         observation: &Observation,
-        frame: impl Fn() -> Frame,
+        frame: impl Fn() -> MeshFrame,
     ) -> Result<(), OutputError> {
         self.history.append(observation)?;
         if self.run.initial_mass.is_none() {
@@ -143,19 +148,19 @@ impl Recorder {
     }
 
     /// Stores the initial mass and the shot line.
-    fn record_start(&mut self, start: &Frame) {
+    fn record_start(&mut self, start: &MeshFrame) {
         self.run.initial_mass = Some(start.mass);
         self.shot_line = ShotLine::of(&self.run.scene, start);
     }
 
     /// Records a due frame.
-    fn record_frame(&mut self, frame: &Frame) -> Result<(), OutputError> {
+    fn record_frame(&mut self, frame: &MeshFrame) -> Result<(), OutputError> {
         self.record_cavity(frame);
         self.frames.append(frame, &self.run.scene, &mut self.folder)
     }
 
     /// Records the cavity profile of a frame later than all recorded frames.
-    fn record_cavity(&mut self, frame: &Frame) {
+    fn record_cavity(&mut self, frame: &MeshFrame) {
         let Some(line) = &self.shot_line else { return };
         if self.cavities.last().is_none_or(|last| last.time < frame.time) {
             self.cavities.push(CavityProfile::of(line, &self.run.scene, frame));
@@ -179,16 +184,16 @@ impl Recorder {
     /// [`OutputError`] if a file cannot be written.
     pub fn finish(&mut self, simulation: &Simulation, failure: Option<&str>) -> Result<(), OutputError> {
         let (observation, frame) = (simulation.observe(), simulation.frame());
-        self.conclude(&Ending { observation: &observation, frame: &frame, digest: simulation.digest(), failure })
+        self.conclude(&FinalState { observation: &observation, frame: &frame, digest: simulation.digest(), failure })
             .map(|_| ())
     }
 
-    /// Completes the files from an existing observation, see [`Recorder::finish`]; returns the contents of
+    /// Completes the files from an existing observation, see [`RunRecorder::finish`]; returns the contents of
     /// `summary.json`.
     ///
     /// # Errors
     /// [`OutputError`] if a file cannot be written.
-    pub fn conclude(&mut self, ending: &Ending) -> Result<RunSummary, OutputError> {
+    pub fn conclude(&mut self, ending: &FinalState) -> Result<RunSummary, OutputError> {
         self.begin_results()?;
         self.record_cavity(ending.frame);
         let penetration = self.evaluate_penetration()?;

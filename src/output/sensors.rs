@@ -89,7 +89,7 @@ pub(super) fn figures(scene: &Scene, history: &HistoryFile) -> Result<Vec<Sensor
         let time = row.get("time_s");
         all.iter_mut().enumerate().for_each(|(i, peaks)| peaks.update(time, row.sensor(i, n)));
     })?;
-    let figures = |(sensor, peaks): (&crate::scene::Sensor, SensorPeaks)| SensorFigures {
+    let figures = |(sensor, peaks): (&crate::scene::SensorSpec, SensorPeaks)| SensorFigures {
         position: sensor.position,
         peak_pressure: peaks.pressure.value,
         time_of_peak_pressure: peaks.pressure.time,

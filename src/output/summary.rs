@@ -1,11 +1,11 @@
 //! `summary.json`: figures of a run under fixed keys.
 
-use super::Ending;
+use super::FinalState;
 use super::overlap;
 use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
 use crate::math::Vector3;
-use crate::scene::{self, Dimension, Fidelity, Scene};
+use crate::scene::{self, Dimension, FidelityKind, Scene};
 use crate::simulation::{self, BodyReport, EnergyReport, Observation};
 use serde::Serialize;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use std::time::Instant;
 /// Interface that drove the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Interface {
+pub enum DriverInterface {
     /// FMI 2.0 C interface.
     Fmi2,
     /// Direct library calls.
@@ -35,7 +35,7 @@ pub enum EndCause {
 }
 
 impl EndCause {
-    fn of(ending: &Ending, end_time: f64) -> Self {
+    fn of(ending: &FinalState, end_time: f64) -> Self {
         match ending.observation {
             _ if ending.failure.is_some() => Self::Failure,
             observation if observation.time >= end_time * (1.0 - 1e-9) => Self::EndTime,
@@ -53,9 +53,9 @@ pub struct RunSummary {
     /// Version of this crate.
     pub version: &'static str,
     /// Interface that drove the simulation.
-    pub interface: Interface,
+    pub interface: DriverInterface,
     /// Requested fidelity.
-    pub fidelity: Fidelity,
+    pub fidelity: FidelityKind,
     /// Greatest relative error of the projectile motion measured at this fidelity, for an unmodified scene.
     pub expected_error: Option<f64>,
     /// True if the run reached the end time of the scene, or `scene.stop_after_exit` after the exit of the
@@ -220,13 +220,13 @@ impl FragmentFigures {
 pub(super) struct RunInfo {
     pub(super) scene: Scene,
     pub(super) initial_mass: Option<f64>,
-    interface: Interface,
+    interface: DriverInterface,
     threads: usize,
     started: Instant,
 }
 
 impl RunInfo {
-    pub(super) fn start(scene: &Scene, interface: Interface, threads: usize) -> Self {
+    pub(super) fn start(scene: &Scene, interface: DriverInterface, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let threads = if threads == 0 { all() } else { threads };
         Self { scene: scene.clone(), initial_mass: None, interface, threads, started: Instant::now() }
@@ -251,7 +251,7 @@ impl RunInfo {
 }
 
 impl RunSummary {
-    pub(super) fn of(run: &RunInfo, ending: &Ending, penetration: Option<&PenetrationRecord>) -> Self {
+    pub(super) fn of(run: &RunInfo, ending: &FinalState, penetration: Option<&PenetrationRecord>) -> Self {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();

@@ -2,7 +2,7 @@
 
 use super::body::BodySurface;
 use crate::math::Vector3;
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 use std::fmt::Write;
 
 /// VTK cell types.
@@ -11,7 +11,7 @@ const TETRAHEDRON: u8 = 10;
 
 /// Returns a file of the gel: velocity and displacement of the nodes; step, level, J and energy density of the
 /// elements.
-pub(super) fn gel_file(frame: &Frame) -> Vec<u8> {
+pub(super) fn gel_file(frame: &MeshFrame) -> Vec<u8> {
     let corners = frame.dimension + 1;
     let cells = frame.cells.nodes.iter().map(|nodes| &nodes[..corners]);
     let kind = if corners == 4 { TETRAHEDRON } else { TRIANGLE };

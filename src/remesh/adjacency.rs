@@ -1,21 +1,21 @@
 //! Face adjacency of a new mesh, updated from that of the old one.
 
-use super::correspondence::Pairing;
+use super::correspondence::MeshCorrespondence;
 use crate::mesh::{ElementId, Facet, Simplex, facet, sorted};
 
 /// Face neighbours of each element, across the facets opposite its nodes.
-pub type Neighbours = Vec<[Option<ElementId>; 4]>;
+pub type ElementNeighbours = Vec<[Option<ElementId>; 4]>;
 
-/// Computes the face neighbours of the new elements from those of the old ones; equal to [`crate::mesh::neighbours`].
+/// Computes the face neighbours of the new elements from those of the old ones; equal to [`crate::mesh::face_neighbours`].
 ///
 /// An unchanged element keeps its neighbours that are unchanged too. All other sides are matched: sides of new
 /// elements, sides that lost their neighbour, and old boundary sides between nodes of new elements.
 #[must_use]
 pub fn neighbours_after<const D: usize>(
     elements: &[Simplex],
-    pairing: &Pairing,
+    pairing: &MeshCorrespondence,
     old: &[[Option<ElementId>; 4]],
-) -> Neighbours {
+) -> ElementNeighbours {
     let new_of = new_indices(pairing, old.len());
     let is_touched = touched::<D>(elements, pairing);
     let mut across = vec![[None; 4]; elements.len()];
@@ -41,7 +41,7 @@ pub fn neighbours_after<const D: usize>(
 }
 
 /// New index of each old element.
-fn new_indices(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
+fn new_indices(pairing: &MeshCorrespondence, n_old: usize) -> Vec<Option<ElementId>> {
     let mut new_of = vec![None; n_old];
     for (new, same) in (0..).map(ElementId).zip(&pairing.same) {
         if let Some(same) = same {
@@ -52,7 +52,7 @@ fn new_indices(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
 }
 
 /// Marks the nodes of changed elements.
-fn touched<const D: usize>(elements: &[Simplex], pairing: &Pairing) -> Vec<bool> {
+fn touched<const D: usize>(elements: &[Simplex], pairing: &MeshCorrespondence) -> Vec<bool> {
     let mut touched = vec![false; pairing.unchanged.len()];
     pairing.changed().flat_map(|e| &elements[e][..=D]).for_each(|node| touched[node.index()] = true);
     touched
@@ -61,15 +61,17 @@ fn touched<const D: usize>(elements: &[Simplex], pairing: &Pairing) -> Vec<bool>
 #[cfg(test)]
 mod tests {
     use super::super::test_bodies::TestRandom;
-    use super::super::{Moved, Rules, propose, propose_in_space, test_meshes};
+    use super::super::{DeformedMesh, RemeshRules, propose, propose_in_space, test_meshes};
     use super::*;
     use crate::math::{Vector, Vector3};
-    use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours, outer, uniform};
-    use crate::remesh::Proposal;
+    use crate::mesh::{
+        BlockSpec, CellSplit, Mesh, block, boundary, boundary_from_neighbours, face_neighbours, uniform,
+    };
+    use crate::remesh::ProposedMesh;
 
     /// Checks that the updated adjacency equals one built from scratch, and returns the number of unchanged elements.
-    fn check<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>) -> usize {
-        let pairing = Pairing::of(mesh, new);
+    fn check<const D: usize>(mesh: &Mesh<D>, new: &ProposedMesh<D>) -> usize {
+        let pairing = MeshCorrespondence::of(mesh, new);
         let found = neighbours_after::<D>(&new.elements, &pairing, &neighbours::<D>(&mesh.elements));
         assert!(found == neighbours::<D>(&new.elements), "neighbours differ");
         assert_eq!(outer::<D>(&new.elements, &found), boundary::<D>(&new.elements));
@@ -80,22 +82,22 @@ mod tests {
     fn neighbours_after_an_exchange_are_those_found_from_nothing() {
         let mut random = TestRandom::new(17);
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
-        let solid = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let solid = block::<3>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         let flat = test_meshes::square(12);
         for round in 0..6 {
             let fine = 0.04 + 0.02 * f64::from(round);
             let bent = |x: &Vector<3>| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y));
             let position: Vec<_> = solid.rest.iter().map(bent).collect();
             let sizes: Vec<f64> = position.iter().map(|x| (0.1 + 0.3 * x.x) * (0.9 + 0.2 * random.next())).collect();
-            let old = Moved { mesh: &solid, position: &position };
-            let new = propose_in_space(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
+            let old = DeformedMesh { mesh: &solid, position: &position };
+            let new = propose_in_space(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
             let stay = check(&solid, &new);
             assert!(stay > 0 && stay < new.elements.len(), "{stay} of {} stay", new.elements.len());
             let position: Vec<_> =
                 flat.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1])).collect();
             let sizes: Vec<f64> = position.iter().map(|x| fine + 0.1 * x[0]).collect();
-            let old = Moved { mesh: &flat, position: &position };
-            check(&flat, &propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap());
+            let old = DeformedMesh { mesh: &flat, position: &position };
+            check(&flat, &propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap());
         }
     }
 }

@@ -5,8 +5,8 @@ use super::box_tree::BoxTree;
 use super::point_set::PointSet;
 use super::triangle::{PlanarPoint, cross, distance, do_cross};
 use super::untangle::BoundaryCuts;
-use super::{Moved, NodeOrigin, RemeshError, Rules};
-use crate::mesh::{Incidence, NodeId};
+use super::{DeformedMesh, NodeOrigin, RemeshError, RemeshRules};
+use crate::mesh::{NodeId, NodeIncidence};
 
 /// Length, in target sizes, above which an edge is split evenly; an edge shorter than `SHORT` is first joined to the
 /// next. Parts of a split edge are longer than 0.7 sizes: neither operation undoes the other. With edges of 0.45 sizes
@@ -38,7 +38,7 @@ pub(super) type ClearProjection<'a> = &'a dyn Fn(&PlanarPoint) -> PlanarPoint;
 
 /// Boundary loops of the old mesh as linked lists: the nodes before and after each node with exactly two edges.
 pub(super) struct BoundaryLoops<'a> {
-    pub old: &'a Moved<'a, 2>,
+    pub old: &'a DeformedMesh<'a, 2>,
     pub edges: Vec<[usize; 2]>,
     pub first_after: Vec<Option<usize>>,
     pub before: Vec<Option<usize>>,
@@ -62,14 +62,14 @@ pub(super) enum BoundaryFeature {
 }
 
 /// Iterates over the boundary nodes that must stay, in their order.
-pub(super) fn features(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, BoundaryFeature)> {
+pub(super) fn features(old: &DeformedMesh<'_, 2>) -> impl Iterator<Item = (usize, BoundaryFeature)> {
     let chain = BoundaryLoops::new(old, true);
     let members = chain.members.clone();
     members.into_iter().filter_map(move |node| Some((node, chain.feature(node)?)))
 }
 
 /// Iterates over the turning angles of the boundary, rad, at nodes with exactly one edge before and one after.
-pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
+pub(super) fn turns(old: &DeformedMesh<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
     let chain = BoundaryLoops::new(old, true);
     let members = chain.members.clone();
     members.into_iter().filter_map(move |node| {
@@ -84,9 +84,9 @@ pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
 /// # Errors
 /// [`RemeshError`] if two edges of the old boundary cross.
 pub(super) fn resample(
-    old: &Moved<'_, 2>,
+    old: &DeformedMesh<'_, 2>,
     cloud: &mut PointSet,
-    (rules, cleared): (&Rules, ClearProjection<'_>),
+    (rules, cleared): (&RemeshRules, ClearProjection<'_>),
 ) -> Result<NewBoundary, RemeshError> {
     let mut chain = BoundaryLoops::new(old, rules.rests);
     chain.members.iter().for_each(|&node| cloud.chosen[node] = true);
@@ -126,10 +126,10 @@ pub(super) fn crossing(edges: &[[usize; 2]], x: &[PlanarPoint]) -> Option<[[usiz
 }
 
 impl<'a> BoundaryLoops<'a> {
-    fn new(old: &'a Moved<'a, 2>, rests: bool) -> Self {
+    fn new(old: &'a DeformedMesh<'a, 2>, rests: bool) -> Self {
         let edges: Vec<[usize; 2]> = old.mesh.facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
         let groups = old.mesh.facets.iter().map(|f| &f[..2]);
-        let incidence = Incidence::new(old.position.len(), groups);
+        let incidence = NodeIncidence::new(old.position.len(), groups);
         let mut chain = Self {
             old,
             first_after: vec![],
@@ -303,7 +303,7 @@ impl NewBoundary {
 #[cfg(test)]
 mod tests {
     use super::super::test_meshes::{moved, rings, square};
-    use super::super::{Acceptance, judge, propose};
+    use super::super::{AcceptanceLimits, check_acceptance, propose};
     use super::*;
     use crate::mesh::Mesh;
 
@@ -311,10 +311,10 @@ mod tests {
     fn edges_of_straight_sides_end_up_near_their_size() {
         let mesh = square(12);
         let position = moved(&mesh, |x| PlanarPoint::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.03, 0.1, 0.2, 0.4] {
-            let new = propose(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
-            judge(&old, &new, &Acceptance { measure: 1e-12, quality: 0.3 }).unwrap();
+            let new = propose(&old, &vec![size; position.len()], &RemeshRules::default(), &|x| *x).unwrap();
+            check_acceptance(&old, &new, &AcceptanceLimits { measure: 1e-12, quality: 0.3 }).unwrap();
             let mesh = Mesh::<2>::new(new.position, new.elements);
             for facet in &mesh.facets {
                 let length = distance(&mesh.rest[facet[0].index()], &mesh.rest[facet[1].index()]);
@@ -339,9 +339,9 @@ mod tests {
         }
         let sizes = vec![1.2; position.len()];
         let proposed = |position: &[PlanarPoint]| {
-            let old = Moved { mesh: &mesh, position };
-            let new = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
-            judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
+            let old = DeformedMesh { mesh: &mesh, position };
+            let new = propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
+            check_acceptance(&old, &new, &AcceptanceLimits { measure: 0.01, quality: 0.0 }).unwrap();
             new.position.contains(&PlanarPoint::new(2.98, 1.5))
         };
         assert!(proposed(&position));

@@ -4,7 +4,7 @@ use crate::math::{Tensor3, Vector, Vector3, cofactor, det, embed, ordered_sum, r
 
 /// Totals of moving masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Books<const D: usize> {
+pub struct ConservedTotals<const D: usize> {
     /// Mass, kg.
     pub mass: f64,
     /// Momentum, N·s; in an axisymmetric body only its z component is meaningful.
@@ -18,13 +18,13 @@ pub struct Books<const D: usize> {
 
 /// Conservation defects of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Defects<const D: usize> {
+pub struct ConservationDefects<const D: usize> {
     /// Totals of the old mesh.
-    pub before: Books<D>,
+    pub before: ConservedTotals<D>,
     /// Totals of the new mesh before any correction.
-    pub raw: Books<D>,
+    pub raw: ConservedTotals<D>,
     /// Totals of the new mesh after the correction of the angular momentum.
-    pub after: Books<D>,
+    pub after: ConservedTotals<D>,
     /// Momentum absorbed by held nodes, N·s: `before.momentum − raw.momentum`, up to rounding.
     pub held_momentum: Vector<D>,
     /// Angular momentum about the origin absorbed by held nodes, N·m·s; the correction does not restore it.
@@ -39,7 +39,7 @@ pub struct Defects<const D: usize> {
     pub massless: usize,
 }
 
-impl<const D: usize> Books<D> {
+impl<const D: usize> ConservedTotals<D> {
     /// Computes the totals of nodes with masses and velocities.
     #[must_use]
     pub fn of(x: &[Vector<D>], mass: &[f64], velocity: &[Vector<D>]) -> Self {
@@ -97,7 +97,7 @@ impl<const D: usize> NodeGroup<'_, D> {
     }
 }
 
-impl<const D: usize> Defects<D> {
+impl<const D: usize> ConservationDefects<D> {
     /// Relative mass defect |Δm|/m before uncovered mass was deposited.
     #[must_use]
     pub fn relative_mass(&self) -> f64 {
@@ -125,7 +125,11 @@ impl<const D: usize> Defects<D> {
 
     /// Builds the report from the totals before and after, and the momentum that held nodes absorbed; nothing is
     /// corrected yet.
-    pub(super) fn new(before: Books<D>, raw: Books<D>, (x, taken): (&[Vector<D>], &[Vector<D>])) -> Self {
+    pub(super) fn new(
+        before: ConservedTotals<D>,
+        raw: ConservedTotals<D>,
+        (x, taken): (&[Vector<D>], &[Vector<D>]),
+    ) -> Self {
         let n = taken.len();
         Self {
             before,

@@ -1,11 +1,11 @@
 //! Correspondence of two meshes: unchanged, changed and removed elements.
 
-use super::{NodeOrigin, Proposal};
-use crate::mesh::{ElementId, Incidence, Mesh, NodeId, Simplex};
+use super::{NodeOrigin, ProposedMesh};
+use crate::mesh::{ElementId, Mesh, NodeId, NodeIncidence, Simplex};
 
 /// Unchanged element: an old element that reappears in the new mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Same {
+pub struct UnchangedElement {
     /// Old element.
     pub element: ElementId,
     /// Permutation: corner c of the new element is corner `corners[c]` of the old one. It is even; in the plane it
@@ -13,7 +13,7 @@ pub struct Same {
     pub corners: [u8; 4],
 }
 
-impl Same {
+impl UnchangedElement {
     /// Builds the identity correspondence of an old element.
     #[must_use]
     pub fn in_order(element: ElementId) -> Self {
@@ -40,9 +40,9 @@ impl Same {
 
 /// Correspondence of an old and a new mesh.
 #[derive(Debug, Clone)]
-pub struct Pairing {
+pub struct MeshCorrespondence {
     /// Old element of each unchanged new element.
-    pub same: Vec<Option<Same>>,
+    pub same: Vec<Option<UnchangedElement>>,
     /// Old elements that the new mesh lacks.
     pub gone: Vec<ElementId>,
     /// Old node of each new node whose set of elements is unchanged.
@@ -52,19 +52,19 @@ pub struct Pairing {
 /// Old elements inspected beyond the last match before the search covers all remaining ones.
 const AHEAD: usize = 256;
 
-impl Pairing {
+impl MeshCorrespondence {
     /// Matches an old and a new mesh: an element is unchanged if its nodes and its orientation are.
     #[must_use]
-    pub fn of<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> Self {
+    pub fn of<const D: usize>(old: &Mesh<D>, new: &ProposedMesh<D>) -> Self {
         // Most unchanged elements keep their old order.
         let mut next = 0;
         let mut in_order = |nodes: &Simplex| {
             let kept = kept(new, nodes)?;
             let ahead = old.elements[next..].iter().take(AHEAD).position(|own| own[..=D] == kept[..=D])?;
             next += ahead + 1;
-            Some(Same::in_order(ElementId(next as u32 - 1)))
+            Some(UnchangedElement::in_order(ElementId(next as u32 - 1)))
         };
-        let mut same: Vec<Option<Same>> = new.elements.iter().map(&mut in_order).collect();
+        let mut same: Vec<Option<UnchangedElement>> = new.elements.iter().map(&mut in_order).collect();
         let left = RemainingElements::of(old, &gone(&same, old.elements.len()));
         for (nodes, same) in new.elements.iter().zip(&mut same).filter(|(_, same)| same.is_none()) {
             *same = kept(new, nodes).and_then(|kept| left.same(&kept));
@@ -84,8 +84,8 @@ impl Pairing {
 
     /// Carries known values to the unchanged elements with unpermuted corners; the others are made.
     pub fn carried<T: Copy>(&self, known: &[T], mut made: impl FnMut(usize) -> T) -> Vec<T> {
-        let one = |(e, same): (usize, &Option<Same>)| match same {
-            Some(Same { element, corners: [0, 1, 2, 3] }) => known[element.index()],
+        let one = |(e, same): (usize, &Option<UnchangedElement>)| match same {
+            Some(UnchangedElement { element, corners: [0, 1, 2, 3] }) => known[element.index()],
             Some(_) | None => made(e),
         };
         self.same.iter().enumerate().map(one).collect()
@@ -98,7 +98,7 @@ impl Pairing {
 }
 
 /// Old nodes of a new element if all its nodes are old.
-fn kept<const D: usize>(new: &Proposal<D>, nodes: &Simplex) -> Option<[NodeId; 4]> {
+fn kept<const D: usize>(new: &ProposedMesh<D>, nodes: &Simplex) -> Option<[NodeId; 4]> {
     let mut kept = [NodeId::default(); 4];
     for (kept, node) in kept.iter_mut().zip(&nodes[..=D]) {
         let NodeOrigin::Kept(old) = new.origin[node.index()] else { return None };
@@ -122,11 +122,11 @@ impl<'a, const D: usize> RemainingElements<'a, D> {
     }
 
     /// Finds the unchanged element with these old nodes.
-    fn same(&self, nodes: &[NodeId; 4]) -> Option<Same> {
+    fn same(&self, nodes: &[NodeId; 4]) -> Option<UnchangedElement> {
         let key = ascending::<D>(nodes);
         let first = self.all.partition_point(|(nodes, _)| *nodes < key);
         let mut equal = self.all[first..].iter().take_while(|(nodes, _)| *nodes == key);
-        equal.find_map(|(_, element)| Same::of::<D>(*element, &self.old.elements[element.index()], nodes))
+        equal.find_map(|(_, element)| UnchangedElement::of::<D>(*element, &self.old.elements[element.index()], nodes))
     }
 }
 
@@ -138,7 +138,7 @@ fn ascending<const D: usize>(nodes: &Simplex) -> [NodeId; 4] {
     ascending
 }
 
-fn gone(same: &[Option<Same>], n_old: usize) -> Vec<ElementId> {
+fn gone(same: &[Option<UnchangedElement>], n_old: usize) -> Vec<ElementId> {
     let mut is_gone = vec![true; n_old];
     for same in same.iter().flatten() {
         is_gone[same.element.index()] = false;
@@ -154,7 +154,7 @@ fn heirs<const D: usize>(old: &Mesh<D>, gone: &[ElementId]) -> Vec<ElementId> {
     if gone.is_empty() {
         return vec![];
     }
-    let around = Incidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..=D]));
+    let around = NodeIncidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..=D]));
     let nodes_of = |e: &ElementId| &old.elements[e.index()][..=D];
     let mut heirs = vec![];
     for nodes in gone.iter().map(nodes_of) {
@@ -169,8 +169,8 @@ fn heirs<const D: usize>(old: &Mesh<D>, gone: &[ElementId]) -> Vec<ElementId> {
 
 /// Old node of each new node around which no element was removed or added.
 fn unchanged<const D: usize>(
-    (old, new): (&Mesh<D>, &Proposal<D>),
-    same: &[Option<Same>],
+    (old, new): (&Mesh<D>, &ProposedMesh<D>),
+    same: &[Option<UnchangedElement>],
     gone: &[ElementId],
 ) -> Vec<Option<NodeId>> {
     let mut has_lost = vec![false; old.rest.len()];

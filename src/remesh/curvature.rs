@@ -6,9 +6,9 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "numbers side by side, as in the equations")]
 
-use super::Moved;
+use super::DeformedMesh;
 use crate::math::{CLOSE, Tensor, Vector, cofactor, det};
-use crate::mesh::{self, ElementId, Simplex, neighbours};
+use crate::mesh::{self, ElementId, Simplex, face_neighbours};
 use fearless_simd::{Level, dispatch};
 use std::f64::consts::FRAC_PI_2;
 
@@ -28,8 +28,8 @@ type ElementSlopes<const D: usize> = [ComponentLanes; D];
 /// # Panics
 /// Unless every field has one value per node.
 #[must_use]
-pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<f64> {
-    bends_within(old, fields, (&neighbours::<D>(&old.mesh.elements), [0.0, FRAC_PI_2]))
+pub fn curvature_angles<const D: usize>(old: &DeformedMesh<'_, D>, fields: &[&[Vector<D>]]) -> Vec<f64> {
+    curvature_angles_within(old, fields, (&face_neighbours::<D>(&old.mesh.elements), [0.0, FRAC_PI_2]))
 }
 
 /// Computes the bend angles with known neighbours and only within an interval of interest. An element below the first
@@ -38,8 +38,8 @@ pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec
 /// # Panics
 /// Unless every field has one value per node, and the angles are between 0 and π/2.
 #[must_use]
-pub fn bends_within<const D: usize>(
-    old: &Moved<'_, D>,
+pub fn curvature_angles_within<const D: usize>(
+    old: &DeformedMesh<'_, D>,
     fields: &[&[Vector<D>]],
     (across, [least, most]): (&[[Option<ElementId>; 4]], [f64; 2]),
 ) -> Vec<f64> {
@@ -168,7 +168,7 @@ fn squares<const D: usize>(rows: &ElementSlopes<D>) -> ComponentLanes {
 
 /// Scaled gradients s ∇f of the components of one or two fields over each element; zero for degenerate elements and
 /// constant components.
-fn slopes<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<ElementSlopes<D>> {
+fn slopes<const D: usize>(old: &DeformedMesh<'_, D>, fields: &[&[Vector<D>]]) -> Vec<ElementSlopes<D>> {
     let ends = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::MAX, -f64::MAX], |[low, high], v| [low.min(v), high.max(v)])
     };
@@ -192,7 +192,7 @@ fn slopes<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<El
 /// Scaled gradients from nodal values and the scale of each component.
 #[inline(always)]
 fn sloped<const D: usize>(
-    old: &Moved<'_, D>,
+    old: &DeformedMesh<'_, D>,
     values: &[ComponentLanes],
     scales: &ComponentLanes,
 ) -> Vec<ElementSlopes<D>> {
@@ -239,7 +239,7 @@ fn slope<const D: usize>(
 mod tests {
     use super::*;
     use crate::math::{Vector3, embed};
-    use crate::mesh::{Grid, Mesh, Split, uniform};
+    use crate::mesh::{CellSplit, Mesh, RectilinearGrid, uniform};
 
     /// Angle between the normals of each component, rad.
     fn between<const D: usize>(a: &ElementSlopes<D>, b: &ElementSlopes<D>) -> [f64; WIDE] {
@@ -251,9 +251,9 @@ mod tests {
     fn bends_are_the_greatest_angles_of_all_neighbours_however_steep_fields_are() {
         let axis = || uniform(0.0, 1.0, 0.25);
         let (points, elements) =
-            Grid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(Split::Kuhn);
+            RectilinearGrid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(CellSplit::Kuhn);
         let mesh = Mesh::new(points, elements);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
         let across = neighbours::<3>(&mesh.elements);
         for steep in [1e-3, 0.1, 1.0, 20.0] {
             let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
@@ -270,8 +270,8 @@ mod tests {
                     .fold(0.0, f64::max)
             };
             let wanted: Vec<f64> = across.iter().enumerate().map(greatest).collect();
-            assert_eq!(bends(&old, &[&field]), wanted);
-            let within = bends_within(&old, &[&field], (&across, [0.2, 0.8]));
+            assert_eq!(curvature_angles(&old, &[&field]), wanted);
+            let within = curvature_angles_within(&old, &[&field], (&across, [0.2, 0.8]));
             for (found, wanted) in within.iter().zip(&wanted) {
                 let holds = if *wanted < 0.2 { *found < 0.2 } else { found == wanted || found.min(*wanted) > 0.8 };
                 assert!(holds, "{found} for {wanted}");
@@ -294,13 +294,14 @@ mod tests {
     fn two_fields_bend_as_far_as_the_one_that_bends_more() {
         let axis = || uniform(0.0, 1.0, 0.25);
         let (points, elements) =
-            Grid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(Split::Centred);
+            RectilinearGrid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(CellSplit::Centred);
         let mesh = Mesh::new(points, elements);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
         let field =
             |f: &dyn Fn(&Vector3) -> f64| -> Vec<Vector3> { mesh.rest.iter().map(|x| Vector3::y() * f(x)).collect() };
         let (one, other) = (field(&|x| (3.0 * x.x).sin() * x.z), field(&|x| (5.0 * x.y).cos() + x.x));
-        let [alone, beside, both] = [&[&one[..]][..], &[&other], &[&one, &other]].map(|fields| bends(&old, fields));
+        let [alone, beside, both] =
+            [&[&one[..]][..], &[&other], &[&one, &other]].map(|fields| curvature_angles(&old, fields));
         let greater: Vec<f64> = alone.iter().zip(&beside).map(|(a, b)| a.max(*b)).collect();
         assert_eq!(both, greater);
     }

@@ -9,7 +9,7 @@ use crate::mesh::ElementId;
 ///
 /// Parts that touch only in a node or an edge are separate.
 #[must_use]
-pub fn with_what_hangs_on(across: &[[Option<ElementId>; 4]], mass: &[f64], gone: &[bool], most: f64) -> Vec<bool> {
+pub fn with_detached_parts(across: &[[Option<ElementId>; 4]], mass: &[f64], gone: &[bool], most: f64) -> Vec<bool> {
     let light = most * mass.iter().sum::<f64>();
     let lost: f64 = mass.iter().zip(gone).filter(|(_, gone)| **gone).map(|(mass, _)| mass).sum();
     let bodies = parts(across, &vec![false; gone.len()]);
@@ -85,7 +85,7 @@ mod tests {
     fn gone(lengths: &[usize], which: &[usize], most: f64) -> Vec<usize> {
         let across = rows(lengths);
         let named: Vec<bool> = (0..across.len()).map(|e| which.contains(&e)).collect();
-        let gone = with_what_hangs_on(&across, &vec![1.0; across.len()], &named, most);
+        let gone = with_detached_parts(&across, &vec![1.0; across.len()], &named, most);
         (0..gone.len()).filter(|e| gone[*e]).collect()
     }
 

@@ -2,7 +2,7 @@
 
 use super::NodeOrigin;
 use crate::math::{Vector, Vector3, embed};
-use crate::mesh::{ElementId, Facet, Incidence, Mesh, NodeId};
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, NodeIncidence};
 
 /// Loads of each node that act on some of its facets only; empty where there are no loads. At such a node the loaded
 /// face ends, and its facets may not be remade across it.
@@ -26,7 +26,7 @@ pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
 /// A facet inherits the marker of the old facet nearest to its centroid at rest, among those that contain its nodes and
 /// face the same way.
 #[must_use]
-pub fn marks<const D: usize>(
+pub fn facet_load_markers<const D: usize>(
     old: &Mesh<D>,
     (facets, rest): (&[Facet], &[Vector<D>]),
     origin: &[NodeOrigin],
@@ -34,7 +34,7 @@ pub fn marks<const D: usize>(
     if old.marks.is_empty() {
         return vec![];
     }
-    let around = Incidence::new(old.rest.len(), old.facets.iter().map(|facet| &facet[..D]));
+    let around = NodeIncidence::new(old.rest.len(), old.facets.iter().map(|facet| &facet[..D]));
     let corners = |facet: &Facet, x: &[Vector<D>]| facet.map(|node| embed(&x[node.index()]));
     let mark = |facet: &Facet| {
         let own = FacetCorners::<D>(corners(facet, rest));
@@ -53,7 +53,7 @@ pub fn marks<const D: usize>(
 }
 
 /// Old facets that contain a new node.
-fn lies_on<const D: usize>(origin: &NodeOrigin, (old, around): (&Mesh<D>, &Incidence)) -> Vec<ElementId> {
+fn lies_on<const D: usize>(origin: &NodeOrigin, (old, around): (&Mesh<D>, &NodeIncidence)) -> Vec<ElementId> {
     let (first, others): (NodeId, Vec<NodeId>) = match *origin {
         NodeOrigin::Kept(node) => (node, vec![]),
         NodeOrigin::Surface(nodes, weights) => {
@@ -101,9 +101,9 @@ fn to_segment(p: &Vector3, a: &Vector3, b: &Vector3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::test_meshes::square;
-    use super::super::{Moved, Proposal, Rules, immerse, propose, propose_in_space};
+    use super::super::{DeformedMesh, ProposedMesh, RemeshRules, immerse, propose, propose_in_space};
     use super::*;
-    use crate::mesh::{Block, Split, block, boundary, facet_measure, uniform};
+    use crate::mesh::{BlockSpec, CellSplit, block, boundary, facet_measure, uniform};
 
     /// Marks the first half of the side of least last coordinate with 1, the side of greatest first coordinate with 2.
     fn marked<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
@@ -118,7 +118,7 @@ mod tests {
     }
 
     /// Measure at rest that each load acts on after a remesh.
-    fn loaded<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> [f64; 2] {
+    fn loaded<const D: usize>(old: &Mesh<D>, new: &ProposedMesh<D>) -> [f64; 2] {
         let rest = |origin: &NodeOrigin| match origin {
             NodeOrigin::Kept(node) => old.rest[node.index()],
             NodeOrigin::Surface(nodes, weights) => {
@@ -127,7 +127,7 @@ mod tests {
             NodeOrigin::Inside => Vector::<D>::zeros(),
         };
         let (facets, rest) = (boundary::<D>(&new.elements), new.origin.iter().map(rest).collect::<Vec<_>>());
-        let marks = marks(old, (&facets, &rest), &new.origin);
+        let marks = facet_load_markers(old, (&facets, &rest), &new.origin);
         let sum = |bit: u8| {
             let own = facets.iter().zip(&marks).filter(|(_, mark)| **mark >> bit & 1 == 1);
             own.map(|(facet, _)| facet_measure(&rest, facet)).sum()
@@ -140,11 +140,11 @@ mod tests {
         let mesh = marked(square(12));
         let position: Vec<_> =
             mesh.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1] + 0.2 * x[0] * x[0])).collect();
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.04, 0.11, 0.3] {
             let sizes = vec![size; position.len()];
-            let retained = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
-            let immersed = immerse(&old, &sizes, &Rules::default()).unwrap().proposal;
+            let retained = propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
+            let immersed = immerse(&old, &sizes, &RemeshRules::default()).unwrap().proposal;
             // An immersed body may lose the tip of a corner, up to an edge.
             for (new, most) in [(retained, 1e-12), (immersed, 1.1 * size)] {
                 let [half, whole] = loaded(&mesh, &new);
@@ -156,12 +156,12 @@ mod tests {
     #[test]
     fn loaded_sides_stay_loaded_and_no_others_in_space() {
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
-        let mesh = marked(block::<3>(Block { planes, split: Split::Centred, faces: vec![] }));
+        let mesh = marked(block::<3>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] }));
         let position: Vec<_> =
             mesh.rest.iter().map(|x| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y))).collect();
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.07, 0.12, 0.3] {
-            let new = propose_in_space(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
+            let new = propose_in_space(&old, &vec![size; position.len()], &RemeshRules::default(), &|x| *x).unwrap();
             let [half, whole] = loaded(&mesh, &new);
             assert!((half - 0.5).abs() < 1e-9 && (whole - 1.0).abs() < 1e-9, "{size}: {half} {whole}");
             assert!(new.elements != mesh.elements || size == 0.12, "{size}: nothing was changed");

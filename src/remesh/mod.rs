@@ -6,7 +6,7 @@
 //! quadtree cells are inserted where no point is near. A constrained Delaunay triangulation joins the points and is
 //! carved to the boundary.
 //!
-//! Target sizes ([`curved`], [`graded`]), acceptance of a new mesh ([`judge`]) and field transfer ([`transfer()`]) are
+//! Target sizes ([`sizes_from_curvature`], [`graded`]), acceptance of a new mesh ([`check_acceptance`]) and field transfer ([`transfer()`]) are
 //! the same in the plane and in space.
 
 mod acceptance;
@@ -64,29 +64,33 @@ use point_set::PointSet;
 use quadtree::RootSquare;
 use retained_region::RegionDivision;
 
-pub use acceptance::{Acceptance, Known, Quality, Rejected, judge, judge_known};
-pub use adjacency::{Neighbours, neighbours_after};
-pub use conservation::{Books, Defects};
-pub use correspondence::{Pairing, Same};
-pub use curvature::{bends, bends_within};
-pub use detached_parts::with_what_hangs_on;
+pub use acceptance::{
+    AcceptanceLimits, KnownQuality, MeshQuality, MeshRejected, check_acceptance, check_acceptance_known,
+};
+pub use adjacency::{ElementNeighbours, neighbours_after};
+pub use conservation::{ConservationDefects, ConservedTotals};
+pub use correspondence::{MeshCorrespondence, UnchangedElement};
+pub use curvature::{curvature_angles, curvature_angles_within};
+pub use detached_parts::with_detached_parts;
 pub use error::RemeshError;
 pub use immersed::{
-    BackgroundCell, BackgroundMesh, ImmersedMesh, Steps, cells, cut_out, distances, immerse, rounding, snapped,
-    triangulated,
+    BackgroundCell, BackgroundMesh, ImmersedMesh, ImmersionSteps, cells, cut_out, distances, immerse, rounding,
+    snapped, triangulated,
 };
-pub use load_markers::marks;
-pub use nodal_fields::{Carried, Symmetry, Transferred, corner_masses, lightest, nodal_masses};
+pub use load_markers::facet_load_markers;
+pub use nodal_fields::{
+    BodySymmetry, NodalFields, TransferredFields, corner_masses, least_relative_mass, nodal_masses,
+};
 pub use point_location::{is_inside, nearest};
-pub use self_overlap::overlapped;
-pub use sizing::{Range, curved, graded};
-pub use supermesh::Source;
-pub use thin_features::{sheets, thinned};
+pub use self_overlap::self_overlap_mass;
+pub use sizing::{SizeRange, graded, sizes_from_curvature};
+pub use supermesh::OverlapSource;
+pub use thin_features::{limit_sheet_sizes, thin_elements};
 pub use transfer::{transfer, transfer_paired};
 
 /// Mesh in its deformed configuration.
 #[derive(Debug, Clone, Copy)]
-pub struct Moved<'a, const D: usize> {
+pub struct DeformedMesh<'a, const D: usize> {
     /// Mesh with its rest positions.
     pub mesh: &'a Mesh<D>,
     /// Current positions of the nodes, m.
@@ -107,7 +111,7 @@ pub enum NodeOrigin {
 
 /// Proposed mesh of the same body, without fields.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Proposal<const D: usize> {
+pub struct ProposedMesh<const D: usize> {
     /// Positions of the nodes, m.
     pub position: Vec<Vector<D>>,
     /// Origins of the nodes.
@@ -125,7 +129,7 @@ pub struct Proposal<const D: usize> {
 
 /// Rules of remeshing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rules {
+pub struct RemeshRules {
     /// Quality, q = 4√3 A/Σl², from which an element is kept if its neighbours are good too. Right-angled halves of a
     /// square have 0.87, triangles with angles 30°, 30° and 120° have 0.6.
     pub good: f64,
@@ -144,7 +148,7 @@ pub struct Rules {
     pub most: usize,
 }
 
-impl Default for Rules {
+impl Default for RemeshRules {
     fn default() -> Self {
         Self { good: 0.5, poor: 0.3, sag: 0.06, slide: 0.0, rests: true, most: 4_000_000 }
     }
@@ -161,11 +165,11 @@ impl Default for Rules {
 /// # Errors
 /// [`RemeshError`] for invalid sizes or positions, or if the boundary crosses or touches itself.
 pub fn propose(
-    old: &Moved<'_, 2>,
+    old: &DeformedMesh<'_, 2>,
     size: &[f64],
-    rules: &Rules,
+    rules: &RemeshRules,
     cleared: &dyn Fn(&Vector<2>) -> Vector<2>,
-) -> Result<Proposal<2>, RemeshError> {
+) -> Result<ProposedMesh<2>, RemeshError> {
     check(old, size, rules)?;
     let limits = QualityLimits { poor: rules.poor, good: rules.good };
     let worst = retained_region::worst(old);
@@ -174,7 +178,7 @@ pub fn propose(
     point_insertion::keep(old, &worst, &limits, &mut cloud, &surface);
     let parts = retained_region::divide_regions(old, &worst, &limits, &cloud, &surface);
     let filled = if parts.edges.is_empty() { vec![] } else { fill(old, (size, rules.most), &parts, &mut cloud)? };
-    Ok(Proposal { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
+    Ok(ProposedMesh { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
 }
 
 /// Proposes a mesh of a body in space with these target sizes, m, by node. The old mesh stays where it is good and of
@@ -188,22 +192,22 @@ pub fn propose(
 /// # Errors
 /// [`RemeshError`] for invalid sizes or positions.
 pub fn propose_in_space(
-    old: &Moved<'_, 3>,
+    old: &DeformedMesh<'_, 3>,
     size: &[f64],
-    rules: &Rules,
+    rules: &RemeshRules,
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
-) -> Result<Proposal<3>, RemeshError> {
+) -> Result<ProposedMesh<3>, RemeshError> {
     check(old, size, rules)?;
     // A flowing gel has no surface at rest that a new one must lie along: treat the current configuration as the rest
     // configuration.
     let flown = (!rules.rests).then(|| Mesh { rest: old.position.to_vec(), ..old.mesh.clone() });
-    let old = flown.as_ref().map_or(*old, |mesh| Moved { mesh, position: old.position });
+    let old = flown.as_ref().map_or(*old, |mesh| DeformedMesh { mesh, position: old.position });
     Ok(space::propose(&old, size, rules, cleared))
 }
 
 /// Fills the open region with new elements.
 fn fill(
-    old: &Moved<'_, 2>,
+    old: &DeformedMesh<'_, 2>,
     (size, most): (&[f64], usize),
     parts: &RegionDivision,
     cloud: &mut PointSet,
@@ -216,7 +220,7 @@ fn fill(
     delaunay::triangulate(&sites, &around, &part, cloud)
 }
 
-fn check<const D: usize>(old: &Moved<'_, D>, size: &[f64], rules: &Rules) -> Result<(), RemeshError> {
+fn check<const D: usize>(old: &DeformedMesh<'_, D>, size: &[f64], rules: &RemeshRules) -> Result<(), RemeshError> {
     let nodes = old.mesh.rest.len();
     if size.len() != nodes || old.position.len() != nodes {
         return Err(RemeshError::Counts { nodes, sizes: size.len(), positions: old.position.len() });
@@ -237,7 +241,7 @@ fn at_most(points: f64, most: usize) -> Result<(), RemeshError> {
 
 /// Estimates the number of points of a mesh of these sizes from areas or volumes, and from the boundary measure, each
 /// over that of a point.
-fn estimate<const D: usize>(old: &Moved<'_, D>, size: &[f64]) -> f64 {
+fn estimate<const D: usize>(old: &DeformedMesh<'_, D>, size: &[f64]) -> f64 {
     let least = |nodes: &[NodeId]| nodes.iter().map(|n| size[n.index()]).fold(f64::MAX, f64::min);
     let power = |size: f64, n: usize| (0..n).map(|_| size).product::<f64>();
     let inside = |e: &Simplex| signed_volume(old.position, e).abs() / power(least(&e[..=D]), D);
@@ -246,7 +250,7 @@ fn estimate<const D: usize>(old: &Moved<'_, D>, size: &[f64]) -> f64 {
 }
 
 /// Root square of the quadtree around the body.
-fn square(old: &Moved<'_, 2>) -> RootSquare {
+fn square(old: &DeformedMesh<'_, 2>) -> RootSquare {
     let BoundingBox { low, high } = BoundingBox::around(old.position);
     RootSquare { corner: low, edge: (high - low).max() }
 }

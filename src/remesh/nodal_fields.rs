@@ -1,12 +1,12 @@
 //! Nodal fields of a mesh before and after a transfer.
 
-use super::{Defects, Same, Source};
+use super::{ConservationDefects, OverlapSource, UnchangedElement};
 use crate::math::Vector;
 use crate::mesh::Simplex;
 
 /// Symmetry of the body that the mesh represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Symmetry {
+pub enum BodySymmetry {
     /// Slice of a prism: (x, z).
     Planar,
     /// Body of revolution: (r, z), every element a ring.
@@ -17,12 +17,12 @@ pub enum Symmetry {
 
 /// Fields of a mesh at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Carried<'a, const D: usize> {
+pub struct NodalFields<'a, const D: usize> {
     /// Symmetry of the body.
-    pub symmetry: Symmetry,
+    pub symmetry: BodySymmetry,
     /// Nodal masses, kg: the sums of the adjacent corner masses.
     pub mass: &'a [f64],
-    /// Corner masses of the elements, kg: [`corner_masses`] initially, [`Transferred::corner_mass`] after a transfer.
+    /// Corner masses of the elements, kg: [`corner_masses`] initially, [`TransferredFields::corner_mass`] after a transfer.
     pub corner_mass: &'a [[f64; 4]],
     /// Nodal velocities, m/s.
     pub velocity: &'a [Vector<D>],
@@ -32,7 +32,7 @@ pub struct Carried<'a, const D: usize> {
 
 /// Fields of a new mesh after a transfer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Transferred<const D: usize> {
+pub struct TransferredFields<const D: usize> {
     /// Rest positions of the nodes, m.
     pub rest: Vec<Vector<D>>,
     /// Nodal masses, m_i = ∫ρ N_i, kg.
@@ -44,11 +44,11 @@ pub struct Transferred<const D: usize> {
     /// Held directions of the nodes.
     pub held: Vec<[bool; D]>,
     /// Old element of each unchanged new element.
-    pub same: Vec<Option<Same>>,
+    pub same: Vec<Option<UnchangedElement>>,
     /// Sources of the changed elements, in their order.
-    pub sources: Vec<Source>,
+    pub sources: Vec<OverlapSource>,
     /// Conservation defects of the transfer.
-    pub defects: Defects<D>,
+    pub defects: ConservationDefects<D>,
 }
 
 /// Corner masses σ_a = ∫ρ N_a of elements with given masses, kg: m/3, m (r_a + 3r̄)/(12r̄) of a ring, and m/4 in space;
@@ -62,17 +62,17 @@ pub fn corner_masses<const D: usize>(
     x: &[Vector<D>],
     elements: &[Simplex],
     mass: &[f64],
-    symmetry: Symmetry,
+    symmetry: BodySymmetry,
 ) -> Vec<[f64; 4]> {
     let shares = |nodes: &Simplex| match symmetry {
-        Symmetry::Planar => [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0],
-        Symmetry::Axisymmetric => {
+        BodySymmetry::Planar => [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0],
+        BodySymmetry::Axisymmetric => {
             let radii: [f64; 3] = std::array::from_fn(|a| x[nodes[a].index()][0]);
             let sum: f64 = radii.iter().sum();
             let [a, b, c] = radii.map(|r| 0.25 * (r / sum + 1.0));
             [a, b, c, 0.0]
         }
-        Symmetry::Spatial => [0.25; 4],
+        BodySymmetry::Spatial => [0.25; 4],
     };
     elements.iter().zip(mass).map(|(nodes, m)| shares(nodes).map(|share| m * share)).collect()
 }
@@ -117,7 +117,7 @@ pub fn nodal_masses<const D: usize>(n_nodes: usize, elements: &[Simplex], corner
 /// Least mass of a node of a changed element, relative to an even share of its elements' masses. It is 0 if a changed
 /// element has no positive mass: its nodes then borrow mass from their neighbours, and lose it when those are removed.
 #[must_use]
-pub fn lightest<const D: usize>(elements: &[Simplex], new: &Transferred<D>) -> f64 {
+pub fn least_relative_mass<const D: usize>(elements: &[Simplex], new: &TransferredFields<D>) -> f64 {
     let even = |own: &[f64; 4]| [own[..=D].iter().sum::<f64>() / (D + 1) as f64; 4];
     let even: Vec<[f64; 4]> = new.corner_mass.iter().map(even).collect();
     let shares = nodal_masses::<D>(new.mass.len(), elements, &even);

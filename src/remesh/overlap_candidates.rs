@@ -1,10 +1,10 @@
 //! Overlap candidates: the removed old elements that a new element may overlap.
 
-use super::Moved;
-use super::Proposal;
+use super::DeformedMesh;
+use super::ProposedMesh;
 use super::barycentric::DeformedElement;
 use super::bounds::BoundingBox;
-use super::correspondence::Pairing;
+use super::correspondence::MeshCorrespondence;
 use super::point_location::{ElementLocation, ElementLocator};
 use super::supermesh::cells;
 use crate::math::Vector;
@@ -23,16 +23,16 @@ pub(super) struct OverlapCandidates<'a, const D: usize> {
 }
 
 /// Collects the removed old elements in their deformed configuration.
-pub(super) fn gone<const D: usize>(old: &Moved<'_, D>, pairing: &Pairing) -> Vec<DeformedElement<D>> {
+pub(super) fn gone<const D: usize>(old: &DeformedMesh<'_, D>, pairing: &MeshCorrespondence) -> Vec<DeformedElement<D>> {
     cells(old.position, pairing.gone.iter().map(|e| &old.mesh.elements[e.index()]))
 }
 
 impl<'a, const D: usize> OverlapCandidates<'a, D> {
     /// Builds the candidates of a new mesh from the removed elements.
     pub fn new(
-        old: &Moved<'_, D>,
-        new: &'a Proposal<D>,
-        (pairing, cells): (&Pairing, &'a [DeformedElement<D>]),
+        old: &DeformedMesh<'_, D>,
+        new: &'a ProposedMesh<D>,
+        (pairing, cells): (&MeshCorrespondence, &'a [DeformedElement<D>]),
     ) -> Self {
         let mut rank = vec![];
         if !new.over.is_empty() {

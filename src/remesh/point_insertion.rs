@@ -6,7 +6,7 @@ use super::box_tree::BoxTree;
 use super::point_set::PointSet;
 use super::quadtree::{RootSquare, leaves};
 use super::triangle::{PlanarPoint, barycentric, clearance, distance};
-use super::{Moved, NodeOrigin, RemeshError};
+use super::{DeformedMesh, NodeOrigin, RemeshError};
 use crate::mesh::Simplex;
 
 /// Least distances between points in target sizes: `KEPT` for old nodes, `NEW` for new points, `KEPT_INSIDE` and
@@ -31,7 +31,7 @@ pub(super) struct QualityLimits {
 
 /// Chooses old interior nodes by the worst quality of their elements, the good ones first; held nodes stay.
 pub(super) fn keep(
-    old: &Moved<'_, 2>,
+    old: &DeformedMesh<'_, 2>,
     worst: &[f64],
     limits: &QualityLimits,
     cloud: &mut PointSet,
@@ -122,7 +122,7 @@ pub(super) struct OpenRegion<'a> {
 
 impl<'a> OpenRegion<'a> {
     /// Builds the region from elements in the order of their mesh.
-    pub fn new(old: &Moved<'a, 2>, size: &'a [f64], elements: Vec<Simplex>) -> Self {
+    pub fn new(old: &DeformedMesh<'a, 2>, size: &'a [f64], elements: Vec<Simplex>) -> Self {
         let bounds: Vec<BoundingBox<2>> =
             elements.iter().map(|e| BoundingBox::around(e[..3].iter().map(|n| &old.position[n.index()]))).collect();
         Self { x: old.position, size, near: BoxTree::new(&bounds), elements }

@@ -1,6 +1,6 @@
 //! Point set of a new mesh under construction: old nodes first, under their old indices, then new points.
 
-use super::{Moved, NodeOrigin, Proposal};
+use super::{DeformedMesh, NodeOrigin, ProposedMesh};
 use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex};
 
@@ -18,7 +18,7 @@ pub(super) struct PointSet {
 
 impl PointSet {
     /// Builds the set from the nodes of the old mesh, none of them chosen.
-    pub fn new(old: &Moved<'_, 2>, size: &[f64]) -> Self {
+    pub fn new(old: &DeformedMesh<'_, 2>, size: &[f64]) -> Self {
         let nodes = 0..old.position.len() as u32;
         Self {
             position: old.position.to_vec(),
@@ -45,7 +45,7 @@ impl PointSet {
 
     /// Builds the mesh of these elements. Its nodes are the points that they use, old ones first and in their old
     /// order.
-    pub fn proposal(&self, elements: &[[usize; 3]]) -> Proposal<2> {
+    pub fn proposal(&self, elements: &[[usize; 3]]) -> ProposedMesh<2> {
         let mut number = vec![u32::MAX; self.position.len()];
         elements.iter().flatten().for_each(|&point| number[point] = 0);
         let used: Vec<usize> = (0..number.len()).filter(|&point| number[point] == 0).collect();
@@ -54,7 +54,7 @@ impl PointSet {
             let [a, b, c] = e.map(|point| NodeId(number[point]));
             [a, b, c, NodeId::default()]
         };
-        Proposal {
+        ProposedMesh {
             position: used.iter().map(|&point| self.position[point]).collect(),
             origin: used.iter().map(|&point| self.origin[point]).collect(),
             elements: elements.iter().map(simplex).collect(),

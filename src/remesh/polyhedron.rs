@@ -324,7 +324,7 @@ mod tests {
     use super::super::test_bodies::TestRandom;
     use super::*;
     use crate::math::{Vector3, det};
-    use crate::mesh::{Grid, NodeId, Simplex, Split, edges};
+    use crate::mesh::{CellSplit, NodeId, RectilinearGrid, Simplex, edges};
 
     const IDS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
     const HEIGHTS: [f64; 4] = [1.0, 3.0, 0.5, 2.0];
@@ -400,9 +400,9 @@ mod tests {
         sum
     }
 
-    fn cover(planes: &[f64], split: Split) -> Vec<DeformedElement<3>> {
+    fn cover(planes: &[f64], split: CellSplit) -> Vec<DeformedElement<3>> {
         let planes = [planes.to_vec(), planes.to_vec(), planes.to_vec()];
-        let (points, elements) = Grid { planes, filled: Box::new(|_| true) }.split(split);
+        let (points, elements) = RectilinearGrid { planes, filled: Box::new(|_| true) }.split(split);
         elements.iter().map(|nodes| DeformedElement::of(&points, nodes)).collect()
     }
 
@@ -414,10 +414,10 @@ mod tests {
         // Residuals of regular and of degenerate elements; a residual above 1e-10 is deposited.
         let mut worst = [0.0_f64; 2];
         for (planes, split) in [
-            (&[-2.0, -1.0, 0.0, 1.0, 2.0][..], Split::Kuhn),
-            (&[-2.0, -1.0, 0.0, 1.0, 2.0], Split::Centred),
-            (&[-2.0, -0.5, -1e-6, 1e-6, 2.0], Split::Kuhn),
-            (&[-2.0, 2.0], Split::Centred),
+            (&[-2.0, -1.0, 0.0, 1.0, 2.0][..], CellSplit::Kuhn),
+            (&[-2.0, -1.0, 0.0, 1.0, 2.0], CellSplit::Centred),
+            (&[-2.0, -0.5, -1e-6, 1e-6, 2.0], CellSplit::Kuhn),
+            (&[-2.0, 2.0], CellSplit::Centred),
         ] {
             let new = cover(planes, split);
             for n in 0..300 {

@@ -2,7 +2,7 @@
 
 use super::barycentric::{DeformedElement, interpolate};
 use super::overlap_candidates::OverlapCandidates;
-use super::{Moved, NodeOrigin, Proposal};
+use super::{DeformedMesh, NodeOrigin, ProposedMesh};
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
@@ -31,8 +31,8 @@ pub(super) struct RestLocations {
 impl RestLocations {
     /// Locates the nodes of a new mesh, given the removed old elements, which new interior points replace.
     pub fn of<const D: usize>(
-        old: &Moved<'_, D>,
-        new: &Proposal<D>,
+        old: &DeformedMesh<'_, D>,
+        new: &ProposedMesh<D>,
         (gone, under): (&[ElementId], &OverlapCandidates<'_, D>),
     ) -> Self {
         let mut misses = 0;
@@ -70,7 +70,7 @@ impl RestLocations {
 }
 
 /// An element of each new node.
-fn elements_of<const D: usize>(new: &Proposal<D>) -> Vec<usize> {
+fn elements_of<const D: usize>(new: &ProposedMesh<D>) -> Vec<usize> {
     let mut element_of = vec![0; new.position.len()];
     for (element, nodes) in new.elements.iter().enumerate() {
         nodes[..=D].iter().for_each(|node| element_of[node.index()] = element);

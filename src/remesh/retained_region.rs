@@ -1,12 +1,12 @@
 //! Division of the old mesh into the retained region and the open region.
 
-use super::Moved;
+use super::DeformedMesh;
 use super::boundary_loops::NewBoundary;
 use super::delaunay::WIDE;
 use super::point_insertion::QualityLimits;
 use super::point_set::PointSet;
 use super::triangle::{circumcircle, quality};
-use crate::mesh::{ElementId, Incidence, NodeId, Simplex};
+use crate::mesh::{ElementId, NodeId, NodeIncidence, Simplex};
 
 /// Circumradius, in target sizes, above which an element is not retained: slightly larger than the refinement limit, so
 /// that a fresh mesh is not remeshed.
@@ -24,7 +24,7 @@ pub(super) struct RegionDivision {
 }
 
 /// Worst quality of the deformed elements of each old node.
-pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
+pub(super) fn worst(old: &DeformedMesh<'_, 2>) -> Vec<f64> {
     let mut worst = vec![f64::MAX; old.position.len()];
     for nodes in old.mesh.elements.iter().map(corners) {
         let q = quality(nodes.map(|n| &old.position[n]));
@@ -39,7 +39,7 @@ pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
 /// boundary edge. The open region is bounded by the edges that occur an odd number of times among those elements and
 /// the new boundary.
 pub(super) fn divide_regions(
-    old: &Moved<'_, 2>,
+    old: &DeformedMesh<'_, 2>,
     worst: &[f64],
     limits: &QualityLimits,
     cloud: &PointSet,
@@ -62,7 +62,7 @@ pub(super) fn divide_regions(
 
 impl RegionDivision {
     /// Joins the elements of the new mesh: retained ones in their old order, then the others.
-    pub fn joined(mut self, old: &Moved<'_, 2>, filled: &[[usize; 3]]) -> Vec<[usize; 3]> {
+    pub fn joined(mut self, old: &DeformedMesh<'_, 2>, filled: &[[usize; 3]]) -> Vec<[usize; 3]> {
         let mut keys: Vec<([usize; 3], usize)> =
             filled.iter().enumerate().map(|(i, nodes)| (sorted(*nodes), i)).collect();
         keys.sort_unstable();
@@ -81,12 +81,12 @@ impl RegionDivision {
 }
 
 /// Marks the old elements with a boundary edge that the new boundary lacks.
-fn lost(old: &Moved<'_, 2>, surface: &NewBoundary) -> Vec<bool> {
+fn lost(old: &DeformedMesh<'_, 2>, surface: &NewBoundary) -> Vec<bool> {
     let mut lost = vec![false; old.mesh.elements.len()];
     if surface.lost.is_empty() {
         return lost;
     }
-    let incidence = Incidence::new(old.position.len(), old.mesh.elements.iter().map(|e| &e[..3]));
+    let incidence = NodeIncidence::new(old.position.len(), old.mesh.elements.iter().map(|e| &e[..3]));
     for [a, b] in &surface.lost {
         let node = NodeId(*a as u32);
         for e in incidence.of(node) {

@@ -4,7 +4,7 @@ use super::barycentric::DeformedElement;
 use super::bounds::BoundingBox;
 use super::overlap_integrals::OverlapIntegrator;
 use super::point_location::ElementLocator;
-use super::{Moved, supermesh};
+use super::{DeformedMesh, supermesh};
 use crate::math::Vector;
 use crate::mesh::{Simplex, signed_volume};
 
@@ -16,7 +16,7 @@ const TOUCHING: f64 = 1e-12;
 /// Integrates ∫ρ over the overlaps of all pairs of elements; the density is interpolated linearly in each. The search
 /// runs only if a surface node is inside a foreign element: crossings at edges alone are missed.
 #[must_use]
-pub fn overlapped<const D: usize>(body: &Moved<'_, D>, density: impl Fn(&Vector<D>) -> f64) -> f64 {
+pub fn self_overlap_mass<const D: usize>(body: &DeformedMesh<'_, D>, density: impl Fn(&Vector<D>) -> f64) -> f64 {
     let elements = &body.mesh.elements;
     let cells = supermesh::cells(body.position, elements.iter());
     let locator = ElementLocator::new(&cells);
@@ -43,7 +43,7 @@ pub fn overlapped<const D: usize>(body: &Moved<'_, D>, density: impl Fn(&Vector<
 
 /// Returns true if a surface node is well inside an element that does not contain it.
 fn passes_through<const D: usize>(
-    body: &Moved<'_, D>,
+    body: &DeformedMesh<'_, D>,
     cells: &[DeformedElement<D>],
     locator: &ElementLocator<'_, D>,
 ) -> bool {
@@ -70,7 +70,7 @@ fn are_neighbours<const D: usize>(a: &Simplex, b: &Simplex) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Block, Mesh, Split, block, uniform};
+    use crate::mesh::{BlockSpec, CellSplit, Mesh, block, uniform};
 
     /// Two blocks of edge 1, the second pushed into the first.
     fn two<const D: usize>(one: &Mesh<D>, into: &Vector<D>) -> (Mesh<D>, Vec<Vector<D>>) {
@@ -84,14 +84,15 @@ mod tests {
     #[test]
     fn what_two_blocks_have_in_common_is_found_exactly() {
         let planes = || uniform(0.0, 1.0, 0.25);
-        let solid = block(Block { planes: [planes(), planes(), planes()], split: Split::Centred, faces: vec![] });
-        let flat = block(Block { planes: [planes(), planes()], split: Split::Centred, faces: vec![] });
+        let solid =
+            block(BlockSpec { planes: [planes(), planes(), planes()], split: CellSplit::Centred, faces: vec![] });
+        let flat = block(BlockSpec { planes: [planes(), planes()], split: CellSplit::Centred, faces: vec![] });
         for (shift, common) in [(0.6, 0.4), (0.9, 0.1), (1.0, 0.0), (1.3, 0.0)] {
             let (mesh, x) = two(&solid, &Vector::<3>::new(shift, 0.13, 0.0));
-            let found = overlapped(&Moved { mesh: &mesh, position: &x }, |_| 1.0);
+            let found = self_overlap_mass(&DeformedMesh { mesh: &mesh, position: &x }, |_| 1.0);
             assert!((found - 0.87 * common).abs() < 1e-12, "{shift}: {found}");
             let (mesh, x) = two(&flat, &Vector::<2>::new(shift, 0.13));
-            let found = overlapped(&Moved { mesh: &mesh, position: &x }, |x| x[0]);
+            let found = self_overlap_mass(&DeformedMesh { mesh: &mesh, position: &x }, |x| x[0]);
             // ∫ x over the part of the first block from `shift` on.
             let exact = 0.87 * 0.5 * (1.0 - shift.min(1.0) * shift.min(1.0));
             assert!((found - exact).abs() < 1e-12, "{shift}: {found} {exact}");

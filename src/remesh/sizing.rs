@@ -1,15 +1,15 @@
 //! Target sizes of a mesh: from the curvature of its fields, limited in range and in growth.
 
-use super::Moved;
+use super::DeformedMesh;
 use super::barycentric::edges;
 use crate::math::{CLOSE, Vector};
-use crate::mesh::{Incidence, NodeId, Simplex};
+use crate::mesh::{NodeId, NodeIncidence, Simplex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Range of target sizes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Range {
+pub struct SizeRange {
     /// Least size, m.
     pub least: f64,
     /// Greatest size, m.
@@ -21,7 +21,7 @@ pub struct Range {
 /// # Panics
 /// Unless there is one size per node, all positive.
 #[must_use]
-pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
+pub fn graded<const D: usize>(old: &DeformedMesh<'_, D>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
     assert_eq!(size.len(), old.position.len(), "one size per node is needed");
     assert!(size.iter().all(|h| *h > 0.0), "sizes are positive");
     let elements = &old.mesh.elements;
@@ -31,7 +31,7 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
     if waiting.is_empty() {
         return size;
     }
-    let around = Incidence::new(size.len(), elements.iter().map(|nodes| &nodes[..=D]));
+    let around = NodeIncidence::new(size.len(), elements.iter().map(|nodes| &nodes[..=D]));
     while let Some(Reverse((bits, node))) = waiting.pop() {
         let h = f64::from_bits(bits);
         if h > size[node] {
@@ -54,7 +54,7 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
 
 /// Nodes whose size an edge neighbour limits, with the bits of the neighbour's size. Clearly admissible edges need no
 /// root.
-fn oversized_nodes<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64) -> Vec<(u64, usize)> {
+fn oversized_nodes<const D: usize>(old: &DeformedMesh<'_, D>, size: &[f64], growth: f64) -> Vec<(u64, usize)> {
     let mut found = vec![false; size.len()];
     for nodes in &old.mesh.elements {
         for edge in edges::<D>() {
@@ -79,7 +79,12 @@ fn oversized_nodes<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64
 /// # Panics
 /// Unless there is one bend per element.
 #[must_use]
-pub fn curved<const D: usize>(old: &Moved<'_, D>, bends: &[f64], angle: f64, range: &Range) -> Vec<f64> {
+pub fn sizes_from_curvature<const D: usize>(
+    old: &DeformedMesh<'_, D>,
+    bends: &[f64],
+    angle: f64,
+    range: &SizeRange,
+) -> Vec<f64> {
     let elements = &old.mesh.elements;
     assert_eq!(bends.len(), elements.len(), "one bend per element is needed");
     let mut size = vec![range.greatest; old.position.len()];
@@ -101,15 +106,15 @@ fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::triangle::{PlanarPoint, distance};
-    use super::super::{bends, test_meshes};
+    use super::super::{curvature_angles, test_meshes};
     use super::*;
     use crate::math::Vector3;
-    use crate::mesh::{Grid, Mesh, NodeId, Split, uniform};
+    use crate::mesh::{CellSplit, Mesh, NodeId, RectilinearGrid, uniform};
 
     #[test]
     fn sizes_grow_no_faster_than_asked_and_never_rise() {
         let mesh = test_meshes::square(16);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
         let corner = |x: &PlanarPoint| if x.norm() < 1e-9 { 0.01 } else { 1.0 };
         let asked: Vec<f64> = mesh.rest.iter().map(corner).collect();
         let size = graded(&old, asked.clone(), 0.2);
@@ -128,41 +133,41 @@ mod tests {
     #[test]
     fn a_bent_field_asks_for_small_elements_where_it_bends_in_any_unit() {
         let mesh = test_meshes::square(16);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let range = Range { least: 1e-3, greatest: 1.0 };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
+        let range = SizeRange { least: 1e-3, greatest: 1.0 };
         let kink = |unit: f64| -> Vec<PlanarPoint> {
             mesh.rest.iter().map(|x| PlanarPoint::new(unit * (x[0] - 0.5).abs(), 0.0)).collect()
         };
-        let size = curved(&old, &bends(&old, &[&kink(1.0)]), 0.2, &range);
+        let size = sizes_from_curvature(&old, &curvature_angles(&old, &[&kink(1.0)]), 0.2, &range);
         let edge = (1.0 + 2.0_f64.sqrt()) / 48.0;
         for (x, h) in mesh.rest.iter().zip(&size) {
             let away = (x[0] - 0.5).abs();
             let expected = if away < 0.04 { Some(0.5 * edge) } else { (away > 0.2).then_some(2.0 * edge) };
             assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
         }
-        assert_eq!(size, curved(&old, &bends(&old, &[&kink(1024.0)]), 0.2, &range));
+        assert_eq!(size, sizes_from_curvature(&old, &curvature_angles(&old, &[&kink(1024.0)]), 0.2, &range));
     }
 
     #[test]
     fn plane_fields_ask_for_nothing() {
         let mesh = test_meshes::square(8);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
         let field: Vec<PlanarPoint> = mesh.rest.iter().map(|x| PlanarPoint::new(3.0 * x[0] + x[1], 7.0)).collect();
-        let range = Range { least: 1e-3, greatest: 0.05 };
-        assert!(curved(&old, &bends(&old, &[&field]), 0.2, &range).iter().all(|h| *h == 0.05));
+        let range = SizeRange { least: 1e-3, greatest: 0.05 };
+        assert!(sizes_from_curvature(&old, &curvature_angles(&old, &[&field]), 0.2, &range).iter().all(|h| *h == 0.05));
     }
 
     fn cube(n: usize) -> Mesh<3> {
         let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
         let (points, elements) =
-            Grid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(Split::Kuhn);
+            RectilinearGrid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(CellSplit::Kuhn);
         Mesh::new(points, elements)
     }
 
     #[test]
     fn sizes_in_space_grow_no_faster_than_asked() {
         let mesh = cube(8);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
         let asked = mesh.rest.iter().map(|x| if x.norm() < 1e-9 { 0.01 } else { 1.0 }).collect();
         let size = graded(&old, asked, 0.2);
         for (e, [a, b]) in mesh.elements.iter().flat_map(|e| edges::<3>().iter().map(move |edge| (e, edge))) {
@@ -180,18 +185,23 @@ mod tests {
     #[test]
     fn a_bent_field_of_space_asks_for_small_elements_where_it_bends_and_a_plane_one_for_nothing() {
         let mesh = cube(8);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let range = Range { least: 1e-3, greatest: 1.0 };
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
+        let range = SizeRange { least: 1e-3, greatest: 1.0 };
         let field =
             |f: &dyn Fn(&Vector3) -> f64| -> Vec<Vector3> { mesh.rest.iter().map(|x| Vector3::y() * f(x)).collect() };
         let edge = (3.0 + 2.0 * 2.0_f64.sqrt() + 3.0_f64.sqrt()) / 48.0;
-        let size = curved(&old, &bends(&old, &[&field(&|x| (x.z - 0.5).abs())]), 0.2, &range);
+        let size = sizes_from_curvature(&old, &curvature_angles(&old, &[&field(&|x| (x.z - 0.5).abs())]), 0.2, &range);
         for (x, h) in mesh.rest.iter().zip(&size) {
             let away = (x.z - 0.5).abs();
             let expected = if away < 0.07 { Some(0.5 * edge) } else { (away > 0.3).then_some(2.0 * edge) };
             assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
         }
-        let plane = curved(&old, &bends(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)]), 0.2, &range);
+        let plane = sizes_from_curvature(
+            &old,
+            &curvature_angles(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)]),
+            0.2,
+            &range,
+        );
         assert!(plane.iter().all(|h| (h - 2.0 * edge).abs() < 1e-12));
     }
 }

@@ -22,7 +22,7 @@ fn cells([i, j, k]: [usize; 3]) -> [Vec<f64>; 3] {
 }
 
 fn body(n: [usize; 3], random: &mut TestRandom) -> TestBody<3> {
-    TestBody::new(&cells(n), (1.0, random), (Symmetry::Spatial, &affine))
+    TestBody::new(&cells(n), (1.0, random), (BodySymmetry::Spatial, &affine))
 }
 
 fn uneven(body: TestBody<3>, random: &mut TestRandom) -> TestBody<3> {
@@ -31,14 +31,18 @@ fn uneven(body: TestBody<3>, random: &mut TestRandom) -> TestBody<3> {
 }
 
 /// Body on other cells, with their node positions in ξ.
-fn remeshed(body: &TestBody<3>, n: [usize; 3], random: &mut TestRandom) -> (Vec<Vector3>, Proposal<3>, Transferred<3>) {
+fn remeshed(
+    body: &TestBody<3>,
+    n: [usize; 3],
+    random: &mut TestRandom,
+) -> (Vec<Vector3>, ProposedMesh<3>, TransferredFields<3>) {
     let (xi, new) = body.other(&cells(n), (1.0, random), &affine);
     let after = transfer(&body.moved(), &body.carried(), &new);
     (xi, new, after)
 }
 
-fn check_conserved(defects: &Defects<3>, tolerance: f64) {
-    let Defects { before, raw, after, .. } = *defects;
+fn check_conserved(defects: &ConservationDefects<3>, tolerance: f64) {
+    let ConservationDefects { before, raw, after, .. } = *defects;
     assert!((raw.mass / before.mass - 1.0).abs() < tolerance, "mass {:e}", raw.mass / before.mass - 1.0);
     let scale = before.momentum.norm() + before.mass.sqrt() * before.kinetic.sqrt();
     assert!(defects.momentum_defect().norm() < tolerance * scale, "momentum {:e}", defects.momentum_defect().norm());
@@ -52,7 +56,7 @@ fn a_mesh_that_is_the_same_keeps_every_bit() {
     body.mesh.held[3] = [false, true, false];
     body.velocity[3].y = 0.0;
     let mut new = body.again();
-    new.elements.reverse();
+    new.elements.apply_reversal();
     // Turned about a corner, about the middles of two edges, and left.
     for (nodes, way) in new.elements.iter_mut().zip([0, 1, 2].into_iter().cycle()) {
         let [a, b, c, d] = *nodes;
@@ -75,7 +79,7 @@ fn a_mesh_that_is_the_same_keeps_every_bit() {
 fn nodes_out_of_reach_of_a_change_keep_every_bit() {
     let mut random = TestRandom::new(2);
     let planes = [even(20), even(3), even(3)];
-    let body = TestBody::new(&planes, (1.0, &mut random), (Symmetry::Spatial, &affine)).with_velocity(wavy);
+    let body = TestBody::new(&planes, (1.0, &mut random), (BodySymmetry::Spatial, &affine)).with_velocity(wavy);
     let mut new = body.again();
     let inner = |xi: &Vector3| xi.x > 0.0 && xi.x < 0.07 && xi.yz().iter().all(|c| *c > 0.0 && *c < 0.5);
     let moved = body.xi.iter().position(inner).unwrap();
@@ -93,7 +97,7 @@ fn nodes_out_of_reach_of_a_change_keep_every_bit() {
     assert!(same > 150 && other > 20, "{same} the same, {other} not");
     assert!(after.defects.unchanged > 0.9 && after.defects.unchanged < 1.0);
     check_conserved(&after.defects, 1e-13);
-    let Defects { before, after, .. } = after.defects;
+    let ConservationDefects { before, after, .. } = after.defects;
     assert!((after.angular - before.angular).norm() < 1e-13 * before.angular.norm());
 }
 
@@ -184,7 +188,7 @@ fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
     let rate = Vector3::new(0.3, -1.0, 0.5);
     let body = body([4, 4, 4], &mut random).with_velocity(|x| rate.cross(&(x - Vector3::new(0.2, 0.1, 0.4))));
     let (_, new, after) = remeshed(&body, [5, 4, 3], &mut random);
-    let Defects { before, raw, after: end, .. } = after.defects;
+    let ConservationDefects { before, raw, after: end, .. } = after.defects;
     assert!((raw.momentum - before.momentum).norm() < 1e-13);
     let lost = (raw.angular - before.angular).norm() / before.angular.norm();
     assert!(lost > 1e-6 && lost < 0.1, "{lost}");
@@ -229,7 +233,7 @@ fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
     for bulge in [0.02, -0.02] {
         let bulged = |xi: &Vector3| xi + Vector3::new(0.0, 0.0, bulge * xi.z * xi.x * (1.0 - xi.x));
         let body =
-            TestBody::new(&cells([4, 3, 3]), (0.0, &mut random), (Symmetry::Spatial, &bulged)).with_velocity(wavy);
+            TestBody::new(&cells([4, 3, 3]), (0.0, &mut random), (BodySymmetry::Spatial, &bulged)).with_velocity(wavy);
         let (xi, new) = body.other(&cells([2, 3, 3]), (0.0, &mut random), &bulged);
         let after = transfer(&body.moved(), &body.carried(), &new);
         assert!((after.defects.relative_mass() > 1e-4) == (bulge > 0.0) && after.defects.relative_mass() < 0.01);
@@ -259,15 +263,16 @@ fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
 #[test]
 fn nothing_at_all_can_be_transferred() {
     let mesh = Mesh::<3>::new(vec![], vec![]);
-    let carried = Carried { symmetry: Symmetry::Spatial, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
-    let new = Proposal {
+    let carried =
+        NodalFields { symmetry: BodySymmetry::Spatial, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
+    let new = ProposedMesh {
         position: vec![Vector::zeros()],
         origin: vec![NodeOrigin::Inside],
         elements: vec![],
         over: vec![],
         cleared: 0.0,
     };
-    let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
+    let after = transfer(&DeformedMesh { mesh: &mesh, position: &[] }, &carried, &new);
     assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
 }
 
@@ -276,7 +281,7 @@ fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_densi
     let mut random = TestRandom::new(13);
     let mut body = body([4, 3, 3], &mut random);
     let (_, new, after) = remeshed(&body, [3, 4, 4], &mut random);
-    assert!((lightest(&new.elements, &after) - 1.0).abs() < 1e-12);
+    assert!((least_relative_mass(&new.elements, &after) - 1.0).abs() < 1e-12);
     // The mass of every element around an interior node moves to its other corners.
     let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.1 && *c < 0.9)).unwrap();
     for (element, corners) in body.mesh.elements.iter().zip(&mut body.corner_mass) {
@@ -288,9 +293,9 @@ fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_densi
     }
     body.mass = nodal_masses::<3>(body.xi.len(), &body.mesh.elements, &body.corner_mass);
     let after = transfer(&body.moved(), &body.carried(), &new);
-    assert!(lightest(&new.elements, &after) < 0.9);
+    assert!(least_relative_mass(&new.elements, &after) < 0.9);
     let body = body.with_velocity(wavy);
-    let after = transfer(&body.moved(), &Carried { is_level: true, ..body.carried() }, &new);
+    let after = transfer(&body.moved(), &NodalFields { is_level: true, ..body.carried() }, &new);
     check_conserved(&after.defects, 1e-13);
     assert!(after.mass.iter().all(|mass| *mass > 0.0));
 }
@@ -305,7 +310,7 @@ fn an_element_that_weighs_less_than_nothing_is_light_though_its_nodes_are_not() 
         // Other elements around the node compensate the negative mass.
         *corner = -0.01 * mass[node.index()];
     }
-    assert_eq!(lightest(&new.elements, &after), 0.0);
+    assert_eq!(least_relative_mass(&new.elements, &after), 0.0);
 }
 
 /// Self-overlapping body: overlapping new elements share the mass, and nothing is taken where nothing overlaps.

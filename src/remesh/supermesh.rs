@@ -2,12 +2,12 @@
 //! a new element.
 
 use super::barycentric::{DeformedElement, interpolate};
-use super::correspondence::Pairing;
+use super::correspondence::MeshCorrespondence;
 use super::nodal_fields::{heights, least_height, limited_corner_masses, limiting_scale};
 use super::overlap_candidates::OverlapCandidates;
 use super::overlap_integrals::{OverlapIntegrator, OverlapMoments, mass_matrix};
 use super::point_location::ElementLocator;
-use super::{Carried, Moved, Proposal, Symmetry};
+use super::{BodySymmetry, DeformedMesh, NodalFields, ProposedMesh};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
 
@@ -31,7 +31,7 @@ pub(super) struct ElementMoments<const D: usize> {
 
 /// Overlap of an old and a new element.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Source {
+pub struct OverlapSource {
     /// New element.
     pub new: ElementId,
     /// Old element.
@@ -54,7 +54,7 @@ pub(super) struct SupermeshIntegrals<const D: usize> {
     /// Elements, in the order of the new mesh.
     pub all: Vec<ElementMoments<D>>,
     /// Sources of the elements, in their order.
-    pub sources: Vec<Source>,
+    pub sources: Vec<OverlapSource>,
     /// Old mass uncovered or covered twice, kg.
     pub stray_mass: f64,
 }
@@ -97,8 +97,8 @@ impl<const D: usize> SupermeshIntegrals<D> {
     /// Integrates over a new mesh. Every changed element is intersected with the removed old ones; uncovered mass is
     /// deposited at the nearest position.
     pub fn of(
-        (old, carried): (&Moved<'_, D>, &Carried<'_, D>),
-        (new, pairing): (&Proposal<D>, &Pairing),
+        (old, carried): (&DeformedMesh<'_, D>, &NodalFields<'_, D>),
+        (new, pairing): (&ProposedMesh<D>, &MeshCorrespondence),
         under: &OverlapCandidates<'_, D>,
     ) -> Self {
         let mut gone: Vec<RemovedElement<D>> =
@@ -113,7 +113,7 @@ impl<const D: usize> SupermeshIntegrals<D> {
                 // afterwards.
                 if mass != 0.0 {
                     let part = gone[t].part(carried.symmetry, &parts);
-                    sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
+                    sources.push(OverlapSource { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
                 }
             });
             part
@@ -225,7 +225,7 @@ impl<const D: usize> ElementMoments<D> {
 }
 
 impl<const D: usize> RemovedElement<D> {
-    fn of(old: &Moved<'_, D>, carried: &Carried<'_, D>, element: ElementId) -> Self {
+    fn of(old: &DeformedMesh<'_, D>, carried: &NodalFields<'_, D>, element: ElementId) -> Self {
         let nodes = &old.mesh.elements[element.index()];
         let was = carried.corner_mass[element.index()];
         let own = if carried.is_level { limited_corner_masses::<D>(&was) } else { was };
@@ -281,8 +281,8 @@ impl<const D: usize> RemovedElement<D> {
     }
 
     /// Part of the element with these integrals, weighted by the radius for a ring.
-    fn part(&self, symmetry: Symmetry, parts: &[f64; 4]) -> f64 {
-        if symmetry != Symmetry::Axisymmetric {
+    fn part(&self, symmetry: BodySymmetry, parts: &[f64; 4]) -> f64 {
+        if symmetry != BodySymmetry::Axisymmetric {
             return parts.iter().sum();
         }
         let radii = self.cell.corners.map(|corner| corner[0]);

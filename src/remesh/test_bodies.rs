@@ -1,7 +1,7 @@
 //! Test bodies for remeshing.
 
 use super::*;
-use crate::mesh::{Facet, Grid, Split};
+use crate::mesh::{CellSplit, Facet, RectilinearGrid};
 
 /// Deterministic random numbers from 0 to 1.
 pub(super) struct TestRandom(u64);
@@ -30,8 +30,8 @@ fn grid<const D: usize>(
     if D == 2 {
         return flat_grid(planes, jitter, random);
     }
-    let whole = Grid { planes: planes.clone(), filled: Box::new(|_| true) };
-    let (mut points, elements) = whole.split(Split::Kuhn);
+    let whole = RectilinearGrid { planes: planes.clone(), filled: Box::new(|_| true) };
+    let (mut points, elements) = whole.split(CellSplit::Kuhn);
     for point in &mut points {
         let at: [usize; D] = std::array::from_fn(|axis| planes[axis].iter().position(|p| *p == point[axis]).unwrap());
         if (0..D).all(|axis| at[axis] > 0 && at[axis] + 1 < planes[axis].len()) {
@@ -87,7 +87,7 @@ pub(super) struct TestBody<const D: usize> {
     pub xi: Vec<Vector<D>>,
     pub mesh: Mesh<D>,
     pub position: Vec<Vector<D>>,
-    pub symmetry: Symmetry,
+    pub symmetry: BodySymmetry,
     pub mass: Vec<f64>,
     pub corner_mass: Vec<[f64; 4]>,
     pub velocity: Vec<Vector<D>>,
@@ -101,12 +101,12 @@ impl<const D: usize> TestBody<D> {
     pub fn new(
         planes: &[Vec<f64>; D],
         (jitter, random): (f64, &mut TestRandom),
-        (symmetry, map): (Symmetry, &BodyMap<'_, D>),
+        (symmetry, map): (BodySymmetry, &BodyMap<'_, D>),
     ) -> Self {
         let (xi, elements) = grid(planes, jitter, random);
         let mesh = Mesh::<D>::new(xi.clone(), elements);
         let ring = |e: &Simplex| std::f64::consts::TAU / 3.0 * e[..3].iter().map(|n| xi[n.index()][0]).sum::<f64>();
-        let thickness = |e: &Simplex| if symmetry == Symmetry::Axisymmetric { ring(e) } else { 1.0 };
+        let thickness = |e: &Simplex| if symmetry == BodySymmetry::Axisymmetric { ring(e) } else { 1.0 };
         let mass: Vec<f64> = mesh.elements.iter().map(|e| mesh.measure(e) * thickness(e)).collect();
         let position: Vec<Vector<D>> = xi.iter().map(map).collect();
         let velocity = vec![Vector::zeros(); xi.len()];
@@ -126,12 +126,12 @@ impl<const D: usize> TestBody<D> {
         self
     }
 
-    pub fn moved(&self) -> Moved<'_, D> {
-        Moved { mesh: &self.mesh, position: &self.position }
+    pub fn moved(&self) -> DeformedMesh<'_, D> {
+        DeformedMesh { mesh: &self.mesh, position: &self.position }
     }
 
-    pub fn carried(&self) -> Carried<'_, D> {
-        Carried {
+    pub fn carried(&self) -> NodalFields<'_, D> {
+        NodalFields {
             symmetry: self.symmetry,
             mass: &self.mass,
             corner_mass: &self.corner_mass,
@@ -140,8 +140,8 @@ impl<const D: usize> TestBody<D> {
         }
     }
 
-    pub fn books(&self) -> Books<D> {
-        Books::of(&self.position, &self.mass, &self.velocity)
+    pub fn books(&self) -> ConservedTotals<D> {
+        ConservedTotals::of(&self.position, &self.mass, &self.velocity)
     }
 
     /// First moment Σ m x, kg·m.
@@ -150,8 +150,8 @@ impl<const D: usize> TestBody<D> {
     }
 
     /// Proposal that changes nothing.
-    pub fn again(&self) -> Proposal<D> {
-        Proposal {
+    pub fn again(&self) -> ProposedMesh<D> {
+        ProposedMesh {
             position: self.position.clone(),
             origin: (0..self.xi.len() as u32).map(|i| NodeOrigin::Kept(NodeId(i))).collect(),
             elements: self.mesh.elements.clone(),
@@ -166,7 +166,7 @@ impl<const D: usize> TestBody<D> {
         planes: &[Vec<f64>; D],
         (jitter, random): (f64, &mut TestRandom),
         map: &BodyMap<'_, D>,
-    ) -> (Vec<Vector<D>>, Proposal<D>) {
+    ) -> (Vec<Vector<D>>, ProposedMesh<D>) {
         let (xi, elements) = grid(planes, jitter, random);
         let is_end = |p: &Vector<D>, axis: usize| p[axis] == 0.0 || p[axis] == *planes[axis].last().unwrap();
         // Corners of a rectangle are ends of the sides along the first axis.
@@ -186,7 +186,7 @@ impl<const D: usize> TestBody<D> {
             NodeOrigin::Inside => map(p),
         };
         let position = xi.iter().zip(&origin).map(place).collect();
-        (xi, Proposal { position, origin, elements, over: vec![], cleared: 0.0 })
+        (xi, ProposedMesh { position, origin, elements, over: vec![], cleared: 0.0 })
     }
 
     /// Origin of a point on a side along an axis.
@@ -220,7 +220,7 @@ impl<const D: usize> TestBody<D> {
     }
 
     /// Body after a transfer.
-    pub fn after(self, xi: Vec<Vector<D>>, new: Proposal<D>, transferred: Transferred<D>) -> Self {
+    pub fn after(self, xi: Vec<Vector<D>>, new: ProposedMesh<D>, transferred: TransferredFields<D>) -> Self {
         let mut mesh = Mesh::<D>::new(transferred.rest, new.elements);
         mesh.held = transferred.held;
         Self {

@@ -1,20 +1,20 @@
 //! Meshes for the tests of remeshing.
 
 use crate::math::Vector;
-use crate::mesh::{Block, Face, Grid, Hold, Mesh, Split, block, uniform};
+use crate::mesh::{BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, RectilinearGrid, block, uniform};
 
 /// Unit square in crossed cells, `n` along each side.
 pub(super) fn square(n: usize) -> Mesh<2> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
-    block(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] })
+    block(BlockSpec { planes: [axis(), axis()], split: CellSplit::Centred, faces: vec![] })
 }
 
 /// Unit square held at its foot and, along its normal, on its left.
 pub(super) fn held(n: usize) -> Mesh<2> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
-    let foot = Face { axis: 1, high: false, hold: Hold::All };
-    let left = Face { axis: 0, high: false, hold: Hold::Normal };
-    block(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![left, foot] })
+    let foot = HeldFace { axis: 1, high: false, hold: FaceConstraint::All };
+    let left = HeldFace { axis: 0, high: false, hold: FaceConstraint::Normal };
+    block(BlockSpec { planes: [axis(), axis()], split: CellSplit::Centred, faces: vec![left, foot] })
 }
 
 /// Squares of 3 × 3 with a hole of 1 × 1, `pieces` of them beside each other.
@@ -25,7 +25,7 @@ pub(super) fn rings(pieces: usize, size: f64) -> Mesh<2> {
         let x = x % 4.0;
         x < 3.0 && !(1.0 < x && x < 2.0 && 1.0 < y && y < 2.0)
     };
-    let (points, elements) = Grid { planes, filled: Box::new(filled) }.split(Split::Centred);
+    let (points, elements) = RectilinearGrid { planes, filled: Box::new(filled) }.split(CellSplit::Centred);
     Mesh::new(points, elements)
 }
 

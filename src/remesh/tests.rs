@@ -7,9 +7,9 @@ use proptest::prelude::*;
 use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
 
-const ANY: Acceptance = Acceptance { measure: 1.0, quality: 0.0 };
-const SAME_AREA: Acceptance = Acceptance { measure: 1e-12, quality: 0.0 };
-const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, slide: 0.0, rests: true, most: 100_000 };
+const ANY: AcceptanceLimits = AcceptanceLimits { measure: 1.0, quality: 0.0 };
+const SAME_AREA: AcceptanceLimits = AcceptanceLimits { measure: 1e-12, quality: 0.0 };
+const ALL_NODES: RemeshRules = RemeshRules { good: 0.5, poor: 0.3, sag: 0.0, slide: 0.0, rests: true, most: 100_000 };
 
 type SizeFunction = fn(&Vector<2>) -> f64;
 type PlaneMap = fn(&Vector<2>) -> Vector<2>;
@@ -46,17 +46,17 @@ fn worst_angle(x: &[Vector<2>], elements: &[Simplex]) -> f64 {
     elements.iter().map(|e| if signed_volume(x, e) > 0.0 { least_angle(x, e) } else { 0.0 }).fold(180.0, f64::min)
 }
 
-fn remeshed(old: &Moved<'_, 2>, size: impl Fn(&Vector<2>) -> f64, rules: &Rules) -> Proposal<2> {
+fn remeshed(old: &DeformedMesh<'_, 2>, size: impl Fn(&Vector<2>) -> f64, rules: &RemeshRules) -> ProposedMesh<2> {
     let sizes: Vec<f64> = old.position.iter().map(size).collect();
     propose(old, &sizes, rules, &|x| *x).unwrap()
 }
 
-fn settled(new: &Proposal<2>) -> Mesh<2> {
+fn settled(new: &ProposedMesh<2>) -> Mesh<2> {
     Mesh::new(new.position.clone(), new.elements.clone())
 }
 
 /// Number of elements that survive node by node.
-fn surviving(old: &Moved<'_, 2>, new: &Proposal<2>) -> usize {
+fn surviving(old: &DeformedMesh<'_, 2>, new: &ProposedMesh<2>) -> usize {
     let was = |node: NodeId| match new.origin[node.index()] {
         NodeOrigin::Kept(node) => Some(node),
         NodeOrigin::Surface(..) | NodeOrigin::Inside => None,
@@ -87,9 +87,9 @@ fn cases() -> Vec<(&'static str, Mesh<2>, PlaneMap, SizeFunction)> {
 fn new_meshes_are_good_fill_the_body_and_keep_its_parts() {
     for (name, mesh, map, size) in cases() {
         let position = moved(&mesh, map);
-        let old = Moved { mesh: &mesh, position: &position };
-        let new = remeshed(&old, size, &Rules::default());
-        let found = judge(&old, &new, &SAME_AREA);
+        let old = DeformedMesh { mesh: &mesh, position: &position };
+        let new = remeshed(&old, size, &RemeshRules::default());
+        let found = check_acceptance(&old, &new, &SAME_AREA);
         let best = worst_angle(&position, &mesh.elements).min(20.0);
         let worst = worst_angle(&new.position, &new.elements);
         assert!(found.is_ok() && worst >= best.max(15.0), "{name}: {found:?}, {worst}°");
@@ -100,9 +100,9 @@ fn new_meshes_are_good_fill_the_body_and_keep_its_parts() {
 fn a_mesh_that_was_just_made_is_made_again_to_the_bit() {
     for (name, mesh, map, size) in cases() {
         let position = moved(&mesh, map);
-        let new = remeshed(&Moved { mesh: &mesh, position: &position }, size, &Rules::default());
+        let new = remeshed(&DeformedMesh { mesh: &mesh, position: &position }, size, &RemeshRules::default());
         let mesh = settled(&new);
-        let again = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, size, &Rules::default());
+        let again = remeshed(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, size, &RemeshRules::default());
         assert!(again.elements == new.elements && again.position == new.position, "{name}");
         assert!(again.origin.iter().enumerate().all(|(n, o)| *o == NodeOrigin::Kept(NodeId(n as u32))), "{name}");
     }
@@ -112,7 +112,7 @@ fn a_mesh_that_was_just_made_is_made_again_to_the_bit() {
 fn what_did_not_change_stays_as_it_is() {
     let mesh = square(16);
     let position = moved(&mesh, |x| x + at(0.002 * (7.0 * x[1]).sin(), 0.003 * x[0]));
-    let new = remeshed(&Moved { mesh: &mesh, position: &position }, |_| 1.0 / 16.0, &Rules::default());
+    let new = remeshed(&DeformedMesh { mesh: &mesh, position: &position }, |_| 1.0 / 16.0, &RemeshRules::default());
     assert_eq!(new.elements.len(), mesh.elements.len());
     assert!(new.elements.iter().zip(&mesh.elements).all(|(e, was)| e[..3] == was[..3]));
     assert_eq!(new.position, position);
@@ -122,8 +122,8 @@ fn what_did_not_change_stays_as_it_is() {
 fn elements_far_from_a_distortion_stay() {
     let mesh = square(32);
     let position = moved(&mesh, twirled);
-    let old = Moved { mesh: &mesh, position: &position };
-    let new = remeshed(&old, |_| 1.0 / 32.0, &Rules::default());
+    let old = DeformedMesh { mesh: &mesh, position: &position };
+    let new = remeshed(&old, |_| 1.0 / 32.0, &RemeshRules::default());
     let far =
         mesh.elements.iter().filter(|e| e[..3].iter().all(|n| (mesh.rest[n.index()] - at(0.5, 0.5)).norm() > 0.4));
     let (stays, far) = (surviving(&old, &new), far.count());
@@ -135,7 +135,7 @@ fn origins_say_where_nodes_come_from() {
     let (mut edges, mut inside) = (0, 0);
     for (name, mesh, map, size) in cases() {
         let position = moved(&mesh, map);
-        let new = remeshed(&Moved { mesh: &mesh, position: &position }, size, &Rules::default());
+        let new = remeshed(&DeformedMesh { mesh: &mesh, position: &position }, size, &RemeshRules::default());
         let facets: Vec<[NodeId; 2]> = mesh.facets.iter().map(|f| [f[0], f[1]]).collect();
         for (x, origin) in new.position.iter().zip(&new.origin) {
             match *origin {
@@ -160,7 +160,7 @@ fn corners_and_the_ends_of_what_is_held_stay() {
     // A part of the free top is held as well: it ends between the corners.
     let pinned = |x: &Vector<2>| x[1] == 1.0 && (0.24..0.76).contains(&x[0]);
     (0..mesh.rest.len()).filter(|&n| pinned(&mesh.rest[n])).for_each(|n| mesh.held[n] = [true; 2]);
-    let new = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, |_| 0.13, &Rules::default());
+    let new = remeshed(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, |_| 0.13, &RemeshRules::default());
     assert!(new.position.len() < mesh.rest.len() / 10);
     for corner in [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0), at(0.25, 1.0), at(0.75, 1.0)] {
         assert!(find(&new.position, &corner).is_some(), "{corner}");
@@ -172,19 +172,19 @@ fn a_corner_at_rest_stays_a_node_when_it_is_pulled_straight() {
     let mesh = square(24);
     // The upper right corner is pushed in until the sides that meet there are one line.
     let position = moved(&mesh, |x| x - 0.5 * x[0].powi(8) * x[1].powi(8) * at(1.0, 1.0));
-    let old = Moved { mesh: &mesh, position: &position };
-    let new = remeshed(&old, |_| 0.2, &Rules::default());
+    let old = DeformedMesh { mesh: &mesh, position: &position };
+    let new = remeshed(&old, |_| 0.2, &RemeshRules::default());
     assert!(find(&new.position, &at(0.5, 0.5)).is_some());
-    judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
+    check_acceptance(&old, &new, &AcceptanceLimits { measure: 0.01, quality: 0.0 }).unwrap();
 }
 
 #[test]
 fn a_round_boundary_loses_nodes_but_little_area() {
     let mesh = square(64);
     let position = moved(&mesh, |x| star(&(2.0 * x - at(1.0, 1.0)), |_| 1.0));
-    let old = Moved { mesh: &mesh, position: &position };
-    let new = remeshed(&old, |_| 0.25, &Rules::default());
-    let found = judge(&old, &new, &Acceptance { measure: 0.03, quality: 0.3 });
+    let old = DeformedMesh { mesh: &mesh, position: &position };
+    let new = remeshed(&old, |_| 0.25, &RemeshRules::default());
+    let found = check_acceptance(&old, &new, &AcceptanceLimits { measure: 0.03, quality: 0.3 });
     assert!(found.is_ok() && settled(&new).facets.len() < 80, "{found:?} {}", settled(&new).facets.len());
 }
 
@@ -193,13 +193,13 @@ fn a_boundary_that_crosses_itself_is_an_error() {
     let mesh = square(8);
     let through = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5, -0.3) } else { *x });
     let sizes = vec![0.125; mesh.rest.len()];
-    let found = propose(&Moved { mesh: &mesh, position: &through }, &sizes, &Rules::default(), &|x| *x);
+    let found = propose(&DeformedMesh { mesh: &mesh, position: &through }, &sizes, &RemeshRules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Crossing { .. })), "{found:?}");
     let touching = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5625, 0.0) } else { *x });
-    let found = propose(&Moved { mesh: &mesh, position: &touching }, &sizes, &Rules::default(), &|x| *x);
+    let found = propose(&DeformedMesh { mesh: &mesh, position: &touching }, &sizes, &RemeshRules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Blocked { .. })), "{found:?}");
     let meeting = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5, 0.0) } else { *x });
-    let found = propose(&Moved { mesh: &mesh, position: &meeting }, &sizes, &Rules::default(), &|x| *x);
+    let found = propose(&DeformedMesh { mesh: &mesh, position: &meeting }, &sizes, &RemeshRules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Blocked { .. } | RemeshError::Coincident { .. })), "{found:?}");
 }
 
@@ -211,10 +211,10 @@ fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
     for (node, tip) in [(at(4.0, 1.5), at(2.97, 1.52)), (at(3.0, 1.5), at(3.13, 1.52))] {
         let beside = |x: &Vector<2>| if x[0] > 3.5 { x - at(0.9, 0.0) } else { *x };
         let position = moved(&mesh, |x| if *x == node { tip } else { beside(x) });
-        let old = Moved { mesh: &mesh, position: &position };
-        let new = remeshed(&old, |_| 0.25, &Rules::default());
+        let old = DeformedMesh { mesh: &mesh, position: &position };
+        let new = remeshed(&old, |_| 0.25, &RemeshRules::default());
         assert_eq!(find(&new.position, &tip), None);
-        let found = judge(&old, &new, &SAME_AREA).unwrap();
+        let found = check_acceptance(&old, &new, &SAME_AREA).unwrap();
         assert!((found.parts, found.loops) == (2, 4) && new.cleared > 0.0 && new.cleared < 0.06, "{found:?}");
     }
 }
@@ -225,23 +225,23 @@ fn a_gap_that_is_pushed_through_a_wall_is_not_filled() {
     let mesh = rings(1, 0.5);
     let position = moved(&mesh, |x| if *x == at(2.0, 1.5) { at(3.1, 1.5) } else { *x });
     let sizes = vec![0.8; mesh.rest.len()];
-    let found = propose(&Moved { mesh: &mesh, position: &position }, &sizes, &Rules::default(), &|x| *x);
+    let found = propose(&DeformedMesh { mesh: &mesh, position: &position }, &sizes, &RemeshRules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Crossing { .. })), "{found:?}");
 }
 
 /// Square with displaced boundary nodes, remeshed.
-fn displaced(mesh: &Mesh<2>, places: &[(Vector<2>, Vector<2>)], rules: &Rules) -> Proposal<2> {
+fn displaced(mesh: &Mesh<2>, places: &[(Vector<2>, Vector<2>)], rules: &RemeshRules) -> ProposedMesh<2> {
     let place = |x: &Vector<2>| places.iter().find(|(from, _)| from == x).map_or(*x, |(_, to)| *to);
     let position = moved(mesh, place);
-    let old = Moved { mesh, position: &position };
+    let old = DeformedMesh { mesh, position: &position };
     let new = propose(&old, &vec![0.125; position.len()], rules, &|x| *x).unwrap();
-    let found = judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.1 });
+    let found = check_acceptance(&old, &new, &AcceptanceLimits { measure: 0.01, quality: 0.1 });
     assert!(found.is_ok(), "{found:?}");
     new
 }
 
 /// Returns for each place true if it is still a node.
-fn stayed(new: &Proposal<2>, places: &[(Vector<2>, Vector<2>)]) -> Vec<bool> {
+fn stayed(new: &ProposedMesh<2>, places: &[(Vector<2>, Vector<2>)]) -> Vec<bool> {
     places.iter().map(|(_, to)| find(&new.position, to).is_some()).collect()
 }
 
@@ -249,7 +249,7 @@ fn stayed(new: &Proposal<2>, places: &[(Vector<2>, Vector<2>)]) -> Vec<bool> {
 #[test]
 fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
     let folded = |places: &[(Vector<2>, Vector<2>)], rests: bool| {
-        stayed(&displaced(&square(8), places, &Rules { rests, ..Rules::default() }), &places[..2])
+        stayed(&displaced(&square(8), places, &RemeshRules { rests, ..RemeshRules::default() }), &places[..2])
     };
     let tip = [(at(0.625, 1.0), at(0.4, 0.98)), (at(0.5, 1.0), at(0.5, 0.95))];
     for rests in [false, true] {
@@ -265,13 +265,13 @@ fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
 fn a_tip_that_goes_in_and_out_of_a_wall_goes_with_all_between() {
     let places = [(0.75, at(0.34, 0.972)), (0.625, at(0.62, 0.965)), (0.5, at(0.6, 0.93)), (0.375, at(0.45, 0.95))];
     let places = places.map(|(x, to)| (at(x, 1.0), to));
-    assert_eq!(stayed(&displaced(&square(8), &places, &Rules::default()), &places), [false; 4]);
+    assert_eq!(stayed(&displaced(&square(8), &places, &RemeshRules::default()), &places), [false; 4]);
 }
 
 #[test]
 fn a_node_that_is_beyond_the_axis_is_cut_off() {
     for place in [at(-0.05, 1.05), at(-0.02, 1.01)] {
-        let new = displaced(&held(8), &[(at(0.125, 1.0), place)], &Rules::default());
+        let new = displaced(&held(8), &[(at(0.125, 1.0), place)], &RemeshRules::default());
         assert!(new.position.iter().all(|x| x[0] >= 0.0));
     }
 }
@@ -281,12 +281,17 @@ fn what_cannot_be_meshed_with_is_refused() {
     let mesh = square(4);
     let with = |size: f64, place: f64| {
         let position = moved(&mesh, |x| if *x == at(0.5, 0.5) { at(place, 0.5) } else { *x });
-        propose(&Moved { mesh: &mesh, position: &position }, &vec![size; mesh.rest.len()], &Rules::default(), &|x| *x)
+        propose(
+            &DeformedMesh { mesh: &mesh, position: &position },
+            &vec![size; mesh.rest.len()],
+            &RemeshRules::default(),
+            &|x| *x,
+        )
     };
     assert!(matches!(with(0.0, 0.5), Err(RemeshError::Size { .. })));
     assert!(matches!(with(0.25, f64::NAN), Err(RemeshError::NotFinite { .. })));
     assert!(matches!(with(1e-9, 0.5), Err(RemeshError::TooMany { .. })));
-    let short = propose(&Moved { mesh: &mesh, position: &mesh.rest }, &[1.0], &Rules::default(), &|x| *x);
+    let short = propose(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, &[1.0], &RemeshRules::default(), &|x| *x);
     assert!(matches!(short, Err(RemeshError::Counts { sizes: 1, .. })));
 }
 
@@ -303,9 +308,9 @@ fn sixty_remeshes_of_a_body_that_flows_keep_it_good() {
     let (mut area, mut angle) = (0.0_f64, 180.0_f64);
     for _ in 0..60 {
         let position = moved(&mesh, |x| x + flow(x));
-        let old = Moved { mesh: &mesh, position: &position };
-        let new = remeshed(&old, size, &Rules::default());
-        let found = judge(&old, &new, &Acceptance { measure: 1e-3, quality: 0.1 });
+        let old = DeformedMesh { mesh: &mesh, position: &position };
+        let new = remeshed(&old, size, &RemeshRules::default());
+        let found = check_acceptance(&old, &new, &AcceptanceLimits { measure: 1e-3, quality: 0.1 });
         let found = found.unwrap();
         area += found.change.abs();
         angle = angle.min(worst_angle(&new.position, &new.elements));
@@ -321,13 +326,13 @@ fn speed() {
     let mesh = square(160);
     for (name, map) in [("all new", sheared as PlaneMap), ("a dent", indented), ("nothing new", |x| *x)] {
         let position = moved(&mesh, map);
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let sizes = vec![1.0 / 160.0; position.len()];
         let fine = vec![1.0 / 230.0; position.len()];
         for size in [&sizes, &fine] {
             let timed = || {
                 let start = std::time::Instant::now();
-                (propose(&old, size, &Rules::default(), &|x| *x).unwrap(), start.elapsed().as_secs_f64())
+                (propose(&old, size, &RemeshRules::default(), &|x| *x).unwrap(), start.elapsed().as_secs_f64())
             };
             let (new, first) = timed();
             let seconds = (0..4).map(|_| timed().1).fold(first, f64::min);
@@ -361,14 +366,14 @@ proptest! {
             radii[i] * (1.0 - share) + radii[(i + 1) % n] * share
         };
         let position = moved(&mesh, |x| star(&(2.0 * x - at(1.0, 1.0)), radius));
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let asked: Vec<f64> = (0..position.len()).map(|n| seeds[n % seeds.len()]).collect();
         let size = graded(&old, asked, growth);
         let filled = propose(&old, &size, &ALL_NODES, &|x| *x).unwrap();
-        prop_assert!(judge(&old, &filled, &SAME_AREA).is_ok(), "{:?}", judge(&old, &filled, &SAME_AREA));
-        let fewer = propose(&old, &size, &Rules::default(), &|x| *x).unwrap();
-        let limits = Acceptance { measure: 0.02, quality: 0.0 };
-        prop_assert!(judge(&old, &fewer, &limits).is_ok(), "{:?}", judge(&old, &fewer, &limits));
+        prop_assert!(check_acceptance(&old, &filled, &SAME_AREA).is_ok(), "{:?}", check_acceptance(&old, &filled, &SAME_AREA));
+        let fewer = propose(&old, &size, &RemeshRules::default(), &|x| *x).unwrap();
+        let limits = AcceptanceLimits { measure: 0.02, quality: 0.0 };
+        prop_assert!(check_acceptance(&old, &fewer, &limits).is_ok(), "{:?}", check_acceptance(&old, &fewer, &limits));
     }
 
     #[test]
@@ -382,14 +387,14 @@ proptest! {
             if inside && !is_inside(x) { *x } else { at(places[n].0, places[n].1) }
         };
         let position: Vec<Vector<2>> = mesh.rest.iter().enumerate().map(place).collect();
-        let old = Moved { mesh: &mesh, position: &position };
-        let new = propose(&old, &vec![0.2; position.len()], &Rules::default(), &|x| *x);
+        let old = DeformedMesh { mesh: &mesh, position: &position };
+        let new = propose(&old, &vec![0.2; position.len()], &RemeshRules::default(), &|x| *x);
         if inside {
             // However the nodes inside are entangled, the body is filled.
-            let found = judge(&old, &new.unwrap(), &SAME_AREA);
+            let found = check_acceptance(&old, &new.unwrap(), &SAME_AREA);
             prop_assert!(found.is_ok(), "{found:?}");
         } else if let Ok(new) = new {
-            let _ = judge(&old, &new, &ANY);
+            let _ = check_acceptance(&old, &new, &ANY);
         }
     }
 }

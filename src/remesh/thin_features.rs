@@ -1,6 +1,6 @@
 //! Thin features: sheets of gel that erode.
 
-use super::Moved;
+use super::DeformedMesh;
 use super::barycentric::edges;
 use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, Facet, facet_measure, signed_volume};
@@ -15,8 +15,8 @@ const LONGEST: f64 = 4.0;
 /// bend, not a sheet. In space an element is across a sheet if all its nodes are on the surface and the surface normals
 /// at two of them oppose each other.
 #[must_use]
-pub fn sheets<const D: usize>(
-    moved: &Moved<'_, D>,
+pub fn thin_elements<const D: usize>(
+    moved: &DeformedMesh<'_, D>,
     (facets, across): (&[Facet], &[[Option<ElementId>; 4]]),
     below: f64,
 ) -> Vec<bool> {
@@ -33,8 +33,8 @@ pub fn sheets<const D: usize>(
 /// side, and the elements between would be degenerate. In the plane only: in space a tetrahedron at an edge of a block
 /// cannot be told from a sheet.
 #[must_use]
-pub fn thinned<const D: usize>(
-    moved: &Moved<'_, D>,
+pub fn limit_sheet_sizes<const D: usize>(
+    moved: &DeformedMesh<'_, D>,
     (facets, across): (&[Facet], &[[Option<ElementId>; 4]]),
     mut size: Vec<f64>,
     least: f64,
@@ -53,7 +53,7 @@ pub fn thinned<const D: usize>(
 
 /// Elements across a sheet, and its thickness there, m; negative for an inverted element.
 fn heights<const D: usize>(
-    moved: &Moved<'_, D>,
+    moved: &DeformedMesh<'_, D>,
     facets: &[Facet],
     across: &[[Option<ElementId>; 4]],
 ) -> impl Iterator<Item = (usize, f64)> {
@@ -74,7 +74,7 @@ const AWAY: f64 = -0.3;
 
 /// Elements across a sheet in space, and its thickness there, m: the greatest distance, along the difference of their
 /// normals, of two nodes with opposing normals.
-fn widths<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> impl Iterator<Item = (usize, f64)> {
+fn widths<const D: usize>(moved: &DeformedMesh<'_, D>, facets: &[Facet]) -> impl Iterator<Item = (usize, f64)> {
     let normals = normals(moved, facets);
     moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
         let mut width: Option<f64> = None;
@@ -92,7 +92,7 @@ fn widths<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> impl Iterat
 }
 
 /// Unit normals of the surface at its nodes, weighted by area; zero at the other nodes.
-fn normals<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> Vec<Vector3> {
+fn normals<const D: usize>(moved: &DeformedMesh<'_, D>, facets: &[Facet]) -> Vec<Vector3> {
     let mut normals = vec![Vector3::zeros(); moved.position.len()];
     for facet in facets {
         let [a, b, c] = [0, 1, 2].map(|k| embed(&moved.position[facet[k].index()]));
@@ -103,7 +103,7 @@ fn normals<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> Vec<Vector
 }
 
 /// Returns true if an element is longer than it is thick; shorter ones are corners.
-fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) -> bool {
+fn is_long<const D: usize>(moved: &DeformedMesh<'_, D>, element: usize, height: f64) -> bool {
     let nodes = &moved.mesh.elements[element];
     let length = |[a, b]: &[usize; 2]| (moved.position[nodes[*a].index()] - moved.position[nodes[*b].index()]).norm();
     edges::<D>().iter().map(length).fold(0.0, f64::max) > LONGEST * height
@@ -113,12 +113,12 @@ fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) ->
 mod tests {
     use super::*;
     use crate::math::Vector;
-    use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours};
+    use crate::mesh::{BlockSpec, CellSplit, Mesh, block, boundary, face_neighbours};
 
     /// Block with a fin of this thickness along its side.
     fn finned(thickness: f64) -> Mesh<3> {
         let planes = [vec![0.0, thickness, 0.25, 0.5], vec![0.0, 0.25, 0.5], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
-        let mesh = block(Block { planes, split: Split::Kuhn, faces: vec![] });
+        let mesh = block(BlockSpec { planes, split: CellSplit::Kuhn, faces: vec![] });
         let middle = |e: &crate::mesh::Simplex| e.iter().map(|n| mesh.rest[n.index()]).sum::<Vector<3>>() / 4.0;
         let is_there = |e: &&crate::mesh::Simplex| middle(e).z < 0.5 || middle(e).x < thickness;
         let elements: Vec<_> = mesh.elements.iter().filter(is_there).copied().collect();
@@ -128,19 +128,19 @@ mod tests {
     #[test]
     fn a_thin_fin_on_a_block_in_space_breaks_off_and_nothing_else() {
         let mesh = finned(0.02);
-        let moved = Moved { mesh: &mesh, position: &mesh.rest };
+        let moved = DeformedMesh { mesh: &mesh, position: &mesh.rest };
         let surface = (&mesh.facets[..], &neighbours::<3>(&mesh.elements)[..]);
-        let gone = sheets(&moved, surface, 0.05);
+        let gone = thin_elements(&moved, surface, 0.05);
         let reaches = |e: usize, z: f64| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > z);
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
-        assert!(!sheets(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
+        assert!(!thin_elements(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
     }
 
     #[test]
     fn a_fin_of_the_plane_whose_side_went_through_the_other_one_breaks_off() {
         let planes = [vec![0.0, 0.25, 0.5, 1.0], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
-        let mesh = block::<2>(Block { planes, split: Split::Kuhn, faces: vec![] });
+        let mesh = block::<2>(BlockSpec { planes, split: CellSplit::Kuhn, faces: vec![] });
         let rest = mesh.rest.clone();
         let middle = |e: &crate::mesh::Simplex| e[..3].iter().map(|n| rest[n.index()]).sum::<Vector<2>>() / 3.0;
         let is_there = |e: &&crate::mesh::Simplex| middle(e)[1] < 0.5 || middle(e)[0] < 0.25;
@@ -151,7 +151,7 @@ mod tests {
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| if through(x) { Vector::<2>::new(to, 0.75) } else { *x }).collect();
             let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
-            sheets(&Moved { mesh: &mesh, position: &position }, surface, 1e-6)
+            thin_elements(&DeformedMesh { mesh: &mesh, position: &position }, surface, 1e-6)
         };
         assert!(!of(0.25).contains(&true) && !of(0.01).contains(&true));
         let gone = of(-0.01);

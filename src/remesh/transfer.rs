@@ -1,13 +1,13 @@
 //! Field transfer to a new mesh of the same body: rest positions, masses and velocities (numerics 4.5, A12).
 
-use super::conservation::{Books, Defects, NodeGroup};
-use super::correspondence::Pairing;
-use super::nodal_fields::{Carried, Symmetry, Transferred, nodal_masses};
+use super::conservation::{ConservationDefects, ConservedTotals, NodeGroup};
+use super::correspondence::MeshCorrespondence;
+use super::nodal_fields::{BodySymmetry, NodalFields, TransferredFields, nodal_masses};
 use super::overlap_candidates::{self, OverlapCandidates};
 use super::rest_positions::{self, RestLocations};
 use super::supermesh::{ElementMoments, SupermeshIntegrals};
 use super::velocity::MomentumProjection;
-use super::{Moved, Proposal};
+use super::{DeformedMesh, ProposedMesh};
 use crate::math::Vector;
 
 /// Transfers masses, velocities and rest positions to a new mesh.
@@ -20,17 +20,21 @@ use crate::math::Vector;
 /// remaining defect of angular momentum is returned to the free nodes of changed elements as a rigid rotation about
 /// their centre of mass.
 #[must_use]
-pub fn transfer<const D: usize>(old: &Moved<'_, D>, carried: &Carried<'_, D>, new: &Proposal<D>) -> Transferred<D> {
-    transfer_paired(old, carried, (new, Pairing::of(old.mesh, new)))
+pub fn transfer<const D: usize>(
+    old: &DeformedMesh<'_, D>,
+    carried: &NodalFields<'_, D>,
+    new: &ProposedMesh<D>,
+) -> TransferredFields<D> {
+    transfer_paired(old, carried, (new, MeshCorrespondence::of(old.mesh, new)))
 }
 
 /// Transfers the fields with a known correspondence of the meshes; see [`transfer()`].
 #[must_use]
 pub fn transfer_paired<const D: usize>(
-    old: &Moved<'_, D>,
-    carried: &Carried<'_, D>,
-    (new, pairing): (&Proposal<D>, Pairing),
-) -> Transferred<D> {
+    old: &DeformedMesh<'_, D>,
+    carried: &NodalFields<'_, D>,
+    (new, pairing): (&ProposedMesh<D>, MeshCorrespondence),
+) -> TransferredFields<D> {
     let gone = overlap_candidates::gone(old, &pairing);
     let under = OverlapCandidates::new(old, new, (&pairing, &gone));
     let traces = RestLocations::of(old, new, (&pairing.gone, &under));
@@ -50,23 +54,24 @@ pub fn transfer_paired<const D: usize>(
         held: &held,
     };
     let taken = balance.project_momentum(&mut velocity);
-    let before = Books::of(old.position, carried.mass, carried.velocity);
-    let mut defects = Defects::new(before, Books::of(&new.position, &mass, &velocity), (&new.position, &taken));
+    let before = ConservedTotals::of(old.position, carried.mass, carried.velocity);
+    let mut defects =
+        ConservationDefects::new(before, ConservedTotals::of(&new.position, &mass, &velocity), (&new.position, &taken));
     (defects.stray_mass, defects.misses) = (parts.stray_mass, traces.misses);
     defects.unchanged = pairing.same.iter().flatten().count() as f64 / pairing.same.len().max(1) as f64;
     defects.massless = mass.iter().filter(|m| **m <= 0.0 || !m.is_finite()).count();
-    if carried.symmetry != Symmetry::Axisymmetric {
+    if carried.symmetry != BodySymmetry::Axisymmetric {
         let changed = NodeGroup { x: &new.position, mass: &mass, members: &free(new, &pairing, &held) };
         changed.add_rotation(&mut velocity, &-defects.angular_defect());
-        defects.after = Books::of(&new.position, &mass, &velocity);
+        defects.after = ConservedTotals::of(&new.position, &mass, &velocity);
     }
-    Transferred { rest, mass, corner_mass, velocity, held, same: pairing.same, sources: parts.sources, defects }
+    TransferredFields { rest, mass, corner_mass, velocity, held, same: pairing.same, sources: parts.sources, defects }
 }
 
 /// Corner masses of the new elements, kg.
 fn corner_masses<const D: usize>(
-    carried: &Carried<'_, D>,
-    pairing: &Pairing,
+    carried: &NodalFields<'_, D>,
+    pairing: &MeshCorrespondence,
     parts: &[ElementMoments<D>],
 ) -> Vec<[f64; 4]> {
     let mut corner_mass: Vec<[f64; 4]> = pairing
@@ -82,8 +87,8 @@ fn corner_masses<const D: usize>(
 
 /// Masses of the new nodes, kg: unchanged nodes keep theirs bit for bit.
 fn masses<const D: usize>(
-    new: &Proposal<D>,
-    (carried, pairing): (&Carried<'_, D>, &Pairing),
+    new: &ProposedMesh<D>,
+    (carried, pairing): (&NodalFields<'_, D>, &MeshCorrespondence),
     corner_mass: &[[f64; 4]],
 ) -> Vec<f64> {
     let mut mass = nodal_masses::<D>(new.position.len(), &new.elements, corner_mass);
@@ -96,7 +101,7 @@ fn masses<const D: usize>(
 }
 
 /// Initial velocities: those of kept nodes, interpolated in between, zero in held directions.
-fn guess<const D: usize>(traces: &RestLocations, carried: &Carried<'_, D>, held: &[[bool; D]]) -> Vec<Vector<D>> {
+fn guess<const D: usize>(traces: &RestLocations, carried: &NodalFields<'_, D>, held: &[[bool; D]]) -> Vec<Vector<D>> {
     let mut velocity: Vec<Vector<D>> =
         traces.values(carried.velocity).into_iter().map(|v| v.unwrap_or_else(Vector::zeros)).collect();
     for (v, held) in velocity.iter_mut().zip(held) {
@@ -106,7 +111,7 @@ fn guess<const D: usize>(traces: &RestLocations, carried: &Carried<'_, D>, held:
 }
 
 /// Nodes of changed elements that are free in every direction.
-fn free<const D: usize>(new: &Proposal<D>, pairing: &Pairing, held: &[[bool; D]]) -> Vec<usize> {
+fn free<const D: usize>(new: &ProposedMesh<D>, pairing: &MeshCorrespondence, held: &[[bool; D]]) -> Vec<usize> {
     let mut is_free = vec![false; new.position.len()];
     for node in pairing.changed().flat_map(|e| &new.elements[e][..=D]) {
         is_free[node.index()] = held[node.index()] == [false; D];
@@ -132,8 +137,8 @@ mod tests {
         Vector::<2>::new(1.2 * xi[0], 0.7 * xi[1] + 0.1 * xi[0])
     }
 
-    fn body(symmetry: Symmetry, random: &mut TestRandom) -> TestBody<2> {
-        let map = if symmetry == Symmetry::Planar { affine } else { widened };
+    fn body(symmetry: BodySymmetry, random: &mut TestRandom) -> TestBody<2> {
+        let map = if symmetry == BodySymmetry::Planar { affine } else { widened };
         TestBody::new(&[even(8), even(7)], (1.0, random), (symmetry, &map))
     }
 
@@ -142,8 +147,11 @@ mod tests {
     }
 
     /// The body on 9 × 6 other cells.
-    fn remeshed(body: &TestBody<2>, random: &mut TestRandom) -> (Vec<Vector<2>>, Proposal<2>, Transferred<2>) {
-        let map = if body.symmetry == Symmetry::Planar { affine } else { widened };
+    fn remeshed(
+        body: &TestBody<2>,
+        random: &mut TestRandom,
+    ) -> (Vec<Vector<2>>, ProposedMesh<2>, TransferredFields<2>) {
+        let map = if body.symmetry == BodySymmetry::Planar { affine } else { widened };
         let (xi, new) = body.other(&[even(9), even(6)], (1.0, random), &map);
         let transferred = transfer(&body.moved(), &body.carried(), &new);
         (xi, new, transferred)
@@ -152,12 +160,12 @@ mod tests {
     #[test]
     fn a_mesh_that_is_the_same_keeps_every_bit() {
         let mut random = TestRandom::new(1);
-        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+        for symmetry in [BodySymmetry::Planar, BodySymmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random).with_velocity(wavy);
             body.mesh.held[3] = [false, true];
             body.velocity[3][1] = 0.0;
             let mut new = body.again();
-            new.elements.reverse();
+            new.elements.apply_reversal();
             for nodes in new.elements.iter_mut().step_by(2) {
                 *nodes = [nodes[1], nodes[2], nodes[0], nodes[1]];
             }
@@ -180,7 +188,7 @@ mod tests {
     fn nodes_out_of_reach_of_a_change_keep_every_bit() {
         let mut random = TestRandom::new(2);
         let planes = [even(20), even(3)];
-        let body = TestBody::new(&planes, (1.0, &mut random), (Symmetry::Planar, &affine)).with_velocity(wavy);
+        let body = TestBody::new(&planes, (1.0, &mut random), (BodySymmetry::Planar, &affine)).with_velocity(wavy);
         let mut new = body.again();
         let moved = 22;
         assert!(body.xi[moved][0] < 0.1 && body.xi[moved][1] > 0.0 && body.xi[moved][1] < 0.5);
@@ -203,7 +211,7 @@ mod tests {
     #[test]
     fn rest_positions_of_an_affine_map_are_exact() {
         let mut random = TestRandom::new(3);
-        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+        for symmetry in [BodySymmetry::Planar, BodySymmetry::Axisymmetric] {
             let body = body(symmetry, &mut random);
             let (xi, new, after) = remeshed(&body, &mut random);
             for (rest, xi) in after.rest.iter().zip(&xi) {
@@ -214,8 +222,8 @@ mod tests {
         }
     }
 
-    fn check_conserved(defects: &Defects<2>, tolerance: f64) {
-        let Defects { before, raw, after, .. } = *defects;
+    fn check_conserved(defects: &ConservationDefects<2>, tolerance: f64) {
+        let ConservationDefects { before, raw, after, .. } = *defects;
         assert!((raw.mass / before.mass - 1.0).abs() < tolerance);
         let scale = before.momentum.norm() + before.mass.sqrt() * before.kinetic.sqrt();
         assert!(defects.momentum_defect().norm() < tolerance * scale);
@@ -225,13 +233,13 @@ mod tests {
     #[test]
     fn mass_and_momentum_are_kept_over_twenty_meshes() {
         let mut random = TestRandom::new(4);
-        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+        for symmetry in [BodySymmetry::Planar, BodySymmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random).with_velocity(wavy);
             let scattered: Vec<f64> = scatter(&body.mesh, &mut random).iter().map(|m| 0.01 * (0.5 + m)).collect();
             body = body.with_masses(&scattered);
             let (start, centre) = (body.books(), body.first_moment());
             for n in 0..20 {
-                let map = if symmetry == Symmetry::Planar { affine } else { widened };
+                let map = if symmetry == BodySymmetry::Planar { affine } else { widened };
                 let planes = [even(6 + n % 5), even(9 - n % 4)];
                 let (xi, new) = body.other(&planes, (1.0, &mut random), &map);
                 let after = transfer(&body.moved(), &body.carried(), &new);
@@ -244,7 +252,7 @@ mod tests {
             assert!((end.mass / start.mass - 1.0).abs() < 1e-13);
             assert!((end.momentum - start.momentum).norm() < 1e-13 * start.mass);
             assert!((body.first_moment() - centre).norm() < 1e-13 * start.mass);
-            if symmetry == Symmetry::Planar {
+            if symmetry == BodySymmetry::Planar {
                 assert!((end.angular - start.angular).norm() < 1e-12 * start.mass);
             }
         }
@@ -254,9 +262,9 @@ mod tests {
     fn meshes_of_very_different_sizes_take_over_from_one_another() {
         let mut random = TestRandom::new(12);
         let layered = vec![0.0, 1e-6, 0.3, 0.5, 1.0];
-        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+        for symmetry in [BodySymmetry::Planar, BodySymmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random).with_velocity(wavy);
-            let map = if symmetry == Symmetry::Planar { affine } else { widened };
+            let map = if symmetry == BodySymmetry::Planar { affine } else { widened };
             for planes in
                 [[even(2), even(2)], [even(30), even(40)], [layered.clone(), even(3)], [even(4), layered.clone()]]
             {
@@ -273,14 +281,14 @@ mod tests {
     #[test]
     fn a_uniform_body_stays_uniform_over_twenty_meshes() {
         let mut random = TestRandom::new(11);
-        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+        for symmetry in [BodySymmetry::Planar, BodySymmetry::Axisymmetric] {
             let mut body = body(symmetry, &mut random);
             for _ in 0..20 {
                 let (xi, new, after) = remeshed(&body, &mut random);
                 body = body.after(xi, new, after);
                 let ring = |e: &Simplex| e[..3].iter().map(|n| body.mesh.rest[n.index()][0]).sum::<f64>() / 3.0;
                 let depth =
-                    |e: &Simplex| if symmetry == Symmetry::Planar { 1.0 } else { std::f64::consts::TAU * ring(e) };
+                    |e: &Simplex| if symmetry == BodySymmetry::Planar { 1.0 } else { std::f64::consts::TAU * ring(e) };
                 let mass: Vec<f64> = body.mesh.elements.iter().map(|e| body.mesh.measure(e) * depth(e)).collect();
                 let lumped = corner_masses(&body.mesh.rest, &body.mesh.elements, &mass, symmetry);
                 for (found, wanted) in body.corner_mass.iter().flatten().zip(lumped.iter().flatten()) {
@@ -294,7 +302,7 @@ mod tests {
     fn a_uniform_velocity_stays_uniform() {
         let mut random = TestRandom::new(5);
         let v = Vector::<2>::new(3.0, -2.0);
-        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+        for symmetry in [BodySymmetry::Planar, BodySymmetry::Axisymmetric] {
             let body = body(symmetry, &mut random);
             let scattered: Vec<f64> = scatter(&body.mesh, &mut random).iter().map(|m| 0.01 * (0.5 + m)).collect();
             let body = body.with_masses(&scattered).with_velocity(|_| v);
@@ -308,9 +316,9 @@ mod tests {
     #[test]
     fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
         let mut random = TestRandom::new(6);
-        let body = body(Symmetry::Planar, &mut random).with_velocity(|x| Vector::<2>::new(x[1] - 0.3, 0.2 - x[0]));
+        let body = body(BodySymmetry::Planar, &mut random).with_velocity(|x| Vector::<2>::new(x[1] - 0.3, 0.2 - x[0]));
         let (_, new, after) = remeshed(&body, &mut random);
-        let Defects { before, raw, after: end, .. } = after.defects;
+        let ConservationDefects { before, raw, after: end, .. } = after.defects;
         assert!((raw.momentum - before.momentum).norm() < 1e-13);
         let lost = ((raw.angular - before.angular).y / before.angular.y).abs();
         assert!(lost > 1e-6 && lost < 0.02, "{lost}");
@@ -327,7 +335,7 @@ mod tests {
     #[test]
     fn what_held_nodes_take_is_booked() {
         let mut random = TestRandom::new(7);
-        let mut body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        let mut body = body(BodySymmetry::Planar, &mut random).with_velocity(wavy);
         for i in 0..body.xi.len() {
             body.mesh.held[i] = [body.xi[i][0] == 0.0 || body.xi[i][1] == 0.0, body.xi[i][1] == 0.0];
             (0..2).filter(|axis| body.mesh.held[i][*axis]).for_each(|axis| body.velocity[i][axis] = 0.0);
@@ -350,7 +358,7 @@ mod tests {
         for bulge in [0.02, -0.02] {
             let bulged = |xi: &Vector<2>| Vector::<2>::new(xi[0], xi[1] + bulge * xi[1] * xi[0] * (1.0 - xi[0]));
             let planes = [even(4), even(4)];
-            let body = TestBody::new(&planes, (0.0, &mut random), (Symmetry::Planar, &bulged)).with_velocity(wavy);
+            let body = TestBody::new(&planes, (0.0, &mut random), (BodySymmetry::Planar, &bulged)).with_velocity(wavy);
             let (xi, new) = body.other(&[even(2), even(4)], (0.0, &mut random), &bulged);
             let after = transfer(&body.moved(), &body.carried(), &new);
             assert!((after.defects.relative_mass() > 1e-4) == (bulge > 0.0) && after.defects.relative_mass() < 0.01);
@@ -365,7 +373,7 @@ mod tests {
     #[test]
     fn a_point_outside_takes_what_is_nearest() {
         let mut random = TestRandom::new(9);
-        let body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        let body = body(BodySymmetry::Planar, &mut random).with_velocity(wavy);
         let mut new = body.again();
         new.origin[0] = NodeOrigin::Inside;
         new.position[0] += Vector::<2>::new(-0.01, -0.02);
@@ -379,7 +387,7 @@ mod tests {
     #[test]
     fn what_is_cut_off_where_nothing_else_changes_is_laid_down_beside_it() {
         let mut random = TestRandom::new(13);
-        let body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        let body = body(BodySymmetry::Planar, &mut random).with_velocity(wavy);
         let is_at = |i: usize| body.xi[i].iter().all(|c| c.abs() < 0.3);
         let mut new = body.again();
         let at = (0..new.elements.len()).find(|e| new.elements[*e][..3].iter().all(|n| is_at(n.index()))).unwrap();
@@ -401,7 +409,7 @@ mod tests {
     #[test]
     fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
         let mut random = TestRandom::new(10);
-        let mut body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        let mut body = body(BodySymmetry::Planar, &mut random).with_velocity(wavy);
         let mut new = body.again();
         let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.3 && *c < 0.6)).unwrap();
         body.position[inner] += Vector::<2>::new(0.25, 0.1);
@@ -417,7 +425,7 @@ mod tests {
     #[test]
     fn corner_masses_of_rings_are_those_of_a_constant_density() {
         let x = [[0.0, 0.0], [2.0, 0.5], [1.0, 1.5]].map(Vector::<2>::from);
-        let corners = corner_masses(&x, &[[0, 1, 2, 0].map(NodeId)], &[12.0], Symmetry::Axisymmetric)[0];
+        let corners = corner_masses(&x, &[[0, 1, 2, 0].map(NodeId)], &[12.0], BodySymmetry::Axisymmetric)[0];
         for (found, wanted) in corners.iter().zip([3.0, 5.0, 4.0]) {
             assert!((found - wanted).abs() < 1e-14);
         }
@@ -430,15 +438,15 @@ mod tests {
     fn nothing_at_all_can_be_transferred() {
         let mesh = crate::mesh::Mesh::<2>::new(vec![], vec![]);
         let carried =
-            Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
-        let new = Proposal {
+            NodalFields { symmetry: BodySymmetry::Planar, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
+        let new = ProposedMesh {
             position: vec![Vector::zeros()],
             origin: vec![NodeOrigin::Inside],
             elements: vec![],
             over: vec![],
             cleared: 0.0,
         };
-        let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
+        let after = transfer(&DeformedMesh { mesh: &mesh, position: &[] }, &carried, &new);
         assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
     }
 }

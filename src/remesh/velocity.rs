@@ -2,8 +2,8 @@
 
 use super::NodeOrigin;
 use super::barycentric::interpolate;
-use super::correspondence::{Pairing, Same};
-use super::nodal_fields::{Carried, heights};
+use super::correspondence::{MeshCorrespondence, UnchangedElement};
+use super::nodal_fields::{NodalFields, heights};
 use super::overlap_integrals::mass_matrix;
 use super::supermesh::ElementMoments;
 use crate::math::Vector;
@@ -17,9 +17,9 @@ pub(super) struct MomentumProjection<'a, const D: usize> {
     /// Origins of the new nodes.
     pub origin: &'a [NodeOrigin],
     /// Old elements and their fields.
-    pub old: (&'a [Simplex], &'a Carried<'a, D>),
+    pub old: (&'a [Simplex], &'a NodalFields<'a, D>),
     /// New elements and their correspondence to the old ones.
-    pub new: (&'a [Simplex], &'a Pairing),
+    pub new: (&'a [Simplex], &'a MeshCorrespondence),
     /// Integrals over the changed elements.
     pub parts: &'a [ElementMoments<D>],
     /// Masses of the new nodes, kg.
@@ -82,7 +82,7 @@ impl<const D: usize> MomentumProjection<'_, D> {
     }
 
     /// v_old − v at the corners of an unchanged element; zero at the fourth in the plane.
-    fn velocity_lag(&self, nodes: &Simplex, same: Same, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
+    fn velocity_lag(&self, nodes: &Simplex, same: UnchangedElement, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
         let old = same.turned(&self.old.0[same.element.index()]);
         let mut velocity_lag = [Vector::<D>::zeros(); 4];
         for (velocity_lag, (was, now)) in velocity_lag.iter_mut().zip(old.iter().zip(&nodes[..=D])) {

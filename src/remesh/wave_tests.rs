@@ -1,6 +1,6 @@
 //! Energy loss of a wave by a transfer (numerics V14), and the speed of a transfer.
 
-use super::correspondence::Pairing;
+use super::correspondence::MeshCorrespondence;
 use super::overlap_candidates::{self, OverlapCandidates};
 use super::supermesh::SupermeshIntegrals;
 use super::test_bodies::{TestBody, TestRandom, even};
@@ -22,8 +22,8 @@ fn bar<const D: usize>(nodes: usize, jitter: f64, random: &mut TestRandom) -> Te
     })
 }
 
-fn symmetry<const D: usize>() -> Symmetry {
-    if D == 2 { Symmetry::Planar } else { Symmetry::Spatial }
+fn symmetry<const D: usize>() -> BodySymmetry {
+    if D == 2 { BodySymmetry::Planar } else { BodySymmetry::Spatial }
 }
 
 /// Planes of `n` unit cells along x, the inner ones displaced by a fraction of a cell.
@@ -34,27 +34,27 @@ fn planes<const D: usize>(n: usize, offset: f64) -> [Vec<f64>; D] {
 }
 
 /// Scheme that transfers a body to another mesh.
-type TransferScheme<const D: usize> = dyn Fn(&TestBody<D>, &Proposal<D>) -> Transferred<D>;
+type TransferScheme<const D: usize> = dyn Fn(&TestBody<D>, &ProposedMesh<D>) -> TransferredFields<D>;
 
-fn transferred<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<D> {
+fn transferred<const D: usize>(body: &TestBody<D>, new: &ProposedMesh<D>) -> TransferredFields<D> {
     transfer(&body.moved(), &body.carried(), new)
 }
 
 /// Interpolation of the velocities.
-fn interpolated<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<D> {
-    let pairing = Pairing::of(&body.mesh, new);
+fn interpolated<const D: usize>(body: &TestBody<D>, new: &ProposedMesh<D>) -> TransferredFields<D> {
+    let pairing = MeshCorrespondence::of(&body.mesh, new);
     assert_eq!(pairing.gone.len(), body.mesh.elements.len(), "every element changes");
     let gone = overlap_candidates::gone(&body.moved(), &pairing);
     let under = OverlapCandidates::new(&body.moved(), new, (&pairing, &gone));
     let traces = rest_positions::RestLocations::of(&body.moved(), new, (&pairing.gone, &under));
     let velocity = traces.values(&body.velocity).into_iter().map(Option::unwrap).collect();
-    Transferred { velocity, ..transferred(body, new) }
+    TransferredFields { velocity, ..transferred(body, new) }
 }
 
 /// Four sweeps from zero: the lumped projection and three corrections.
-fn lumped<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<D> {
+fn lumped<const D: usize>(body: &TestBody<D>, new: &ProposedMesh<D>) -> TransferredFields<D> {
     let after = transferred(body, new);
-    let (carried, pairing) = (body.carried(), Pairing::of(&body.mesh, new));
+    let (carried, pairing) = (body.carried(), MeshCorrespondence::of(&body.mesh, new));
     let gone = overlap_candidates::gone(&body.moved(), &pairing);
     let under = OverlapCandidates::new(&body.moved(), new, (&pairing, &gone));
     let parts = SupermeshIntegrals::of((&body.moved(), &carried), (new, &pairing), &under).all;
@@ -64,7 +64,7 @@ fn lumped<const D: usize>(body: &TestBody<D>, new: &Proposal<D>) -> Transferred<
     let new = (&new.elements[..], &pairing);
     MomentumProjection { origin, old, new, parts: &parts, mass: &after.mass, held: &after.held }
         .project_momentum(&mut velocity);
-    Transferred { velocity, ..after }
+    TransferredFields { velocity, ..after }
 }
 
 /// Mean relative loss of kinetic energy per transfer to a shifted mesh and back: one way alone, the wave energies on
@@ -151,7 +151,7 @@ fn large<const D: usize>(n: usize, random: &mut TestRandom) -> TestBody<D> {
     })
 }
 
-fn time<const D: usize>(name: &str, body: &TestBody<D>, new: &Proposal<D>) {
+fn time<const D: usize>(name: &str, body: &TestBody<D>, new: &ProposedMesh<D>) {
     let mut pairs = 0;
     let mut once = || {
         let start = std::time::Instant::now();

@@ -2,7 +2,7 @@
 
 use super::preset::ShotRange;
 use super::{Dimension, MaterialModel, ProjectileSpec, Scene, body_name};
-use crate::geometry::{Shape, SignedDistance};
+use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
 
 /// Greatest plausible density of a projectile, kg/m³: osmium, the densest material, has 22 590.
@@ -60,7 +60,7 @@ fn is_turned_away(scene: &Scene, body: &ProjectileSpec) -> bool {
 }
 
 /// Doubt about a long body that penetrates and cannot yaw.
-fn held_straight(scene: &Scene, shape: &Shape) -> Option<String> {
+fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     shape.volume()?;
     let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
     let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::Flowing;
@@ -72,7 +72,7 @@ fn held_straight(scene: &Scene, shape: &Shape) -> Option<String> {
 }
 
 /// Doubt about a shot outside the range that the preset was fitted to or checked with.
-fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &Shape) -> Option<String> {
+fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) -> Option<String> {
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::Flowing)?;
     shape.volume()?;
     let ShotRange { speed, calibre: sizes, source } = preset.shots();
@@ -91,7 +91,7 @@ fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &Shape) -> Option<
 }
 
 /// Greatest width across the axis of a body, m.
-fn calibre(shape: &Shape) -> f64 {
+fn calibre(shape: &ShapeGeometry) -> f64 {
     let across = |axis: Vector3| shape.reach(&axis) + shape.reach(&-axis);
     across(Vector3::x()).max(across(Vector3::y()))
 }

@@ -9,7 +9,7 @@ use std::str::FromStr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Fidelity {
+pub enum FidelityKind {
     /// Cheapest level.
     Draft,
     /// Level between `draft` and `standard`.
@@ -28,7 +28,7 @@ pub enum Fidelity {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Levels {
+pub struct FidelityLevels {
     /// Level 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub draft: Option<FidelityLevel>,
@@ -65,7 +65,7 @@ pub struct FidelityLevel {
     pub cpu_seconds: Option<f64>,
 }
 
-impl Fidelity {
+impl FidelityKind {
     /// All levels, from the cheapest to the most accurate.
     pub const ALL: [Self; 5] = [Self::Draft, Self::Coarse, Self::Standard, Self::Fine, Self::Reference];
 
@@ -82,7 +82,7 @@ impl Fidelity {
     }
 }
 
-impl FromStr for Fidelity {
+impl FromStr for FidelityKind {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -93,22 +93,22 @@ impl FromStr for Fidelity {
     }
 }
 
-impl Levels {
+impl FidelityLevels {
     /// Overrides and figures of a level, if the scene has them.
     #[must_use]
-    pub fn get(&self, fidelity: Fidelity) -> Option<&FidelityLevel> {
+    pub fn get(&self, fidelity: FidelityKind) -> Option<&FidelityLevel> {
         match fidelity {
-            Fidelity::Draft => self.draft.as_ref(),
-            Fidelity::Coarse => self.coarse.as_ref(),
-            Fidelity::Standard => self.standard.as_ref(),
-            Fidelity::Fine => self.fine.as_ref(),
-            Fidelity::Reference => self.reference.as_ref(),
+            FidelityKind::Draft => self.draft.as_ref(),
+            FidelityKind::Coarse => self.coarse.as_ref(),
+            FidelityKind::Standard => self.standard.as_ref(),
+            FidelityKind::Fine => self.fine.as_ref(),
+            FidelityKind::Reference => self.reference.as_ref(),
         }
     }
 
     /// Levels that the scene has, from the cheapest to the most accurate.
-    pub fn known(&self) -> impl Iterator<Item = (Fidelity, &FidelityLevel)> {
-        Fidelity::ALL.into_iter().filter_map(|fidelity| Some((fidelity, self.get(fidelity)?)))
+    pub fn known(&self) -> impl Iterator<Item = (FidelityKind, &FidelityLevel)> {
+        FidelityKind::ALL.into_iter().filter_map(|fidelity| Some((fidelity, self.get(fidelity)?)))
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -124,13 +124,13 @@ pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, S
         let expected =
             format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
         let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
-        return if fidelity == Fidelity::Standard { Ok(None) } else { Err(unknown) };
+        return if fidelity == FidelityKind::Standard { Ok(None) } else { Err(unknown) };
     };
-    if fidelity == Fidelity::Standard && !level.set.is_empty() {
+    if fidelity == FidelityKind::Standard && !level.set.is_empty() {
         let expected = "nothing: the standard is the scene as it stands";
         return Err(SceneError::value("fidelity.standard.set", format!("{:?}", level.set), expected));
     }
-    if fidelity != Fidelity::Standard && level.set.is_empty() {
+    if fidelity != FidelityKind::Standard && level.set.is_empty() {
         let expected =
             "a level that sets something: overrides are stronger, and have taken what this one set; leave one out";
         return Err(SceneError::value("scene.fidelity", format!("{name:?}, which sets nothing"), expected));
@@ -146,7 +146,7 @@ pub(super) fn level_error(scene: &Scene, error: &SceneError) -> SceneError {
     error_of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&FidelityLevel::default()), error)
 }
 
-fn error_of_level(fidelity: Fidelity, level: &FidelityLevel, error: &SceneError) -> SceneError {
+fn error_of_level(fidelity: FidelityKind, level: &FidelityLevel, error: &SceneError) -> SceneError {
     let at = SceneError { line: None, ..error.clone() };
     let key = format!("fidelity.{}.set", fidelity.as_str());
     SceneError::value(&key, format!("{:?} ({at})", level.set), "values that this scene can have")
@@ -154,8 +154,8 @@ fn error_of_level(fidelity: Fidelity, level: &FidelityLevel, error: &SceneError)
 
 #[cfg(test)]
 mod tests {
-    use super::Fidelity;
-    use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, rebase, resolve};
+    use super::FidelityKind;
+    use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, rebase_scene, resolve};
 
     const LEVELS: &str =
         "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";
@@ -192,7 +192,7 @@ mod tests {
     fn a_level_of_a_rebased_scene_sets_what_it_did_and_promises_nothing() {
         let rebased = |set: &[&str], then: &[&str]| {
             let parsed = |set: &[&str]| set.iter().map(|set| set.parse().unwrap()).collect::<Vec<Override>>();
-            let text = rebase(&text(), &parsed(set)).and_then(|text| resolve(&text, &parsed(then)));
+            let text = rebase_scene(&text(), &parsed(set)).and_then(|text| resolve(&text, &parsed(then)));
             text.and_then(|text| read(&text)).unwrap()
         };
         let size = |set: &[&str], then: &[&str]| rebased(set, then).mesh.size;
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!(rebased(&["output.frames=1"], &[]).fidelity.draft.unwrap().error, Some(0.05));
         assert_eq!(size(&["scene.fidelity=draft", "mesh.size=4e-3"], &[]), 4e-3, "the override is the stronger");
         let of_draft = text().replace("[scene]", "[scene]\nfidelity = \"draft\"");
-        let text = rebase(&of_draft, &["mesh.size=4e-3".parse().unwrap()]).unwrap();
+        let text = rebase_scene(&of_draft, &["mesh.size=4e-3".parse().unwrap()]).unwrap();
         assert_eq!(read(&text).unwrap().mesh.size, 4e-3);
     }
 
@@ -245,9 +245,9 @@ mod tests {
 
     #[test]
     fn a_level_has_a_name_and_a_number() {
-        for (number, level) in Fidelity::ALL.into_iter().enumerate() {
+        for (number, level) in FidelityKind::ALL.into_iter().enumerate() {
             assert_eq!([level.as_str().parse(), number.to_string().parse()], [Ok(level), Ok(level)]);
         }
-        assert!("5".parse::<Fidelity>().is_err());
+        assert!("5".parse::<FidelityKind>().is_err());
     }
 }

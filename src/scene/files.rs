@@ -2,12 +2,12 @@
 
 use super::stl;
 use super::{BodyShape, ProjectileSpec, Scene, SceneError, StlSpec, body_name};
-use crate::geometry::{Solid, Surface, SurfaceError};
+use crate::geometry::{SurfaceError, TriangleSurface, TriangulatedBody};
 use std::io;
 use std::sync::Arc;
 
 /// Function that returns the bytes of a file by its name in the scene, or an error.
-pub type Files<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
+pub type FileSource<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
 /// File function for scenes that name no files.
 ///
@@ -23,7 +23,7 @@ pub struct StlContent {
     /// Hash of the bytes of the file.
     pub digest: u128,
     /// Solid body, in metres.
-    pub solid: Arc<Solid>,
+    pub solid: Arc<TriangulatedBody>,
 }
 
 impl Scene {
@@ -54,13 +54,13 @@ fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
 impl StlSpec {
     /// Solid body; `None` before the file is read.
     #[must_use]
-    pub fn solid(&self) -> Option<Arc<Solid>> {
+    pub fn solid(&self) -> Option<Arc<TriangulatedBody>> {
         self.content.as_ref().map(|content| content.solid.clone())
     }
 }
 
 /// Reads the files that a scene names.
-pub(super) fn attach_files(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
+pub(super) fn attach_files(scene: &mut Scene, files: &FileSource<'_>) -> Result<(), SceneError> {
     for (i, body) in scene.bodies_mut().enumerate() {
         if let BodyShape::Stl(stl) = &mut body.shape {
             let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
@@ -71,7 +71,7 @@ pub(super) fn attach_files(scene: &mut Scene, files: &Files<'_>) -> Result<(), S
 }
 
 /// Reads and checks an STL file; the keys of errors are relative to the table of the body.
-fn read_stl(stl: &StlSpec, files: &Files<'_>) -> Result<StlContent, SceneError> {
+fn read_stl(stl: &StlSpec, files: &FileSource<'_>) -> Result<StlContent, SceneError> {
     const PATH: &str = "the path of an STL file, relative to the folder of the scene";
     const LENGTH: &str = "a length from 1e-9 to 1e9, m per unit of the file, such as 1e-3";
     if !(1e-9..=1e9).contains(&stl.scale) {
@@ -80,7 +80,7 @@ fn read_stl(stl: &StlSpec, files: &Files<'_>) -> Result<StlContent, SceneError> 
     let bytes = files(&stl.file).map_err(|e| SceneError::value(FILE, format!("{:?}: {e}", stl.file), PATH))?;
     let named = |found: &str| format!("{:?} with {found}", stl.file);
     let corners = stl::triangles(&bytes).map_err(|e| SceneError::value(FILE, named(&e.found), e.expected))?;
-    let solid = Surface::new(&corners).and_then(|surface| Solid::new(surface, stl.scale));
+    let solid = TriangleSurface::new(&corners).and_then(|surface| TriangulatedBody::new(surface, stl.scale));
     let solid = solid.map_err(|e| SceneError::value(FILE, named(&e.to_string()), remedy(&e)))?;
     Ok(StlContent { digest: xxhash_rust::xxh3::xxh3_128(&bytes), solid: Arc::new(solid) })
 }
@@ -90,7 +90,7 @@ fn remedy(error: &SurfaceError) -> String {
     match error {
         SurfaceError::TooFew { .. } => "a closed surface: four triangles or more".to_owned(),
         SurfaceError::TooMany { .. } => {
-            format!("at most {}: thin the surface out, the mesh of the gel is coarser", Surface::MOST_TRIANGLES)
+            format!("at most {}: thin the surface out, the mesh of the gel is coarser", TriangleSurface::MOST_TRIANGLES)
         }
         SurfaceError::NotFinite { .. } => "finite coordinates: export the file again".to_owned(),
         SurfaceError::Open { .. } => {

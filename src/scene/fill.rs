@@ -1,8 +1,8 @@
 //! Fills the keys of a gel that the text does not set: those of the preset, and derived moduli.
 
-use super::preset::{Fact, Preset};
+use super::preset::{Preset, PresetValue};
 use super::{ConstantsSpec, TermSpec};
-use crate::constitutive::{MooneyRivlin, Ogden, Term};
+use crate::constitutive::{MooneyRivlin, Ogden, OgdenTerm};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use std::borrow::Cow;
@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 
 /// Values that the preset of a scene fills in; empty without a preset.
 #[must_use]
-pub fn from_preset(text: &str) -> Vec<&'static Fact> {
+pub fn from_preset(text: &str) -> Vec<&'static PresetValue> {
     let parsed = DeTable::parse(text);
     parsed.map_or_else(|_| vec![], |table| fill_gel(&mut table.into_inner(), None))
 }
@@ -21,7 +21,7 @@ pub fn from_preset(text: &str) -> Vec<&'static Fact> {
 /// preset's values used.
 ///
 /// Each written value takes the source location of the preset's name, so that an error refers to that name.
-pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
+pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static PresetValue> {
     let Some(gel) = as_table(scene.get_mut("gel")) else { return vec![] };
     if let Some(modulus) = shear_modulus {
         insert_at_path(gel, &["shear_modulus"], modulus, 0..0);
@@ -49,8 +49,9 @@ pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
         "mooney-rivlin" => {
             value_of(gel, "constants").map(|ConstantsSpec { c1, c2 }| MooneyRivlin::shear_modulus_of([c1, c2]))
         }
-        "ogden" => value_of(gel, "terms")
-            .map(|terms: Vec<TermSpec>| Ogden::shear_modulus_of(&terms.iter().map(Term::from).collect::<Vec<_>>())),
+        "ogden" => value_of(gel, "terms").map(|terms: Vec<TermSpec>| {
+            Ogden::shear_modulus_of(&terms.iter().map(OgdenTerm::from).collect::<Vec<_>>())
+        }),
         _ => return None,
     };
     // Invalid constants are reported as such, not as an invalid modulus.

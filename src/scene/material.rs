@@ -1,7 +1,7 @@
 //! Tables of the material parameters of a gel.
 
 use super::GelSpec;
-use crate::constitutive::{Confinement, Strength, Term};
+use crate::constitutive::{OgdenTerm, PressureHardening, YieldLaw};
 use serde::{Deserialize, Serialize};
 
 /// Constitutive model.
@@ -97,10 +97,11 @@ impl StrengthSpec {
     /// # Panics
     /// If a value is outside its domain; those of a scene that was read are not.
     #[must_use]
-    pub fn law(self) -> Strength {
-        let strength = Strength::new(self.yield_stress, self.rate_exponent, self.cap).from_rate(self.reference_rate);
+    pub fn law(self) -> YieldLaw {
+        let strength =
+            YieldLaw::new(self.yield_stress, self.rate_exponent, self.cap).with_reference_rate(self.reference_rate);
         self.confined.map_or(strength, |ConfinedSpec { pressure, factor, time }| {
-            strength.confined(Confinement { pressure, factor, time })
+            strength.with_confinement(PressureHardening { pressure, factor, time })
         })
     }
 }
@@ -157,7 +158,7 @@ pub struct ViscositySpec {
     pub quadratic: f64,
 }
 
-impl From<&TermSpec> for Term {
+impl From<&TermSpec> for OgdenTerm {
     fn from(term: &TermSpec) -> Self {
         Self { modulus: term.modulus, exponent: term.exponent }
     }
@@ -166,7 +167,7 @@ impl From<&TermSpec> for Term {
 impl GelSpec {
     /// Terms of an Ogden gel.
     #[must_use]
-    pub fn ogden_terms(&self) -> Vec<Term> {
-        self.terms.iter().map(Term::from).collect()
+    pub fn ogden_terms(&self) -> Vec<OgdenTerm> {
+        self.terms.iter().map(OgdenTerm::from).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! Overrides: single values written over those of a scene text.
 
-use super::{Fidelity, Files, Scene, SceneError, explain, read_with_files};
+use super::{FidelityKind, FileSource, Scene, SceneError, explain, read_with_files};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -62,7 +62,7 @@ impl OverrideError {
 /// # Errors
 /// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the
 /// same error without the overrides, otherwise the overrides that caused it.
-pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), OverrideError> {
+pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> Result<(String, Scene), OverrideError> {
     let resolved = resolve(text, overrides);
     let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
         Ok(made) => return Ok(made),
@@ -106,11 +106,11 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
 ///
 /// # Errors
 /// Those of [`resolve`].
-pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
+pub fn rebase_scene(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     let is_level = |key: &str| key == "scene.fidelity" || key == "scene";
     let document = text.parse::<DocumentMut>().ok();
     let own = document.as_ref().and_then(|scene| scene.get("scene")?.get("fidelity")?.as_str());
-    if own.is_some_and(|own| own != Fidelity::Standard.as_str()) || overrides.iter().any(|o| is_level(&o.key)) {
+    if own.is_some_and(|own| own != FidelityKind::Standard.as_str()) || overrides.iter().any(|o| is_level(&o.key)) {
         return resolve(text, overrides);
     }
     edit_document(text, overrides, |document, override_| {

@@ -1,16 +1,16 @@
 //! Lists the physics that a scene models, and the physics that it leaves out.
 
 use super::{
-    BodyShape, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSymmetry, Lattice, MaterialModel,
-    RemeshMethod, Scene, ScheduleKind, StrengthSpec, SupportSpec, body_name, numbered,
+    BodyShape, CellLattice, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSymmetry,
+    MaterialModel, RemeshMethod, Scene, ScheduleKind, StrengthSpec, SupportSpec, body_name, numbered,
 };
-use crate::geometry::{Shape, SignedDistance, Solid};
+use crate::geometry::{ShapeGeometry, SignedDistance, TriangulatedBody};
 use crate::integrator::fixed;
 use crate::math::Vector3;
 
 /// Returns one short sentence for each piece of physics that a scene computes.
 #[must_use]
-pub fn modelled(scene: &Scene) -> Vec<String> {
+pub fn modelled_physics(scene: &Scene) -> Vec<String> {
     let general = [
         describe_space(scene.scene.dimension),
         describe_material(scene),
@@ -97,15 +97,19 @@ fn describe_balance(scene: &Scene, i: usize) -> Option<String> {
     let volume = scene.volume(i)?;
     let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {} kg/m3", fixed(mass / volume, 0)));
     let tip = match scene.shape(i) {
-        Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z),
-        Shape::Solid(solid) => describe_surface(&solid),
-        Shape::Sphere(_) | Shape::Plate(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
+        ShapeGeometry::Profile(profile) => {
+            format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z)
+        }
+        ShapeGeometry::Solid(solid) => describe_surface(&solid),
+        ShapeGeometry::Sphere(_) | ShapeGeometry::Plate(_) | ShapeGeometry::HalfSpace(_) | ShapeGeometry::Dome(_) => {
+            String::new()
+        }
     };
     Some(format!("volume {volume:.4e} m3{}{tip}", mass.unwrap_or_default()))
 }
 
 /// Describes a surface from a file by its size and orientation, so that the user can recognise it.
-fn describe_surface(solid: &Solid) -> String {
+fn describe_surface(solid: &TriangulatedBody) -> String {
     let [x, y, z] = solid.centre().into();
     let size: Vector3 =
         [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| solid.reach(&axis) + solid.reach(&-axis)).into();
@@ -173,10 +177,10 @@ fn describe_elements(scene: &Scene) -> &'static str {
         };
     }
     match (scene.scene.dimension, scene.mesh.lattice) {
-        (Dimension::Spatial, Lattice::Centred) => "elements: linear tetrahedra of the body-centred cubic lattice",
-        (Dimension::Spatial, Lattice::Kuhn) => "elements: linear tetrahedra, six to a cell",
-        (Dimension::Planar | Dimension::Axisymmetric, Lattice::Centred) => "elements: linear triangles, crossed",
-        (Dimension::Planar | Dimension::Axisymmetric, Lattice::Kuhn) => "elements: linear triangles, two to a cell",
+        (Dimension::Spatial, CellLattice::Centred) => "elements: linear tetrahedra of the body-centred cubic lattice",
+        (Dimension::Spatial, CellLattice::Kuhn) => "elements: linear tetrahedra, six to a cell",
+        (Dimension::Planar | Dimension::Axisymmetric, CellLattice::Centred) => "elements: linear triangles, crossed",
+        (Dimension::Planar | Dimension::Axisymmetric, CellLattice::Kuhn) => "elements: linear triangles, two to a cell",
     }
 }
 
@@ -307,7 +311,7 @@ fn has_no_supports(supports: &SupportSpec) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{modelled, switched_off};
+    use super::{modelled_physics, switched_off};
     use crate::scene::{builtin, read};
 
     fn off(name: &str) -> Vec<String> {
@@ -362,9 +366,9 @@ mod tests {
             let free = |line: &String| line.contains(patch) && line.ends_with("free of locking");
             let locks = |line: &String| line.starts_with("locking-free elements: none");
             let mut scene = read(builtin(name).unwrap()).unwrap();
-            assert!(!modelled(&scene).iter().any(free) && switched_off(&scene).iter().any(locks));
+            assert!(!modelled_physics(&scene).iter().any(free) && switched_off(&scene).iter().any(locks));
             scene.mesh.element = crate::scene::ElementKind::Patch;
-            assert!(modelled(&scene).iter().any(free) && !switched_off(&scene).iter().any(locks));
+            assert!(modelled_physics(&scene).iter().any(free) && !switched_off(&scene).iter().any(locks));
         }
     }
 
@@ -372,7 +376,7 @@ mod tests {
     fn the_queue_is_named_where_it_is_chosen() {
         let mut scene = read(builtin("sphere-block").unwrap()).unwrap();
         scene.integrator.schedule = crate::scene::ScheduleKind::Queue;
-        assert!(modelled(&scene).iter().any(|line| line.contains("priority queue")));
+        assert!(modelled_physics(&scene).iter().any(|line| line.contains("priority queue")));
     }
 
     #[test]
@@ -382,6 +386,6 @@ mod tests {
         let text = crate::scene::resolve(builtin("sphere-block").unwrap(), &changes).unwrap();
         let expected =
             "projectile: volume 4.1888e-6 m3, mass 3.3000e-2 kg, 7878 kg/m3, centre of mass 0.030000 m behind the tip";
-        assert!(modelled(&read(&text).unwrap()).iter().any(|line| line == expected));
+        assert!(modelled_physics(&read(&text).unwrap()).iter().any(|line| line == expected));
     }
 }

@@ -19,13 +19,13 @@ pub enum Preset {
 
 /// Value of one key of a preset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fact {
+pub struct PresetValue {
     /// Dotted key, such as `gel.density`.
     pub key: &'static str,
     /// Value as TOML, SI units.
     pub value: &'static str,
     /// Material models that use the value.
-    pub of: Materials,
+    pub of: ApplicableModels,
     /// Source of the value, or the data it was fitted to: the tags are those of `docs/materials.md`.
     pub source: &'static str,
 }
@@ -43,7 +43,7 @@ pub struct ShotRange {
 
 /// Material models that use a value of a preset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Materials {
+pub enum ApplicableModels {
     /// All models.
     All,
     /// `neo-hookean`, and `viscoelastic` in the long run: slow and shallow contact.
@@ -56,7 +56,7 @@ pub enum Materials {
     Flowing,
 }
 
-impl Materials {
+impl ApplicableModels {
     /// Returns true if the material model of this name uses the value.
     #[must_use]
     pub fn includes(self, model: &str) -> bool {
@@ -109,7 +109,7 @@ impl Preset {
 
     /// Values of the preset, `gel.material` first.
     #[must_use]
-    pub fn facts(self) -> &'static [Fact] {
+    pub fn facts(self) -> &'static [PresetValue] {
         match self {
             Self::Gelatin10 => &GELATIN_10,
             Self::Gelatin20 => &GELATIN_20,
@@ -118,93 +118,108 @@ impl Preset {
     }
 }
 
-const fn fact(key: &'static str, value: &'static str, of: Materials, source: &'static str) -> Fact {
-    Fact { key, value, of, source }
+const fn fact(key: &'static str, value: &'static str, of: ApplicableModels, source: &'static str) -> PresetValue {
+    PresetValue { key, value, of, source }
 }
 
-const MATERIAL: Fact = fact(
+const MATERIAL: PresetValue = fact(
     "gel.material",
     "\"flowing\"",
-    Materials::All,
+    ApplicableModels::All,
     "of the models of this program the one that lets a projectile in",
 );
 const SHEAR: &str = "fitted with the yield stress: 461.5 of it, as in gelatin-10";
 const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";
 const CAP: &str = "fitted with the yield stress: 15.38 of it, as in gelatin-10";
 const PRESSURE: &str = "fitted with the yield stress: 28.85 of it, as in gelatin-10";
-const EXPONENT: Fact = fact(
+const EXPONENT: PresetValue = fact(
     "gel.strength.rate_exponent",
     "0.23",
-    Materials::Flowing,
+    ApplicableModels::Flowing,
     "[D] proposed: 0.1 MPa at 1/s, 1.15 MPa at 40 000/s around a BB",
 );
-const FACTOR: Fact = fact(
+const FACTOR: PresetValue = fact(
     "gel.strength.confined.factor",
     "15.0",
-    Materials::Flowing,
+    ApplicableModels::Flowing,
     "fitted, in gelatin-10, to a temporary cavity of the BB of 14 to 15 mm [D] at its depth",
 );
-const TIME: Fact = fact(
+const TIME: PresetValue = fact(
     "gel.strength.confined.time",
     "3e-6",
-    Materials::Flowing,
+    ApplicableModels::Flowing,
     "assumed: a quarter of the time in which the BB passes its radius; less makes the depth depend on the speed of sound",
 );
-const TENSION: Fact = fact(
+const TENSION: PresetValue = fact(
     "gel.volume.tension_limit",
     "5e6",
-    Materials::Flowing,
+    ApplicableModels::Flowing,
     "assumed, not measured: it acts in shocks only; cavities in gels open at less, 0.1 to 0.3 MPa [D] proposed",
 );
-const LINEAR: Fact =
-    fact("gel.viscosity.linear", "0.05", Materials::Flowing, "of the method: damps ringing; 0.06 is usual");
-const QUADRATIC: Fact =
-    fact("gel.viscosity.quadratic", "1.2", Materials::Flowing, "of the method: 1.2 to 1.5 are usual");
+const LINEAR: PresetValue =
+    fact("gel.viscosity.linear", "0.05", ApplicableModels::Flowing, "of the method: damps ringing; 0.06 is usual");
+const QUADRATIC: PresetValue =
+    fact("gel.viscosity.quadratic", "1.2", ApplicableModels::Flowing, "of the method: 1.2 to 1.5 are usual");
 
-const GELATIN_10: [Fact; 18] = [
+const GELATIN_10: [PresetValue; 18] = [
     MATERIAL,
-    fact("gel.density", "1030.0", Materials::All, "[M-H: Wen 2013]"),
-    fact("gel.shear_modulus", "20e3", Materials::Slow, "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]"),
-    fact("gel.bulk_modulus", "2e6", Materials::NeoHookean, SOFT),
-    fact("gel.bulk_modulus", "33e6", Materials::Viscoelastic, "of the method: 100 times all shear moduli together"),
+    fact("gel.density", "1030.0", ApplicableModels::All, "[M-H: Wen 2013]"),
+    fact(
+        "gel.shear_modulus",
+        "20e3",
+        ApplicableModels::Slow,
+        "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]",
+    ),
+    fact("gel.bulk_modulus", "2e6", ApplicableModels::NeoHookean, SOFT),
+    fact(
+        "gel.bulk_modulus",
+        "33e6",
+        ApplicableModels::Viscoelastic,
+        "of the method: 100 times all shear moduli together",
+    ),
     fact(
         "gel.branches",
         "[{ shear_modulus = 30e3, time = 1e-3 }, { shear_modulus = 80e3, time = 1e-4 }, \
              { shear_modulus = 200e3, time = 1e-5 }]",
-        Materials::Viscoelastic,
+        ApplicableModels::Viscoelastic,
         "[D] proposed, not measured",
     ),
     fact(
         "gel.shear_modulus",
         "4.8e6",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "[D] proposed: three times 1.6 MPa, a strength at high rates",
     ),
     fact(
         "gel.bulk_modulus",
         "2.38e9",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "C1 of the pressure [M-H: Wen 2013], a sound speed of 1520 m/s",
     ),
-    fact("gel.volume.hugoniot_slope", "2.0", Materials::Flowing, "shocks of 1520 m/s + 2.0 u [M-M: Nagayama 2006]"),
+    fact(
+        "gel.volume.hugoniot_slope",
+        "2.0",
+        ApplicableModels::Flowing,
+        "shocks of 1520 m/s + 2.0 u [M-M: Nagayama 2006]",
+    ),
     TENSION,
     fact(
         "gel.strength.yield_stress",
         "10.4e3",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "fitted to 85 mm of a BB of 179.8 m/s [R1], in the scene fbi-bb",
     ),
     EXPONENT,
     fact(
         "gel.strength.cap",
         "0.16e6",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "[D] proposed: 15 times the strength at 1/s; under pressure 2.4 MPa",
     ),
     fact(
         "gel.strength.confined.pressure",
         "0.3e6",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "fitted to how the depth of the BB grows from 165 to 195 m/s, 0.48 to 0.56 mm per m/s [D]; from 0.1 to 1 MPa it changes little",
     ),
     FACTOR,
@@ -213,68 +228,68 @@ const GELATIN_10: [Fact; 18] = [
     QUADRATIC,
 ];
 
-const GELATIN_20: [Fact; 16] = [
+const GELATIN_20: [PresetValue; 16] = [
     MATERIAL,
-    fact("gel.density", "1060.0", Materials::All, "1060, or 1070 [R11]"),
+    fact("gel.density", "1060.0", ApplicableModels::All, "1060, or 1070 [R11]"),
     fact(
         "gel.shear_modulus",
         "60e3",
-        Materials::Slow,
+        ApplicableModels::Slow,
         "assumed: the end at 10 °C of 25 to 60 kPa; 26 kPa at room temperature [R10→D]",
     ),
-    fact("gel.bulk_modulus", "6e6", Materials::Slow, SOFT),
-    fact("gel.shear_modulus", "9.984e6", Materials::Flowing, SHEAR),
+    fact("gel.bulk_modulus", "6e6", ApplicableModels::Slow, SOFT),
+    fact("gel.shear_modulus", "9.984e6", ApplicableModels::Flowing, SHEAR),
     fact(
         "gel.bulk_modulus",
         "2.61e9",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "a sound speed of 1570 m/s: gelatin of 25 % [M-M: Shepherd 2009]",
     ),
     fact(
         "gel.volume.hugoniot_slope",
         "1.77",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "shocks of 1570 m/s + 1.77 u: gelatin of 25 % [M-M: Shepherd 2009]",
     ),
     TENSION,
     fact(
         "gel.strength.yield_stress",
         "21.632e3",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
     ),
     EXPONENT,
-    fact("gel.strength.cap", "0.3328e6", Materials::Flowing, CAP),
-    fact("gel.strength.confined.pressure", "0.624e6", Materials::Flowing, PRESSURE),
+    fact("gel.strength.cap", "0.3328e6", ApplicableModels::Flowing, CAP),
+    fact("gel.strength.confined.pressure", "0.624e6", ApplicableModels::Flowing, PRESSURE),
     FACTOR,
     TIME,
     LINEAR,
     QUADRATIC,
 ];
 
-const SYNTHETIC_CLEAR: [Fact; 16] = [
+const SYNTHETIC_CLEAR: [PresetValue; 16] = [
     MATERIAL,
-    fact("gel.density", "880.0", Materials::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
-    fact("gel.shear_modulus", "50e3", Materials::Slow, "assumed: 30 to 100 kPa are in use for such gels"),
-    fact("gel.bulk_modulus", "5e6", Materials::Slow, SOFT),
-    fact("gel.shear_modulus", "14.02e6", Materials::Flowing, SHEAR),
-    fact("gel.bulk_modulus", "1.82e9", Materials::Flowing, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
+    fact("gel.density", "880.0", ApplicableModels::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
+    fact("gel.shear_modulus", "50e3", ApplicableModels::Slow, "assumed: 30 to 100 kPa are in use for such gels"),
+    fact("gel.bulk_modulus", "5e6", ApplicableModels::Slow, SOFT),
+    fact("gel.shear_modulus", "14.02e6", ApplicableModels::Flowing, SHEAR),
+    fact("gel.bulk_modulus", "1.82e9", ApplicableModels::Flowing, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
     fact(
         "gel.volume.hugoniot_slope",
         "1.92",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "assumed: that of water [M-H: Marsh]; that of Perma-Gel [R16] could not be read",
     ),
     TENSION,
     fact(
         "gel.strength.yield_stress",
         "30.368e3",
-        Materials::Flowing,
+        ApplicableModels::Flowing,
         "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
     ),
     EXPONENT,
-    fact("gel.strength.cap", "0.4672e6", Materials::Flowing, CAP),
-    fact("gel.strength.confined.pressure", "0.876e6", Materials::Flowing, PRESSURE),
+    fact("gel.strength.cap", "0.4672e6", ApplicableModels::Flowing, CAP),
+    fact("gel.strength.confined.pressure", "0.876e6", ApplicableModels::Flowing, PRESSURE),
     FACTOR,
     TIME,
     LINEAR,

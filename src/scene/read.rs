@@ -3,7 +3,7 @@
 use super::fidelity::{apply_level, level_error};
 use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
-use super::{Files, Scene, SceneError, explain, files, fill, no_files};
+use super::{FileSource, Scene, SceneError, explain, files, fill, no_files};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, Deserializer};
 
@@ -34,7 +34,7 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 ///
 /// # Errors
 /// Those of [`read`], and an error for the first file that cannot be read or has invalid content.
-pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
+pub fn read_with_files(text: &str, files: &FileSource<'_>) -> Result<Scene, SceneError> {
     let scene = read_without_level(text, files)?;
     match apply_level(text, &scene) {
         Ok(None) => Ok(scene),
@@ -53,7 +53,7 @@ fn with_line(text: &str, error: SceneError) -> SceneError {
 }
 
 /// Reads and checks a scene without applying its fidelity level.
-fn read_without_level(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
+fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, SceneError> {
     if text.len() > MOST_BYTES {
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));

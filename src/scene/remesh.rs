@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Remesh {
+pub struct RemeshSpec {
     /// Method that makes the new mesh.
     pub method: RemeshMethod,
     /// Least element quality: an element shaped worse triggers remeshing. 1 is equilateral, 0 flat. With 0 only an
@@ -39,7 +39,7 @@ pub struct Remesh {
     pub thinnest: Option<f64>,
 }
 
-impl Default for Remesh {
+impl Default for RemeshSpec {
     fn default() -> Self {
         Self {
             method: RemeshMethod::Retained,

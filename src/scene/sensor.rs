@@ -9,7 +9,7 @@ pub const MOST_SENSORS: usize = 99;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Sensor {
+pub struct SensorSpec {
     /// Position of the material point at rest, m; in `axisymmetric` [radius, 0, z].
     pub position: [f64; 3],
 }

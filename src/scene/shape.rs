@@ -1,7 +1,9 @@
 //! Solids of the bodies of a scene.
 
 use super::{BodyShape, BulletNose, BulletSpec, Dimension, Scene};
-use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, Sweep};
+use crate::geometry::{
+    Dome, HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, ShapeGeometry, Sphere,
+};
 use crate::math::Vector3;
 use std::sync::Arc;
 
@@ -11,43 +13,45 @@ impl Scene {
     /// # Panics
     /// If the body does not exist, or its lengths make no solid; [`read()`](super::read()) refuses such lengths.
     #[must_use]
-    pub fn shape(&self, body: usize) -> Shape {
+    pub fn shape(&self, body: usize) -> ShapeGeometry {
         let sweep = match self.scene.dimension {
-            Dimension::Planar => Sweep::Prism,
-            Dimension::Axisymmetric | Dimension::Spatial => Sweep::Revolution,
+            Dimension::Planar => ProfileSweep::Prism,
+            Dimension::Axisymmetric | Dimension::Spatial => ProfileSweep::Revolution,
         };
-        let profile = |outline: &Outline| Shape::Profile(Arc::new(Profile::new(outline, sweep)));
+        let profile = |outline: &ProfileOutline| ShapeGeometry::Profile(Arc::new(ProfileBody::new(outline, sweep)));
         match &self.body(body).shape {
-            &BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
+            &BodyShape::Sphere { radius } => ShapeGeometry::Sphere(Sphere { radius }),
             &BodyShape::Cylinder { radius, length, edge_radius } => {
                 profile(&cylinder(radius, length).rounded(edge_radius).expect("the rims have room"))
             }
             &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
             BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
-            &BodyShape::Plate { size, edge_radius } => Shape::Plate(plate(size, edge_radius, sweep)),
-            BodyShape::Stl(stl) => Shape::Solid(stl.solid().expect("the file of a scene that was read is read")),
-            BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(*normal))),
-            &BodyShape::Dome { height, radius } => Shape::Dome(Dome::new(height, radius)),
+            &BodyShape::Plate { size, edge_radius } => ShapeGeometry::Plate(plate(size, edge_radius, sweep)),
+            BodyShape::Stl(stl) => {
+                ShapeGeometry::Solid(stl.solid().expect("the file of a scene that was read is read"))
+            }
+            BodyShape::HalfSpace { normal } => ShapeGeometry::HalfSpace(HalfSpace::new(Vector3::from(*normal))),
+            &BodyShape::Dome { height, radius } => ShapeGeometry::Dome(Dome::new(height, radius)),
         }
     }
 }
 
 /// Plate of a scene. In the plane the prism is made long across it, so that the nearest surface point lies in the
 /// plane.
-fn plate([x, y, z]: [f64; 3], edge_radius: f64, sweep: Sweep) -> Plate {
+fn plate([x, y, z]: [f64; 3], edge_radius: f64, sweep: ProfileSweep) -> RoundedCuboid {
     let across = match sweep {
-        Sweep::Prism => 2.0 * x.max(z),
-        Sweep::Revolution => y,
+        ProfileSweep::Prism => 2.0 * x.max(z),
+        ProfileSweep::Revolution => y,
     };
-    Plate::new([x, across, z], edge_radius)
+    RoundedCuboid::new([x, across, z], edge_radius)
 }
 
-fn cylinder(radius: f64, length: f64) -> Outline {
-    Outline::at_tip().line(radius, 0.0).line(radius, length).line(0.0, length)
+fn cylinder(radius: f64, length: f64) -> ProfileOutline {
+    ProfileOutline::at_tip().line(radius, 0.0).line(radius, length).line(0.0, length)
 }
 
-fn capsule(radius: f64, length: f64) -> Outline {
-    Outline::at_tip().arc(radius, radius, radius).line(radius, length - radius).arc(0.0, length, radius)
+fn capsule(radius: f64, length: f64) -> ProfileOutline {
+    ProfileOutline::at_tip().arc(radius, radius, radius).line(radius, length - radius).arc(0.0, length, radius)
 }
 
 impl BulletSpec {
@@ -75,20 +79,22 @@ impl BulletSpec {
     }
 
     /// Outline with rounded rims; `None` if there is no room for the rounding.
-    pub(super) fn rounded(&self) -> Option<Outline> {
+    pub(super) fn rounded(&self) -> Option<ProfileOutline> {
         self.outline().rounded(self.edge_radius)
     }
 
-    fn outline(&self) -> Outline {
+    fn outline(&self) -> ProfileOutline {
         let (radius, shoulder) = (self.radius, self.nose_length());
         let nose = match self.nose {
             BulletNose::Ogive { length, arc_radius, meplat_radius } => {
                 let arc = arc_radius.unwrap_or_else(|| self.tangent_radius(length, meplat_radius));
-                Outline::at_tip().line(meplat_radius, 0.0).arc(radius, shoulder, arc)
+                ProfileOutline::at_tip().line(meplat_radius, 0.0).arc(radius, shoulder, arc)
             }
-            BulletNose::Cone { meplat_radius, .. } => Outline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder),
-            BulletNose::Round => Outline::at_tip().arc(radius, shoulder, radius),
-            BulletNose::Flat => Outline::at_tip().line(radius, 0.0),
+            BulletNose::Cone { meplat_radius, .. } => {
+                ProfileOutline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder)
+            }
+            BulletNose::Round => ProfileOutline::at_tip().arc(radius, shoulder, radius),
+            BulletNose::Flat => ProfileOutline::at_tip().line(radius, 0.0),
         };
         let base = self.tail.map_or(radius, |tail| tail.radius);
         nose.line(radius, shoulder + self.mantle_length()).line(base, self.length).line(0.0, self.length)

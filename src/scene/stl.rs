@@ -1,6 +1,6 @@
 //! Parser of binary and ASCII STL files.
 
-use crate::geometry::Surface;
+use crate::geometry::TriangleSurface;
 use crate::math::Vector3;
 
 /// Unreadable STL file: text found, with its location, and text expected.
@@ -13,7 +13,7 @@ pub(super) struct StlError {
 const HEADER: usize = 80;
 const RECORD: usize = 50;
 /// Lines of the longest ASCII file that is read: seven to a triangle, and one more for comments and names of solids.
-const MOST_LINES: usize = 8 * Surface::MOST_TRIANGLES;
+const MOST_LINES: usize = 8 * TriangleSurface::MOST_TRIANGLES;
 
 /// Triangles of a binary or ASCII file, in its own units.
 ///

@@ -1,8 +1,8 @@
 //! Tables of a scene file. The field docs are the descriptions that an editor shows; units are SI.
 
 use super::{
-    BranchSpec, ConstantsSpec, Fidelity, Levels, LoadSpec, MaterialModel, Preset, ProjectileSpec, Remesh, Sensor,
-    SofteningSpec, StopAfterExit, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
+    BranchSpec, ConstantsSpec, FidelityKind, FidelityLevels, LoadSpec, MaterialModel, Preset, ProjectileSpec,
+    RemeshSpec, SensorSpec, SofteningSpec, StopAfterExit, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -26,18 +26,18 @@ pub struct Scene {
     pub load: Vec<LoadSpec>,
     /// Material points at which the gel is measured, each a `[[sensor]]` table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub sensor: Vec<Sensor>,
+    pub sensor: Vec<SensorSpec>,
     /// Size and type of the finite elements.
     pub mesh: MeshSpec,
     /// Criteria and sizes of remeshing; without this table the first mesh is kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub remesh: Option<Remesh>,
+    pub remesh: Option<RemeshSpec>,
     /// Time integration.
     #[serde(default)]
     pub integrator: IntegratorSpec,
     /// Contact law between gel and bodies.
     #[serde(default)]
-    pub contact: Contact,
+    pub contact: ContactSpec,
     /// Division of work between the FMU and its importer.
     #[serde(default)]
     pub coupling: CouplingSpec,
@@ -45,8 +45,8 @@ pub struct Scene {
     #[serde(default)]
     pub output: OutputSpec,
     /// Overrides and measured figures of each level of `scene.fidelity`.
-    #[serde(default, skip_serializing_if = "Levels::is_empty")]
-    pub fidelity: Levels,
+    #[serde(default, skip_serializing_if = "FidelityLevels::is_empty")]
+    pub fidelity: FidelityLevels,
 }
 
 /// Name, dimension and duration of a scene.
@@ -72,7 +72,7 @@ pub struct SceneHeader {
     /// Accuracy level, and with it the cost: a level other than `standard` writes the values of its `fidelity` table
     /// over the scene.
     #[serde(default)]
-    pub fidelity: Fidelity,
+    pub fidelity: FidelityKind,
 }
 
 /// Dimension of the gel.
@@ -270,13 +270,13 @@ pub struct MeshSpec {
     pub size: f64,
     /// Division of a cell into simplices.
     #[serde(default)]
-    pub lattice: Lattice,
+    pub lattice: CellLattice,
     /// Element formulation: independent linear simplices, or F-bar patches that share their change of volume.
     #[serde(default)]
     pub element: ElementKind,
     /// Axis-by-axis coarsening away from the point of entry; uniform if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub grading: Option<Grading>,
+    pub grading: Option<GradingSpec>,
     /// Quadtree or octree of cubic cells that coarsens away from the point of entry; instead of `grading`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tree: Option<OctreeSpec>,
@@ -286,7 +286,7 @@ pub struct MeshSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Lattice {
+pub enum CellLattice {
     /// Centred cells with a node in the middle: crossed triangles, or the tetrahedra of the body-centred cubic
     /// lattice.
     #[default]
@@ -311,7 +311,7 @@ pub enum ElementKind {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Grading {
+pub struct GradingSpec {
     /// Distance from the point of entry within which cells keep `mesh.size`, m.
     pub core: f64,
     /// Ratio of the lengths of successive cells outside the core; above 1.
@@ -387,7 +387,7 @@ pub enum ScheduleKind {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Contact {
+pub struct ContactSpec {
     /// Impulse law.
     pub law: ContactLaw,
     /// Coefficient of restitution of a surface node, 0 to 1 (`moreau` only). The elastic rebound of the gel does not
@@ -399,7 +399,7 @@ pub struct Contact {
     pub friction: f64,
 }
 
-impl Default for Contact {
+impl Default for ContactSpec {
     fn default() -> Self {
         Self { law: ContactLaw::Moreau, restitution: 0.0, bias: 0.1, friction: 0.0 }
     }

@@ -10,8 +10,9 @@ mod sensor;
 mod shape;
 
 use super::{
-    Contact, ContactLaw, Dimension, GelShape, Grading, IntegratorSpec, Lattice, Levels, MOST_FRAGMENTS, OctreeSpec,
-    OutputSpec, Remesh, RemeshMethod, Scene, SceneError, SceneHeader, ScheduleKind, body_name,
+    CellLattice, ContactLaw, ContactSpec, Dimension, FidelityLevels, GelShape, GradingSpec, IntegratorSpec,
+    MOST_FRAGMENTS, OctreeSpec, OutputSpec, RemeshMethod, RemeshSpec, Scene, SceneError, SceneHeader, ScheduleKind,
+    body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{CheckResult, finite, positive, require, within};
@@ -85,7 +86,7 @@ fn check_size(scene: &Scene) -> CheckResult {
 fn check_mesh(scene: &Scene) -> CheckResult {
     check_resolution(scene)?;
     let round = scene.scene.dimension == Dimension::Spatial && matches!(scene.gel.shape, GelShape::Cylinder { .. });
-    let flat = round && scene.mesh.lattice == Lattice::Kuhn;
+    let flat = round && scene.mesh.lattice == CellLattice::Kuhn;
     let expected = "\"centred\": in a spatial cylinder Kuhn tetrahedra would lie flat on the mantle";
     require(!flat, "mesh.lattice", || "\"kuhn\"".to_owned(), expected)?;
     scene.mesh.grading.map_or(Ok(()), |grading| check_grading(&grading, scene))?;
@@ -106,8 +107,8 @@ fn check_resolution(scene: &Scene) -> CheckResult {
     require(size <= radius * (1.0 + ROUND_OFF), "mesh.size", || format!("{size:?}"), &expected)
 }
 
-fn check_grading(grading: &Grading, scene: &Scene) -> CheckResult {
-    let Grading { core, growth, largest } = *grading;
+fn check_grading(grading: &GradingSpec, scene: &Scene) -> CheckResult {
+    let GradingSpec { core, growth, largest } = *grading;
     let expected = fixed_mesh_reason(&scene.gel.shape);
     require(expected.is_empty(), "mesh.grading", || "a table".to_owned(), expected)?;
     finite("mesh.grading.core", core)?;
@@ -136,7 +137,7 @@ fn check_tree(tree: &OctreeSpec, scene: &Scene) -> CheckResult {
     let expected = fixed_mesh_reason(&scene.gel.shape);
     nothing(expected.is_empty(), expected)?;
     nothing(scene.mesh.grading.is_none(), "nothing beside mesh.grading: cells grow in one way or the other")?;
-    let centred = scene.mesh.lattice == Lattice::Centred;
+    let centred = scene.mesh.lattice == CellLattice::Centred;
     require(
         centred,
         "mesh.lattice",
@@ -157,7 +158,7 @@ fn check_tree(tree: &OctreeSpec, scene: &Scene) -> CheckResult {
 
 fn check_remesh(scene: &Scene) -> CheckResult {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
-    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, tip, bend, growth, thinnest } =
+    let RemeshSpec { method, quality, compression, ref times, adaptive: _, smallest, tip, bend, growth, thinnest } =
         *remesh;
     let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
     require(
@@ -199,7 +200,7 @@ fn check_integrator(integrator: &IntegratorSpec) -> CheckResult {
 }
 
 /// Checks that the figures of the fidelity levels are valid numbers.
-fn check_levels(levels: &Levels) -> CheckResult {
+fn check_levels(levels: &FidelityLevels) -> CheckResult {
     for (fidelity, level) in levels.known() {
         let key = |name: &str| format!("fidelity.{}.{name}", fidelity.as_str());
         let error = level.error.unwrap_or(0.0);
@@ -216,7 +217,7 @@ fn check_levels(levels: &Levels) -> CheckResult {
     Ok(())
 }
 
-fn check_contact(contact: &Contact) -> CheckResult {
+fn check_contact(contact: &ContactSpec) -> CheckResult {
     within("contact.restitution", contact.restitution, 0.0..=1.0)?;
     within("contact.bias", contact.bias, 0.0..=0.5)?;
     within("contact.friction", contact.friction, 0.0..=10.0)?;

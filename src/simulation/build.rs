@@ -5,17 +5,19 @@ use super::gel_definition::GelDefinition;
 use super::loads;
 use super::model::{EraseDimension, ErasedModel, GelModel, is_centre_in_gel, overlap};
 use super::sensors::locate_sensors;
-use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
+use crate::contact::{BodyMotion, BodyState, DomeMotion, FreeDirections, ImpulseLaw, RigidBody};
 use crate::fem::Simplices;
-use crate::geometry::{Shape, SignedDistance};
-use crate::integrator::{Engine, ExitRule, Gel, Kind, NoStep, Pool, Rules, order_of_nodes};
+use crate::geometry::{ShapeGeometry, SignedDistance};
+use crate::integrator::{
+    DiscreteGel, Engine, ExitRule, IntegratorSettings, SteppingSchedule, UnusableStep, WorkerPool, node_order,
+};
 use crate::math::{Tensor3, Vector, Vector3, restrict};
-use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
+use crate::mesh::{self, BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, NodeId, face_neighbours};
 use crate::scene::{
-    self, Contact, ContactLaw, Dimension, FaceSupport, GelShape, Lattice, ProjectileSpec, Scene, ScheduleKind,
+    self, CellLattice, ContactLaw, ContactSpec, Dimension, FaceSupport, GelShape, ProjectileSpec, Scene, ScheduleKind,
     body_name,
 };
-use crate::state::State;
+use crate::state::DynamicState;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Reason why a checked scene could not be built.
@@ -127,12 +129,12 @@ fn assemble<const D: usize>(
     threads: usize,
 ) -> Result<Box<dyn ErasedModel>, BuildError>
 where
-    State<D>: EraseDimension,
+    DynamicState<D>: EraseDimension,
     GelModel<D>: RemeshDriver,
 {
     let definition = GelDefinition::of(scene);
     let mesh = Mesh { marks: loads::load_markers(scene, &mesh)?, ..mesh };
-    let adjacency = if definition.needs_adjacency() { neighbours::<D>(&mesh.elements) } else { vec![] };
+    let adjacency = if definition.needs_adjacency() { face_neighbours::<D>(&mesh.elements) } else { vec![] };
     let patches = definition.build_patches(&mesh, &mesh.rest, &adjacency);
     let gel_of = |mesh: &Mesh<D>| {
         let simplices = definition.build_simplices(mesh, patches.clone());
@@ -155,15 +157,16 @@ where
         }
     }
     let engine = Engine::try_new(gel, bodies, rules, nodes);
-    let mut engine = engine.map_err(|NoStep { step, .. }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
+    let mut engine =
+        engine.map_err(|UnusableStep { step, .. }| BuildError::NoStep { step })?.with_pool(WorkerPool::new(threads));
     let ticks = engine.grid().ticks(scene.scene.end_time);
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
     let qualities = definition.element_qualities(&mesh.elements, &mesh.rest);
-    engine.set_wear(definition.distortion_limits(&engine.gel().potential, &mesh.rest, &qualities));
+    engine.set_distortion_limits(definition.distortion_limits(&engine.gel().potential, &mesh.rest, &qualities));
     engine.set_exits(exit_rule(scene));
-    engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
+    engine.set_remesh_times(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
     let sensor_locations = locate_sensors(&engine, &definition);
     Ok(Box::new(GelModel {
@@ -182,11 +185,11 @@ where
 /// Renumbers the nodes of a mesh in the order of the element loop, and builds the gel on it.
 fn renumber_nodes<const D: usize>(
     mesh: Mesh<D>,
-    rules: &Rules,
-    gel_of: impl Fn(&Mesh<D>) -> Gel<D, Simplices<D>>,
-) -> (Mesh<D>, Gel<D, Simplices<D>>) {
+    rules: &IntegratorSettings,
+    gel_of: impl Fn(&Mesh<D>) -> DiscreteGel<D, Simplices<D>>,
+) -> (Mesh<D>, DiscreteGel<D, Simplices<D>>) {
     // The first gel is dropped before the second is built: only one is in memory.
-    let order = order_of_nodes(&gel_of(&mesh), rules);
+    let order = node_order(&gel_of(&mesh), rules);
     let mesh = match order {
         Some(order) => mesh.renumbered(&order),
         None => mesh,
@@ -195,20 +198,20 @@ fn renumber_nodes<const D: usize>(
     (mesh, gel)
 }
 
-fn integration_rules(scene: &Scene) -> Rules {
-    Rules {
+fn integration_rules(scene: &Scene) -> IntegratorSettings {
+    IntegratorSettings {
         schedule: match scene.integrator.schedule {
-            ScheduleKind::Bins => Kind::Bins,
-            ScheduleKind::Queue => Kind::Queue,
-            ScheduleKind::Global => Kind::Global,
+            ScheduleKind::Bins => SteppingSchedule::Bins,
+            ScheduleKind::Queue => SteppingSchedule::Queue,
+            ScheduleKind::Global => SteppingSchedule::Global,
         },
         cfl: scene.integrator.cfl(),
         law: match scene.contact.law {
             ContactLaw::Moreau => {
-                let Contact { restitution, bias, friction, .. } = scene.contact;
-                Law::Moreau { restitution, bias, friction }
+                let ContactSpec { restitution, bias, friction, .. } = scene.contact;
+                ImpulseLaw::Moreau { restitution, bias, friction }
             }
-            ContactLaw::Reversal => Law::Reversal,
+            ContactLaw::Reversal => ImpulseLaw::Reversal,
         },
         force_window: scene.force_window(),
         damping: scene.integrator.damping,
@@ -216,28 +219,28 @@ fn integration_rules(scene: &Scene) -> Rules {
 }
 
 /// Constants of a body of the scene, and its state at time 0.
-fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
+fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));
     let freedom = match scene.freedom() {
-        Dimension::Planar => Freedom::PLANAR,
-        Dimension::Axisymmetric => Freedom::AXISYMMETRIC,
-        Dimension::Spatial => Freedom::SPATIAL,
+        Dimension::Planar => FreeDirections::PLANAR,
+        Dimension::Axisymmetric => FreeDirections::AXISYMMETRIC,
+        Dimension::Spatial => FreeDirections::SPATIAL,
     };
     let body = if projectile.fixed {
-        Body::fixed(shape, freedom)
+        RigidBody::fixed(shape, freedom)
     } else {
-        let motion = if prescribed { Motion::Prescribed } else { Motion::Free };
+        let motion = if prescribed { BodyMotion::Prescribed } else { BodyMotion::Free };
         let inertia = inertia(projectile, &shape, scene.scene.dimension);
-        Body::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia))
+        RigidBody::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia))
     };
     let mut state = BodyState {
         orientation: orientation(freedom.turns(projectile.orientation)),
         bulge: match &body.shape {
-            Shape::Dome(dome) => Some(Bulge::at_rest(dome)),
+            ShapeGeometry::Dome(dome) => Some(DomeMotion::at_rest(dome)),
             _ => None,
         },
         active: projectile.active,
-        ..BodyState::starting(projectile.position.into(), projectile.velocity.into())
+        ..BodyState::at_start(projectile.position.into(), projectile.velocity.into())
     };
     if !projectile.fixed {
         state.angular_momentum = body.angular_momentum(&state, &Vector3::from(projectile.angular_velocity));
@@ -252,7 +255,7 @@ pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 }
 
 /// Inertia of the scene, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
-fn inertia(projectile: &ProjectileSpec, shape: &Shape, dimension: Dimension) -> Tensor3 {
+fn inertia(projectile: &ProjectileSpec, shape: &ShapeGeometry, dimension: Dimension) -> Tensor3 {
     if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
         return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     }
@@ -274,16 +277,16 @@ fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
 }
 
 /// Structured grid of a planar gel; that of the square around the legs of a beam.
-pub(super) fn plane_block(scene: &Scene) -> Block<2> {
+pub(super) fn plane_block(scene: &Scene) -> BlockSpec<2> {
     match &scene.gel.shape {
         GelShape::LBeam { leg, thickness, .. } => {
             let planes = leg_planes(scene, *leg, *thickness);
-            Block { planes: [planes.clone(), planes], split: cell_division(scene), faces: vec![] }
+            BlockSpec { planes: [planes.clone(), planes], split: cell_division(scene), faces: vec![] }
         }
         GelShape::Block { size } => {
             let planes = [centred_planes(scene, 0.5 * size[0]), depth_planes(scene, size[1])];
             let s = &scene.gel.supports;
-            Block {
+            BlockSpec {
                 planes,
                 split: cell_division(scene),
                 faces: supported_faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]),
@@ -301,7 +304,7 @@ fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
 }
 
 /// Structured grid of the section of an axisymmetric gel; in radius and angle for a shell.
-pub(super) fn section_block(scene: &Scene) -> Block<2> {
+pub(super) fn section_block(scene: &Scene) -> BlockSpec<2> {
     let s = &scene.gel.supports;
     match scene.gel.shape {
         GelShape::Cylinder { radius, height, bore } => {
@@ -309,12 +312,12 @@ pub(super) fn section_block(scene: &Scene) -> Block<2> {
                 bore.map_or_else(|| axis_planes(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
             let wall = if bore.is_none() { FaceSupport::Roller } else { FaceSupport::Free };
             let faces = supported_faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
-            Block { planes: [across, depth_planes(scene, height)], split: cell_division(scene), faces }
+            BlockSpec { planes: [across, depth_planes(scene, height)], split: cell_division(scene), faces }
         }
         GelShape::Shell { inner, outer } => {
-            let planes = mesh::rays([inner, outer], scene.mesh.size);
+            let planes = mesh::shell_planes([inner, outer], scene.mesh.size);
             let faces = supported_faces([(0, FaceSupport::Free, s.side), (1, FaceSupport::Roller, s.z_max)]);
-            Block { planes, split: cell_division(scene), faces }
+            BlockSpec { planes, split: cell_division(scene), faces }
         }
         GelShape::Block { .. } | GelShape::LBeam { .. } => {
             unreachable!("an axisymmetric gel is a cylinder or a shell: the scene was checked")
@@ -334,7 +337,7 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
 }
 
 /// Structured grid of a spatial gel; that of the square around a cylinder or around the legs of a beam.
-pub(super) fn space_block(scene: &Scene) -> Block<3> {
+pub(super) fn space_block(scene: &Scene) -> BlockSpec<3> {
     let s = &scene.gel.supports;
     match &scene.gel.shape {
         GelShape::Block { size } => {
@@ -346,7 +349,7 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
             };
             let ((x, across), (y, along)) = (side(0, s.x_min, s.x_max), side(1, s.y_min, s.y_max));
             let planes = [x, y, depth_planes(scene, size[2])];
-            Block {
+            BlockSpec {
                 planes,
                 split: cell_division(scene),
                 faces: supported_faces([across, along, (2, s.z_min, s.z_max)]),
@@ -356,27 +359,27 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
         GelShape::Cylinder { radius, height, .. } => {
             let planes = [centred_planes(scene, *radius), centred_planes(scene, *radius), depth_planes(scene, *height)];
             let faces = supported_faces([(0, FaceSupport::Free, s.side), (2, s.z_min, s.z_max)]);
-            Block { planes, split: cell_division(scene), faces }
+            BlockSpec { planes, split: cell_division(scene), faces }
         }
         GelShape::LBeam { leg, thickness, width, .. } => {
             let half = 0.5 * width.unwrap_or(*thickness);
             let planes = leg_planes(scene, *leg, *thickness);
             let width = mesh::uniform(-half, half, scene.mesh.size);
-            Block { planes: [planes.clone(), width, planes], split: cell_division(scene), faces: vec![] }
+            BlockSpec { planes: [planes.clone(), width, planes], split: cell_division(scene), faces: vec![] }
         }
     }
 }
 
 /// Number of cells of a grid. A tree is counted before it is balanced, and no further than the greatest number that
 /// is built.
-pub(super) fn n_cells<const D: usize>(block: &Block<D>) -> f64 {
+pub(super) fn n_cells<const D: usize>(block: &BlockSpec<D>) -> f64 {
     match block.split {
-        Split::Centred | Split::Kuhn => block.planes.iter().map(|p| p.len() as f64 - 1.0).product(),
-        Split::Tree(tree) => tree.count(&block.planes, MOST_CELLS as usize + 1) as f64,
+        CellSplit::Centred | CellSplit::Kuhn => block.planes.iter().map(|p| p.len() as f64 - 1.0).product(),
+        CellSplit::Tree(tree) => tree.count(&block.planes, MOST_CELLS as usize + 1) as f64,
     }
 }
 
-fn check_cell_count<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
+fn check_cell_count<const D: usize>(block: BlockSpec<D>) -> Result<BlockSpec<D>, BuildError> {
     let cells = n_cells(&block);
     if cells > MOST_CELLS {
         return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
@@ -384,23 +387,25 @@ fn check_cell_count<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildEr
     Ok(block)
 }
 
-fn cell_division(scene: &Scene) -> Split {
+fn cell_division(scene: &Scene) -> CellSplit {
     match (scene.mesh.tree, scene.mesh.lattice) {
-        (Some(scene::OctreeSpec { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
-        (None, Lattice::Centred) => Split::Centred,
-        (None, Lattice::Kuhn) => Split::Kuhn,
+        (Some(scene::OctreeSpec { coarsest, core, slope }), _) => {
+            CellSplit::Tree(mesh::OctreeGrading { coarsest, core, slope })
+        }
+        (None, CellLattice::Centred) => CellSplit::Centred,
+        (None, CellLattice::Kuhn) => CellSplit::Kuhn,
     }
 }
 
 /// Supports of the low and high face of each axis.
-fn supported_faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<Face> {
+fn supported_faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<HeldFace> {
     let hold = |support| match support {
         FaceSupport::Free => None,
-        FaceSupport::Roller => Some(Hold::Normal),
-        FaceSupport::Fixed => Some(Hold::All),
+        FaceSupport::Roller => Some(FaceConstraint::Normal),
+        FaceSupport::Fixed => Some(FaceConstraint::All),
     };
     let ends = sides.into_iter().flat_map(|(axis, low, high)| [(axis, false, low), (axis, true, high)]);
-    ends.filter_map(|(axis, high, support)| hold(support).map(|hold| Face { axis, high, hold })).collect()
+    ends.filter_map(|(axis, high, support)| hold(support).map(|hold| HeldFace { axis, high, hold })).collect()
 }
 
 /// Planes from 0 to `length`.
@@ -408,7 +413,7 @@ fn axis_planes(scene: &Scene, length: f64) -> Vec<f64> {
     let size = scene.mesh.size;
     match (scene.mesh.grading, scene.mesh.tree) {
         (Some(grading), _) => mesh::graded(length, size, (grading.core, grading.growth, grading.largest)),
-        (None, Some(tree)) => mesh::divisible(length, size, tree.coarsest),
+        (None, Some(tree)) => mesh::uniform_divisible(length, size, tree.coarsest),
         (None, None) => mesh::uniform(0.0, length, size),
     }
 }

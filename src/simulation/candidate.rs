@@ -4,31 +4,31 @@ use super::gel_definition::{GelDefinition, RemeshSizes};
 use super::history;
 use super::model::GelModel;
 use super::source_mesh::{SourceMesh, TargetMesh};
-use crate::contact::{Body, BodyState};
-use crate::fem::{Memory, Potential, Section};
-use crate::geometry::Pole;
-use crate::integrator::NoStep;
+use crate::contact::{BodyState, RigidBody};
+use crate::fem::{HistoryVariables, Potential, Section};
+use crate::geometry::SharpEnd;
+use crate::integrator::UnusableStep;
 use crate::math::{Vector, Vector3, embed, restrict};
-use crate::mesh::{ElementId, Mesh, Patches, neighbours, outer};
+use crate::mesh::{ElementId, ElementPatches, Mesh, boundary_from_neighbours, face_neighbours};
 use crate::remesh::{
-    self, Acceptance, Carried, Defects, Moved, Neighbours, Pairing, Proposal, Quality, Range, Rejected, RemeshError,
-    Rules, Symmetry, Transferred,
+    self, AcceptanceLimits, BodySymmetry, ConservationDefects, DeformedMesh, ElementNeighbours, MeshCorrespondence,
+    MeshQuality, MeshRejected, NodalFields, ProposedMesh, RemeshError, RemeshRules, SizeRange, TransferredFields,
 };
 use crate::scene::RemeshMethod;
-use crate::state::Birth;
+use crate::state::MeshInstance;
 use std::f64::consts::FRAC_PI_2;
 
 /// Accepted new mesh with its transferred fields and state.
 #[derive(Debug)]
 pub(super) struct CandidateMesh<const D: usize> {
-    pub birth: Birth<D>,
+    pub birth: MeshInstance<D>,
     /// History variables of the elements.
-    pub memory: Vec<Memory<D>>,
+    pub memory: Vec<HistoryVariables<D>>,
     pub velocity: Vec<Vector<D>>,
     /// Quality of the mesh.
-    pub quality: Quality,
+    pub quality: MeshQuality,
     /// Changes of mass, momentum and energy by the transfer.
-    pub defects: Defects<D>,
+    pub defects: ConservationDefects<D>,
     /// Derived properties of the mesh.
     pub properties: MeshProperties,
     /// Elements that are not elements of the old mesh.
@@ -38,27 +38,27 @@ pub(super) struct CandidateMesh<const D: usize> {
 /// Derived properties of a mesh and its nodal positions, computed once.
 #[derive(Debug, Clone)]
 pub(super) struct MeshProperties {
-    pub patches: Patches,
+    pub patches: ElementPatches,
     /// Quality of each element, infinite where it is too good to matter.
     pub qualities: Vec<f64>,
     /// Neighbours of each element.
-    pub adjacency: Neighbours,
+    pub adjacency: ElementNeighbours,
 }
 
 /// Data of the mesh to be replaced that every attempt needs.
 #[derive(Debug, Clone)]
 pub(super) struct OldMeshData {
     /// Neighbours of each element.
-    pub adjacency: Neighbours,
+    pub adjacency: ElementNeighbours,
     /// Current quality of each element, infinite where it is too good to matter.
     pub qualities: Vec<f64>,
 }
 
 /// Mesh to be replaced, and target sizes of the new one.
 pub(super) struct RemeshInput<'a, const D: usize> {
-    pub old: &'a Birth<D>,
+    pub old: &'a MeshInstance<D>,
     /// Mesh with its current nodal positions.
-    pub moved: &'a Moved<'a, D>,
+    pub moved: &'a DeformedMesh<'a, D>,
     pub data: &'a OldMeshData,
     /// Target sizes of the nodes, m.
     pub size: &'a [f64],
@@ -67,13 +67,13 @@ pub(super) struct RemeshInput<'a, const D: usize> {
 /// Reason why a candidate mesh was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Refused {
+pub enum RemeshRefusal {
     /// Mesh generation failed.
     #[error(transparent)]
     Made(#[from] RemeshError),
     /// Mesh quality is not acceptable.
     #[error(transparent)]
-    Judged(#[from] Rejected),
+    Judged(#[from] MeshRejected),
     /// Nodes of the new mesh have no mass.
     #[error("{nodes} nodes of the new mesh have no mass: no old element lies under theirs")]
     Massless {
@@ -103,7 +103,7 @@ pub enum Refused {
     Restless,
     /// Element without a finite stable step.
     #[error("in the new mesh {0}")]
-    Steps(NoStep),
+    Steps(UnusableStep),
 }
 
 /// Attempt to generate a mesh; a method has several, tried in order.
@@ -120,8 +120,12 @@ pub(super) enum RemeshAttempt {
 }
 
 /// Mesh generator of a dimension: returns a proposal and its tolerance for the change of area or volume.
-pub(super) type MeshGenerator<const D: usize> =
-    fn(RemeshAttempt, &Moved<'_, D>, &[f64], BodyClearance<'_, D>) -> Result<(Proposal<D>, f64), RemeshError>;
+pub(super) type MeshGenerator<const D: usize> = fn(
+    RemeshAttempt,
+    &DeformedMesh<'_, D>,
+    &[f64],
+    BodyClearance<'_, D>,
+) -> Result<(ProposedMesh<D>, f64), RemeshError>;
 /// Function that returns the point nearest to a given one that is in no body.
 pub(super) type BodyClearance<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> Vector<D>;
 
@@ -195,17 +199,18 @@ impl RemeshAttempt {
 /// Generates a mesh in the plane; new boundary points of an immersed mesh lie on the old boundary.
 pub(super) fn mesh_in_plane(
     attempt: RemeshAttempt,
-    moved: &Moved<'_, 2>,
+    moved: &DeformedMesh<'_, 2>,
     size: &[f64],
     cleared: BodyClearance<'_, 2>,
-) -> Result<(Proposal<2>, f64), RemeshError> {
+) -> Result<(ProposedMesh<2>, f64), RemeshError> {
     match attempt {
-        RemeshAttempt::Retained { sag, rests, .. } => {
-            Ok((remesh::propose(moved, size, &Rules { sag, rests, ..Rules::default() }, cleared)?, MEASURE_TOLERANCE))
-        }
+        RemeshAttempt::Retained { sag, rests, .. } => Ok((
+            remesh::propose(moved, size, &RemeshRules { sag, rests, ..RemeshRules::default() }, cleared)?,
+            MEASURE_TOLERANCE,
+        )),
         RemeshAttempt::Immersed { size_factor } => {
             let size: Vec<f64> = size.iter().map(|size| size_factor * size).collect();
-            let steps = remesh::immerse(moved, &size, &Rules::default())?;
+            let steps = remesh::immerse(moved, &size, &RemeshRules::default())?;
             Ok((steps.proposal, MEASURE_TOLERANCE + remesh::rounding(moved, &size)))
         }
     }
@@ -214,13 +219,13 @@ pub(super) fn mesh_in_plane(
 /// Generates a mesh in space; the immersed method is available in the plane only.
 pub(super) fn mesh_in_space(
     attempt: RemeshAttempt,
-    moved: &Moved<'_, 3>,
+    moved: &DeformedMesh<'_, 3>,
     size: &[f64],
     cleared: BodyClearance<'_, 3>,
-) -> Result<(Proposal<3>, f64), RemeshError> {
+) -> Result<(ProposedMesh<3>, f64), RemeshError> {
     match attempt {
         RemeshAttempt::Retained { sag, slide, rests } => {
-            let rules = Rules { sag, slide, rests, ..Rules::default() };
+            let rules = RemeshRules { sag, slide, rests, ..RemeshRules::default() };
             Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE_TOLERANCE))
         }
         RemeshAttempt::Immersed { .. } => Err(RemeshError::PlaneOnly),
@@ -230,24 +235,31 @@ pub(super) fn mesh_in_space(
 impl<const D: usize> GelModel<D> {
     /// Target sizes of the nodes: fine where displacement and velocity are curved and near bodies; uniform without
     /// adaptivity.
-    pub fn target_sizes(&self, moved: &Moved<'_, D>, sizes: &RemeshSizes, adjacency: &Neighbours) -> Vec<f64> {
+    pub fn target_sizes(
+        &self,
+        moved: &DeformedMesh<'_, D>,
+        sizes: &RemeshSizes,
+        adjacency: &ElementNeighbours,
+    ) -> Vec<f64> {
         if !sizes.rules.adaptive {
             return vec![sizes.usual; moved.position.len()];
         }
-        let range = Range { least: sizes.least, greatest: sizes.longest };
+        let range = SizeRange { least: sizes.least, greatest: sizes.longest };
         // Sizes change by a factor of two at most.
         let angle = sizes.rules.bend.to_radians();
         let asked = [0.5 * angle, 2.0 * angle].map(|angle| angle.min(FRAC_PI_2));
         let displacement = displacement(moved);
-        let bends = remesh::bends_within(moved, &[&displacement, &self.engine.state().velocity], (adjacency, asked));
-        let mut size = remesh::curved(moved, &bends, angle, &range);
+        let bends =
+            remesh::curvature_angles_within(moved, &[&displacement, &self.engine.state().velocity], (adjacency, asked));
+        let mut size = remesh::sizes_from_curvature(moved, &bends, angle, &range);
         let bodies = self.active_bodies();
         for (size, x) in size.iter_mut().zip(moved.position) {
             let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
-        let mut size = remesh::thinned(moved, (&self.engine.gel().surface.facets, adjacency), size, sizes.least);
+        let mut size =
+            remesh::limit_sheet_sizes(moved, (&self.engine.gel().surface.facets, adjacency), size, sizes.least);
         if let Some(tip) = sizes.rules.tip {
             let axial_ends = axial_ends(&bodies);
             for (size, x) in size.iter_mut().zip(moved.position) {
@@ -259,62 +271,62 @@ impl<const D: usize> GelModel<D> {
     }
 
     /// Active bodies in their current states.
-    fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
+    fn active_bodies(&self) -> Vec<(&RigidBody, BodyState)> {
         let time = self.engine.now();
         let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
         all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
     }
 
     /// Curvature indicator of displacement and velocity at each element, rad.
-    pub fn curvatures(&self, moved: &Moved<'_, D>) -> Vec<f64> {
-        remesh::bends(moved, &[&displacement(moved), &self.engine.state().velocity])
+    pub fn curvatures(&self, moved: &DeformedMesh<'_, D>) -> Vec<f64> {
+        remesh::curvature_angles(moved, &[&displacement(moved), &self.engine.state().velocity])
     }
 
     /// Data of the current mesh that every attempt needs; the neighbours are computed if they are not known.
-    pub fn old_mesh_data(&self, moved: &Moved<'_, D>, adjacency: Option<Neighbours>) -> OldMeshData {
-        let adjacency = adjacency.unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
+    pub fn old_mesh_data(&self, moved: &DeformedMesh<'_, D>, adjacency: Option<ElementNeighbours>) -> OldMeshData {
+        let adjacency = adjacency.unwrap_or_else(|| face_neighbours::<D>(&moved.mesh.elements));
         OldMeshData { adjacency, qualities: self.definition.element_qualities(&moved.mesh.elements, moved.position) }
     }
 
     /// Generates a new mesh and transfers all fields and state to it.
     ///
     /// # Errors
-    /// [`Refused`] if the mesh is not acceptable.
+    /// [`RemeshRefusal`] if the mesh is not acceptable.
     pub fn generate_candidate(
         &self,
         input: &RemeshInput<'_, D>,
         generator: MeshGenerator<D>,
         attempt: RemeshAttempt,
-    ) -> Result<CandidateMesh<D>, Refused> {
+    ) -> Result<CandidateMesh<D>, RemeshRefusal> {
         let RemeshInput { old, moved, data, size } = *input;
         let bodies = self.active_bodies();
         let (proposal, measure) = generator(attempt, moved, size, &|x| clear_of_bodies(&bodies, x))?;
         let worst = data.qualities.iter().copied().fold(f64::INFINITY, f64::min);
         let measure = if self.is_viscoplastic() { measure.max(VISCOPLASTIC_MEASURE_TOLERANCE) } else { measure };
-        let acceptance = Acceptance { measure, quality: attempt.least_quality::<D>(worst) };
-        let pairing = Pairing::of(&old.mesh, &proposal);
+        let acceptance = AcceptanceLimits { measure, quality: attempt.least_quality::<D>(worst) };
+        let pairing = MeshCorrespondence::of(&old.mesh, &proposal);
         let qualities = pairing
             .carried(&data.qualities, |e| self.definition.element_quality(&proposal.position, &proposal.elements[e]));
         let adjacency = remesh::neighbours_after::<D>(&proposal.elements, &pairing, &data.adjacency);
-        let facets = outer::<D>(&proposal.elements, &adjacency);
-        let known = remesh::Known { shapes: &qualities, facets: &facets };
-        let quality = remesh::judge_known(moved, &proposal, (&acceptance, &known))?;
+        let facets = boundary_from_neighbours::<D>(&proposal.elements, &adjacency);
+        let known = remesh::KnownQuality { shapes: &qualities, facets: &facets };
+        let quality = remesh::check_acceptance_known(moved, &proposal, (&acceptance, &known))?;
         let new = self.transfer_fields(old, moved, &proposal, pairing);
         check_conservation(&new.defects)?;
-        let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
+        let marks = remesh::facet_load_markers(&old.mesh, (&facets, &new.rest), &proposal.origin);
         let (rest, held) = (new.rest.clone(), new.held.clone());
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
         let patches = self.definition.build_patches(&mesh, &proposal.position, &adjacency);
         let source = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
         let source = SourceMesh::new(source, moved.position);
         let inherited = history::inherited(&source, moved.position, (&TargetMesh::by(&proposal, &new), &patches));
-        let (references, memory) = inherited.ok_or(Refused::Restless)?;
+        let (references, memory) = inherited.ok_or(RemeshRefusal::Restless)?;
         let new_elements =
             (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
-        let Transferred { mass, corner_mass, velocity, defects, .. } = new;
+        let TransferredFields { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let (position, steps) = (proposal.position, vec![]);
-        let birth = Birth { tick, mesh, position, mass, corner_mass, references, steps };
+        let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, steps };
         let properties = MeshProperties { patches, qualities, adjacency };
         Ok(CandidateMesh { birth, memory, velocity, quality, defects, properties, new_elements })
     }
@@ -328,22 +340,22 @@ impl<const D: usize> GelModel<D> {
     /// node becomes massless or light.
     fn transfer_fields(
         &self,
-        old: &Birth<D>,
-        moved: &Moved<'_, D>,
-        proposal: &Proposal<D>,
-        pairing: Pairing,
-    ) -> Transferred<D> {
+        old: &MeshInstance<D>,
+        moved: &DeformedMesh<'_, D>,
+        proposal: &ProposedMesh<D>,
+        pairing: MeshCorrespondence,
+    ) -> TransferredFields<D> {
         let fields = self.nodal_fields(old);
         let new = remesh::transfer_paired(moved, &fields, (proposal, pairing.clone()));
-        let is_light = || remesh::lightest(&proposal.elements, &new) < LIGHT_NODE_SHARE;
+        let is_light = || remesh::least_relative_mass(&proposal.elements, &new) < LIGHT_NODE_SHARE;
         if new.defects.massless == 0 && !is_light() {
             return new;
         }
-        remesh::transfer_paired(moved, &Carried { is_level: true, ..fields }, (proposal, pairing))
+        remesh::transfer_paired(moved, &NodalFields { is_level: true, ..fields }, (proposal, pairing))
     }
 
-    fn nodal_fields<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
-        Carried {
+    fn nodal_fields<'a>(&'a self, old: &'a MeshInstance<D>) -> NodalFields<'a, D> {
+        NodalFields {
             symmetry: section_symmetry(&self.definition),
             mass: &old.mass,
             corner_mass: &old.corner_mass,
@@ -353,14 +365,14 @@ impl<const D: usize> GelModel<D> {
     }
 }
 
-fn displacement<const D: usize>(moved: &Moved<'_, D>) -> Vec<Vector<D>> {
+fn displacement<const D: usize>(moved: &DeformedMesh<'_, D>) -> Vec<Vector<D>> {
     moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect()
 }
 
 /// Axial ends and corners of the bodies, m.
-fn axial_ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
-    let of = |(body, at): &(&Body, BodyState)| -> Vec<Vector3> {
-        let place = |pole: &Pole| at.position + at.orientation.transform_vector(&pole.end);
+fn axial_ends(bodies: &[(&RigidBody, BodyState)]) -> Vec<Vector3> {
+    let of = |(body, at): &(&RigidBody, BodyState)| -> Vec<Vector3> {
+        let place = |pole: &SharpEnd| at.position + at.orientation.transform_vector(&pole.end);
         body.shape.poles().iter().map(place).collect()
     };
     bodies.iter().flat_map(of).collect()
@@ -368,7 +380,7 @@ fn axial_ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
 
 /// Projects a point inside a body onto its surface: contact would have to push a new boundary node out of the body
 /// later.
-fn clear_of_bodies<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>) -> Vector<D> {
+fn clear_of_bodies<const D: usize>(bodies: &[(&RigidBody, BodyState)], x: &Vector<D>) -> Vector<D> {
     bodies.iter().fold(*x, |x, (body, at)| {
         let gap = body.gap(at, &embed(&x));
         x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
@@ -376,40 +388,40 @@ fn clear_of_bodies<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>)
 }
 
 /// Checks that a transfer has conserved mass, and not increased the kinetic energy.
-fn check_conservation<const D: usize>(defects: &Defects<D>) -> Result<(), Refused> {
+fn check_conservation<const D: usize>(defects: &ConservationDefects<D>) -> Result<(), RemeshRefusal> {
     if defects.massless > 0 {
-        return Err(Refused::Massless { nodes: defects.massless });
+        return Err(RemeshRefusal::Massless { nodes: defects.massless });
     }
     let (before, after) = (defects.before.mass, defects.after.mass);
     if after.is_nan() || (after - before).abs() > MASS_TOLERANCE * before {
-        return Err(Refused::Mass { before, after });
+        return Err(RemeshRefusal::Mass { before, after });
     }
     let (before, after) = (defects.before.kinetic, defects.after.kinetic);
     if after.is_nan() || after > MAX_KINETIC_RATIO * before {
-        return Err(Refused::Gains { before, after });
+        return Err(RemeshRefusal::Gains { before, after });
     }
     Ok(())
 }
 
 /// Symmetry of a section.
-pub(super) fn section_symmetry(definition: &GelDefinition) -> Symmetry {
+pub(super) fn section_symmetry(definition: &GelDefinition) -> BodySymmetry {
     match definition.section {
-        Section::Planar { .. } => Symmetry::Planar,
-        Section::Axisymmetric => Symmetry::Axisymmetric,
-        Section::Spatial => Symmetry::Spatial,
+        Section::Planar { .. } => BodySymmetry::Planar,
+        Section::Axisymmetric => BodySymmetry::Axisymmetric,
+        Section::Spatial => BodySymmetry::Spatial,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::remesh::Books;
+    use crate::remesh::ConservedTotals;
 
     #[test]
     fn a_mesh_of_another_mass_is_refused() {
         let (momentum, angular) = (Vector::<2>::zeros(), Vector3::zeros());
-        let books = |mass: f64| Books { mass, momentum, angular, kinetic: 1.0 };
-        let defects = |mass: f64| Defects {
+        let books = |mass: f64| ConservedTotals { mass, momentum, angular, kinetic: 1.0 };
+        let defects = |mass: f64| ConservationDefects {
             before: books(20.0),
             raw: books(mass),
             after: books(mass),
@@ -422,8 +434,8 @@ mod tests {
         };
         assert_eq!(check_conservation(&defects(20.0 + 1e-12)), Ok(()));
         for after in [20.0 - 1e-4, 20.0 + 1e-10, 0.0] {
-            assert_eq!(check_conservation(&defects(after)), Err(Refused::Mass { before: 20.0, after }));
+            assert_eq!(check_conservation(&defects(after)), Err(RemeshRefusal::Mass { before: 20.0, after }));
         }
-        assert!(matches!(check_conservation(&defects(f64::NAN)), Err(Refused::Mass { .. })));
+        assert!(matches!(check_conservation(&defects(f64::NAN)), Err(RemeshRefusal::Mass { .. })));
     }
 }

@@ -2,21 +2,21 @@
 
 use super::RestoreError;
 use super::candidate::{
-    self, MeshGenerator, MeshProperties, OldMeshData, Refused, RemeshAttempt, RemeshInput, section_symmetry,
+    self, MeshGenerator, MeshProperties, OldMeshData, RemeshAttempt, RemeshInput, RemeshRefusal, section_symmetry,
 };
 use super::gel_definition::{GelDefinition, RemeshSizes};
 use super::history::inherited;
 use super::model::GelModel;
-use super::observe::Frame;
-use super::preview::{Refusal, Rehearsal, Renewal};
+use super::observe::MeshFrame;
+use super::preview::{FailedRemesh, RemeshPreview, RemeshRecord};
 use super::sensors::locate_sensors;
 use super::source_mesh::{SourceMesh, TargetMesh};
-use crate::fem::{Memory, Potential, Simplices};
-use crate::integrator::{NoStep, StepError, Totals};
+use crate::fem::{HistoryVariables, Potential, Simplices};
+use crate::integrator::{BalanceTotals, StepError, UnusableStep};
 use crate::math::Vector;
-use crate::mesh::{ElementId, Mesh, Patches, neighbours};
-use crate::remesh::{self, Moved, Neighbours, Same};
-use crate::state::{Birth, State};
+use crate::mesh::{ElementId, ElementPatches, Mesh, face_neighbours};
+use crate::remesh::{self, DeformedMesh, ElementNeighbours, UnchangedElement};
+use crate::state::{DynamicState, MeshInstance};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -29,7 +29,7 @@ pub(super) trait RemeshDriver {
     fn remesh(&mut self) -> Result<(), StepError>;
 
     /// Preview of a remeshing now, in the plane and where the scene has remeshing; `frame` is the current mesh.
-    fn preview_now(&self, frame: Frame) -> Option<Rehearsal>;
+    fn preview_now(&self, frame: MeshFrame) -> Option<RemeshPreview>;
 }
 
 impl RemeshDriver for GelModel<2> {
@@ -37,7 +37,7 @@ impl RemeshDriver for GelModel<2> {
         self.remesh_with(candidate::mesh_in_plane)
     }
 
-    fn preview_now(&self, frame: Frame) -> Option<Rehearsal> {
+    fn preview_now(&self, frame: MeshFrame) -> Option<RemeshPreview> {
         Some(self.build_preview(frame, self.definition.remesh.as_ref()?))
     }
 }
@@ -47,7 +47,7 @@ impl RemeshDriver for GelModel<3> {
         self.remesh_with(candidate::mesh_in_space)
     }
 
-    fn preview_now(&self, _: Frame) -> Option<Rehearsal> {
+    fn preview_now(&self, _: MeshFrame) -> Option<RemeshPreview> {
         None
     }
 }
@@ -69,7 +69,7 @@ const RUNAWAY_RATIO: f64 = 10.0;
 /// Failed replacement of a mesh.
 struct FailedReplacement {
     /// Reasons why each candidate was refused.
-    reasons: Vec<Refused>,
+    reasons: Vec<RemeshRefusal>,
     /// Data of the old mesh.
     data: OldMeshData,
 }
@@ -108,19 +108,19 @@ impl<const D: usize> GelModel<D> {
         }
         let Err(FailedReplacement { reasons, data }) = outcome else { return Ok(()) };
         let time = self.engine.now();
-        self.failed_remeshes.push(Refusal { time, why: reasons });
+        self.failed_remeshes.push(FailedRemesh { time, why: reasons });
         // The failure of the gel after erosion: failed elements may have been eroded.
         if let Some(failure) = self.engine.failure() {
             return Err(failure.clone());
         }
-        self.keep_mesh(&self.current_mesh(), data).map_err(|NoStep { step, .. }| StepError::Worn { time, step })
+        self.keep_mesh(&self.current_mesh(), data).map_err(|UnusableStep { step, .. }| StepError::Worn { time, step })
     }
 
     /// Error of a run whose energy far exceeds the initial energy and the work done on it. Without this check a
     /// diverging run refuses new meshes at length: a ball of 23 m/s once reached 1e223 m.
     fn check_divergence(&self) -> Option<StepError> {
         let time = self.engine.now();
-        let Totals { energies, ledger, initial_energy, .. } = self.engine.totals(time);
+        let BalanceTotals { energies, ledger, initial_energy, .. } = self.engine.totals(time);
         let provided = ledger.energy.provided(initial_energy);
         let part = energies.discrete() / provided;
         (provided > self.definition.energy_round_off(self.gel_mass()) && part > RUNAWAY_RATIO)
@@ -139,7 +139,7 @@ impl<const D: usize> GelModel<D> {
     ) -> Result<(), FailedReplacement> {
         let old = self.current_mesh();
         let position = self.engine.state().position.clone();
-        let moved = Moved { mesh: &old.mesh, position: &position };
+        let moved = DeformedMesh { mesh: &old.mesh, position: &position };
         // The mesh that the run continues on sets it again.
         let adjacency = self.adjacency.take();
         let data = self.old_mesh_data(&moved, adjacency);
@@ -159,35 +159,36 @@ impl<const D: usize> GelModel<D> {
                     continue;
                 }
             };
-            let record = Renewal::of(&candidate, self.engine.now(), number);
+            let record = RemeshRecord::of(&candidate, self.engine.now(), number);
             let booked = self.engine.state().ledger.energy.remesh;
             let new_elements = candidate.new_elements_with_masses();
             if let Err(why) =
                 self.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)
             {
-                reasons.push(Refused::Steps(why));
+                reasons.push(RemeshRefusal::Steps(why));
                 continue;
             }
-            self.engine.count_exchange();
+            self.engine.count_remesh();
             if self.is_viscoplastic() {
-                self.engine.refund(&new_elements, booked - self.engine.state().ledger.energy.remesh);
+                self.engine.return_energy(&new_elements, booked - self.engine.state().ledger.energy.remesh);
             }
             let energy = self.engine.state().ledger.energy.remesh - booked;
-            self.remesh_records.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
+            self.remesh_records.push(RemeshRecord { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
             return Ok(());
         }
         Err(FailedReplacement { reasons, data })
     }
 
     /// Continues with the old mesh and new patches, as after a remeshing that leaves every element unchanged.
-    fn keep_mesh(&mut self, old: &Birth<D>, data: OldMeshData) -> Result<(), NoStep> {
+    fn keep_mesh(&mut self, old: &MeshInstance<D>, data: OldMeshData) -> Result<(), UnusableStep> {
         let OldMeshData { adjacency, qualities } = data;
         let state = self.engine.state();
-        let mut birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
+        let mut birth = MeshInstance { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let patches = self.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
         let source = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Mesh { rest, elements, .. } = &birth.mesh;
-        let same: Vec<_> = (0..elements.len() as u32).map(|element| Some(Same::in_order(ElementId(element)))).collect();
+        let same: Vec<_> =
+            (0..elements.len() as u32).map(|element| Some(UnchangedElement::in_order(ElementId(element)))).collect();
         let target = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
         let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
         if let Some((references, recalled)) = inherited(&source, &state.position, (&target, &patches)) {
@@ -199,15 +200,15 @@ impl<const D: usize> GelModel<D> {
     /// Continues the run on a mesh with these properties.
     pub(super) fn install_mesh(
         &mut self,
-        birth: Birth<D>,
-        memory: Vec<Memory<D>>,
+        birth: MeshInstance<D>,
+        memory: Vec<HistoryVariables<D>>,
         velocity: Vec<Vector<D>>,
         properties: MeshProperties,
-    ) -> Result<(), NoStep> {
+    ) -> Result<(), UnusableStep> {
         let MeshProperties { patches, qualities, adjacency } = properties;
         let gel = self.gel_on_mesh(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
-        self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(birth))?;
+        self.engine = self.engine.continue_on_mesh((gel, Some(memory)), nodes, Some(birth))?;
         self.adopt_mesh(&self.current_mesh(), &qualities, adjacency);
         Ok(())
     }
@@ -216,13 +217,22 @@ impl<const D: usize> GelModel<D> {
 impl<const D: usize> GelModel<D> {
     /// Derived properties of a mesh of this gel: patches, element qualities and neighbours. `position` is where the
     /// nodes of the new mesh are.
-    pub fn mesh_properties(&self, mesh: &Mesh<D>, position: &[Vector<D>], adjacency: Neighbours) -> MeshProperties {
+    pub fn mesh_properties(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        adjacency: ElementNeighbours,
+    ) -> MeshProperties {
         let qualities = self.definition.element_qualities(&mesh.elements, position);
         MeshProperties { patches: self.definition.build_patches(mesh, position, &adjacency), qualities, adjacency }
     }
 
     /// Gel of the integrator on this mesh.
-    pub fn gel_on_mesh(&self, birth: &Birth<D>, patches: Patches) -> crate::integrator::Gel<D, Simplices<D>> {
+    pub fn gel_on_mesh(
+        &self,
+        birth: &MeshInstance<D>,
+        patches: ElementPatches,
+    ) -> crate::integrator::DiscreteGel<D, Simplices<D>> {
         let simplices = self.definition.build_simplices(&birth.mesh, patches).with_references(&birth.references);
         self.definition.build_gel(simplices, &birth.mesh, &birth.position, birth.mass.clone())
     }
@@ -231,7 +241,7 @@ impl<const D: usize> GelModel<D> {
     ///
     /// # Errors
     /// [`RestoreError`] if the state is not one of this run; nothing is changed then.
-    pub fn restore_state(&mut self, state: &State<D>) -> Result<(), RestoreError> {
+    pub fn restore_state(&mut self, state: &DynamicState<D>) -> Result<(), RestoreError> {
         let inconsistent = |what| RestoreError::Inconsistent { what };
         let own = &self.engine.state().birth;
         let is_current = match (own, &state.birth) {
@@ -249,11 +259,11 @@ impl<const D: usize> GelModel<D> {
         if !self.definition.has_positive_radii(&birth) {
             return Err(inconsistent("an element of its mesh is on the axis or beyond it"));
         }
-        let adjacency = neighbours::<D>(&birth.mesh.elements);
+        let adjacency = face_neighbours::<D>(&birth.mesh.elements);
         let MeshProperties { patches, qualities, adjacency } =
             self.mesh_properties(&birth.mesh, &birth.position, adjacency);
-        let other = self.engine.on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
-        let mut other = other.map_err(|NoStep { .. }| inconsistent("its mesh cannot be stepped"))?;
+        let other = self.engine.engine_on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
+        let mut other = other.map_err(|UnusableStep { .. }| inconsistent("its mesh cannot be stepped"))?;
         other.restore(state).map_err(inconsistent)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first_mesh = first_mesh;
@@ -262,12 +272,12 @@ impl<const D: usize> GelModel<D> {
     }
 
     /// Takes over the data that is kept beside the engine; `qualities` are those of the elements when the mesh was new.
-    pub fn adopt_mesh(&mut self, birth: &Birth<D>, qualities: &[f64], adjacency: Neighbours) {
+    pub fn adopt_mesh(&mut self, birth: &MeshInstance<D>, qualities: &[f64], adjacency: ElementNeighbours) {
         self.adjacency = Some(adjacency);
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
         self.sensor_locations = locate_sensors(&self.engine, &self.definition);
-        self.engine.set_wear(self.definition.distortion_limits(
+        self.engine.set_distortion_limits(self.definition.distortion_limits(
             &self.engine.gel().potential,
             &birth.position,
             qualities,
@@ -275,7 +285,7 @@ impl<const D: usize> GelModel<D> {
     }
 
     /// Mesh of the engine as it was when it was new.
-    pub fn current_mesh(&self) -> Arc<Birth<D>> {
+    pub fn current_mesh(&self) -> Arc<MeshInstance<D>> {
         if let Some(birth) = &self.engine.state().birth {
             return Arc::clone(birth);
         }
@@ -285,7 +295,7 @@ impl<const D: usize> GelModel<D> {
         let held = (0..rest.len()).map(|node| gel.held(node)).collect();
         let mesh = Mesh { rest, elements, facets: self.facets.clone(), held, marks: self.marks.clone() };
         let corner_mass = rest_corner_masses(&gel.potential, &self.definition);
-        Arc::new(Birth {
+        Arc::new(MeshInstance {
             tick: 0,
             position: mesh.rest.clone(),
             mass: gel.mass.clone(),

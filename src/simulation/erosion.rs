@@ -5,18 +5,18 @@ use super::history::inherited;
 use super::model::GelModel;
 use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::fem::Potential;
-use crate::integrator::NoStep;
+use crate::integrator::UnusableStep;
 use crate::math::Vector;
-use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
-use crate::remesh::{self, Moved, Neighbours, Same};
-use crate::state::Birth;
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary_from_neighbours, face_neighbours, sorted};
+use crate::remesh::{self, DeformedMesh, ElementNeighbours, UnchangedElement};
+use crate::state::MeshInstance;
 
 /// Mesh that remains after an erosion.
 struct RemainingMesh<const D: usize> {
     /// Remaining mesh; rest shapes and history variables of its elements are set later.
-    birth: Birth<D>,
-    adjacency: Neighbours,
-    same: Vec<Option<Same>>,
+    birth: MeshInstance<D>,
+    adjacency: ElementNeighbours,
+    same: Vec<Option<UnchangedElement>>,
     velocity: Vec<Vector<D>>,
     /// Eroded mass, kg.
     eroded_mass: f64,
@@ -27,9 +27,9 @@ impl<const D: usize> GelModel<D> {
     /// part is at most the fraction `max_fraction` of the gel. Nothing is removed if the rest could not be stepped.
     pub fn erode_thin_gel(&mut self, thickness: f64, max_fraction: f64) -> bool {
         let old = self.current_mesh();
-        let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
-        let adjacency = self.adjacency.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
-        let thin = remesh::sheets(&moved, (&self.engine.gel().surface.facets, adjacency), thickness);
+        let moved = DeformedMesh { mesh: &old.mesh, position: &self.engine.state().position };
+        let adjacency = self.adjacency.get_or_insert_with(|| face_neighbours::<D>(&old.mesh.elements));
+        let thin = remesh::thin_elements(&moved, (&self.engine.gel().surface.facets, adjacency), thickness);
         self.erode(&old, &thin, max_fraction).unwrap_or(false)
     }
 
@@ -40,15 +40,15 @@ impl<const D: usize> GelModel<D> {
     /// without new elements. Nothing is removed if a node would be left without mass.
     ///
     /// # Errors
-    /// [`NoStep`] if the remaining mesh could not be stepped; nothing is removed then.
-    pub fn erode(&mut self, old: &Birth<D>, eroded: &[bool], max_fraction: f64) -> Result<bool, NoStep> {
+    /// [`UnusableStep`] if the remaining mesh could not be stepped; nothing is removed then.
+    pub fn erode(&mut self, old: &MeshInstance<D>, eroded: &[bool], max_fraction: f64) -> Result<bool, UnusableStep> {
         // The usual case.
         if !eroded.contains(&true) {
             return Ok(false);
         }
-        let adjacency = self.adjacency.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
+        let adjacency = self.adjacency.get_or_insert_with(|| face_neighbours::<D>(&old.mesh.elements));
         let mass: Vec<f64> = old.corner_mass.iter().map(|corners| corners[..=D].iter().sum()).collect();
-        let eroded = &remesh::with_what_hangs_on(adjacency, &mass, eroded, max_fraction);
+        let eroded = &remesh::with_detached_parts(adjacency, &mass, eroded, max_fraction);
         if !eroded.contains(&true) {
             return Ok(false);
         }
@@ -61,18 +61,18 @@ impl<const D: usize> GelModel<D> {
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
         let RemainingMesh { mut birth, adjacency, same, velocity, eroded_mass } = remaining;
         let kept: Vec<ElementId> = same.iter().flatten().map(|same| same.element).collect();
-        let patches = self.engine.gel().potential.patches().left(&kept);
+        let patches = self.engine.gel().potential.patches().restricted_to(&kept);
         let qualities = self.definition.element_qualities(&birth.mesh.elements, &birth.position);
         let properties = MeshProperties { patches, qualities, adjacency };
         let source = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
-        let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
+        let MeshInstance { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let target = TargetMesh { position, rest, elements, same: &same, sources: &[], is_kept: false };
         let Some((references, memory)) = inherited(&source, &state.position, (&target, &properties.patches)) else {
             return Ok(false);
         };
         birth.references = references;
         self.install_mesh(birth, memory, velocity, properties)?;
-        self.engine.count_drops(eroded_mass);
+        self.engine.count_eroded_mass(eroded_mass);
         let ledger = self.engine.ledger_mut();
         // The change of stored energy in the rest of a patch is booked as remeshing.
         ledger.energy.splash -= eroded_energy;
@@ -84,7 +84,7 @@ impl<const D: usize> GelModel<D> {
     }
 
     /// Kinetic and stored energy of these elements of the current mesh, J; that of a patch is shared by volume.
-    fn energy_of_elements(&self, old: &Birth<D>, eroded: &[bool]) -> f64 {
+    fn energy_of_elements(&self, old: &MeshInstance<D>, eroded: &[bool]) -> f64 {
         let (velocity, potential) = (&self.engine.state().velocity, &self.engine.gel().potential);
         let moving = |e: usize| -> f64 {
             let nodes = old.mesh.elements[e][..=D].iter().zip(&old.corner_mass[e]);
@@ -104,7 +104,7 @@ impl<const D: usize> GelModel<D> {
 
 impl<const D: usize> RemainingMesh<D> {
     fn of(
-        old: &Birth<D>,
+        old: &MeshInstance<D>,
         tick: crate::state::Tick,
         position: &[Vector<D>],
         velocity: &[Vector<D>],
@@ -126,12 +126,12 @@ impl<const D: usize> RemainingMesh<D> {
         let renamed = |node: NodeId| NodeId(number[node.index()].unwrap_or(0));
         let elements: Vec<_> = kept.iter().map(|e| old.mesh.elements[*e].map(renamed)).collect();
         let of_nodes = |all: &[Vector<D>]| nodes.iter().map(|n| all[*n]).collect::<Vec<_>>();
-        let same = |e: &usize| Some(Same::in_order(ElementId(*e as u32)));
-        let adjacency = neighbours::<D>(&elements);
-        let facets = outer::<D>(&elements, &adjacency);
+        let same = |e: &usize| Some(UnchangedElement::in_order(ElementId(*e as u32)));
+        let adjacency = face_neighbours::<D>(&elements);
+        let facets = boundary_from_neighbours::<D>(&elements, &adjacency);
         let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
         let marks = remaining_markers(old, &facets, &nodes);
-        let birth = Birth {
+        let birth = MeshInstance {
             tick,
             mesh: Mesh { rest: of_nodes(&old.mesh.rest), elements, facets, held, marks },
             position: of_nodes(position),
@@ -152,7 +152,7 @@ impl<const D: usize> RemainingMesh<D> {
 
 /// Load markers of the remaining facets; `nodes` are their nodes' old numbers. No load acts on facets that were
 /// inside.
-fn remaining_markers<const D: usize>(old: &Birth<D>, facets: &[Facet], nodes: &[usize]) -> Vec<u8> {
+fn remaining_markers<const D: usize>(old: &MeshInstance<D>, facets: &[Facet], nodes: &[usize]) -> Vec<u8> {
     if old.mesh.marks.is_empty() {
         return vec![];
     }

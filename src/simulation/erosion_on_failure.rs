@@ -1,9 +1,9 @@
 //! Erosion on failure: removes elements that no mesh can follow before the run ends by them.
 
-use super::candidate::Refused;
+use super::candidate::RemeshRefusal;
 use super::driver::{MAX_ERODED_FRACTION, MAX_EROSIONS};
 use super::model::GelModel;
-use crate::integrator::{NoStep, StepError};
+use crate::integrator::{StepError, UnusableStep};
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
@@ -16,7 +16,7 @@ impl<const D: usize> GelModel<D> {
     /// - the stiffest element around each node without a stable step, and the element behind a leaking facet;
     /// - elements at edges where a mesh was refused because the boundary crosses or touches itself;
     /// - elements by which a new mesh, or the remaining one, could not be stepped.
-    pub fn erode_on_failure(&mut self, refused: &[Refused]) -> bool {
+    pub fn erode_on_failure(&mut self, refused: &[RemeshRefusal]) -> bool {
         let old = self.current_mesh();
         let position = &self.engine.state().position;
         let elements = &old.mesh.elements;
@@ -67,22 +67,22 @@ fn mark_elements<const D: usize>(
 
 /// Sets of old nodes that a refusal blames: the ends of edges without a mesh, and the corners of elements that could
 /// not be stepped.
-fn blamed_nodes<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
+fn blamed_nodes<const D: usize>(why: &RemeshRefusal, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
     let at = |place: &[f64; 2]| {
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
         there.map(|node| NodeId(node as u32))
     };
     match why {
-        Refused::Steps(why) => vec![stepless_nodes(why, position)],
-        Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
-        Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
-        Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
+        RemeshRefusal::Steps(why) => vec![stepless_nodes(why, position)],
+        RemeshRefusal::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
+        RemeshRefusal::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
+        RemeshRefusal::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
         _ => vec![],
     }
 }
 
 /// Nodes of the element by which a mesh could not be stepped; empty if not all of them are old nodes.
-fn stepless_nodes<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
+fn stepless_nodes<const D: usize>(why: &UnusableStep, position: &[Vector<D>]) -> Vec<NodeId> {
     let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     why.corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()
 }
@@ -111,15 +111,15 @@ mod tests {
     #[test]
     fn elements_erode_at_old_ends_of_edges_without_a_mesh() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
-        let of = |why: RemeshError| blamed_nodes(&Refused::Made(why), &position);
+        let of = |why: RemeshError| blamed_nodes(&RemeshRefusal::Made(why), &position);
         let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);
         assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, d]] }), [vec![a, c], vec![b, d]]);
         assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
-        assert!(blamed_nodes(&Refused::Massless { nodes: 1 }, &position).is_empty());
+        assert!(blamed_nodes(&RemeshRefusal::Massless { nodes: 1 }, &position).is_empty());
         let stepless = |corners: [[f64; 3]; 3]| {
             let corners = corners.map(Vector3::from).into();
-            blamed_nodes(&Refused::Steps(NoStep { step: 1e-12, corners }), &position)
+            blamed_nodes(&RemeshRefusal::Steps(UnusableStep { step: 1e-12, corners }), &position)
         };
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), [vec![c, a, d]]);
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.5, 0.0, 1.0]]), [vec![]; 1]);

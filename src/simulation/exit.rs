@@ -1,8 +1,8 @@
 //! Perforation of the gel: exits, the end of a run after them, and bodies that return to a gel at rest.
 
 use super::observe::ExitReport;
-use super::{CouplingMode, Inputs, Simulation};
-use crate::contact::{Body, BodyState, Motion};
+use super::{CouplingMode, Simulation, StepInputs};
+use crate::contact::{BodyMotion, BodyState, RigidBody};
 use crate::math::Vector3;
 use crate::scene::GelBox;
 
@@ -12,7 +12,7 @@ const RESTING_SPEED: f64 = 0.01;
 const PATH_SEGMENTS: u32 = 16;
 
 /// Returns true if a body meets the box of the gel between two points of its path.
-fn meets_box(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
+fn meets_box(gel: &GelBox, body: &RigidBody, from: &BodyState, to: &BodyState) -> bool {
     (0..3).all(|axis| {
         let mut out = Vector3::zeros();
         out[axis] = 1.0;
@@ -65,9 +65,9 @@ impl Simulation {
     /// Returns true if these inputs bring an active body back to a gel at rest in a step of this length, s; contact
     /// would not act on it.
     #[must_use]
-    pub fn comes_back(&self, body: usize, inputs: &Inputs, duration: f64) -> bool {
+    pub fn reenters_resting_gel(&self, body: usize, inputs: &StepInputs, duration: f64) -> bool {
         let (fixed, Some(gel)) = (self.model.body(body).0, &self.constants.gel_box) else { return false };
-        if !self.is_at_rest() || !inputs.active || fixed.motion == Motion::Fixed {
+        if !self.is_at_rest() || !inputs.active || fixed.motion == BodyMotion::Fixed {
             return false;
         }
         let start = self.state_at_start(body, inputs);
@@ -76,7 +76,7 @@ impl Simulation {
     }
 
     /// State of a body at the start of a step under these inputs.
-    fn state_at_start(&self, body: usize, inputs: &Inputs) -> BodyState {
+    fn state_at_start(&self, body: usize, inputs: &StepInputs) -> BodyState {
         let (now, mass) = (self.now(body), self.model.body(body).0.mass);
         match self.mode {
             CouplingMode::Integrated if now.active => BodyState { wrench: inputs.wrench, ..now },

@@ -2,17 +2,19 @@
 
 use super::loads;
 use crate::constitutive::{
-    Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening, Viscoelastic,
+    BulkViscosity, DamageLaw, EquationOfState, Material, MaxwellBranch, MooneyRivlin, NeoHookean, Ogden, Viscoelastic,
+    Viscoplastic,
 };
-use crate::fem::{Potential, Reference, Section, Simplices};
-use crate::integrator::{Gel, Pressure, Surface, Wear};
+use crate::fem::{Potential, ReferenceShape, Section, Simplices};
+use crate::integrator::{ContactSurface, DiscreteGel, DistortionLimits, PressureHistory};
 use crate::math::{Vector, Vector3};
-use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
-use crate::remesh::Neighbours;
+use crate::mesh::{ElementId, ElementPatches, Facet, Mesh, NodeId, Simplex, facet_measure, poor_quality};
+use crate::remesh::ElementNeighbours;
 use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, GelSymmetry, MaterialModel, Remesh, Scene, StrengthSpec,
+    ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, GelSymmetry, MaterialModel, RemeshSpec, Scene,
+    StrengthSpec,
 };
-use crate::state::Birth;
+use crate::state::MeshInstance;
 
 /// Mesh-independent definition of a gel: material, section, symmetry, loads, sensors and remeshing rules.
 #[derive(Debug, Clone)]
@@ -25,7 +27,7 @@ pub(super) struct GelDefinition {
     /// Part of the gel that is computed.
     pub symmetry: GelSymmetry,
     /// Pressures on the surface.
-    pressures: Vec<Pressure>,
+    pressures: Vec<PressureHistory>,
     /// Positions of the sensors at rest, m.
     pub sensors: Vec<Vector3>,
     /// Remeshing rules and edge lengths; `None` without remeshing.
@@ -35,7 +37,7 @@ pub(super) struct GelDefinition {
 /// Remeshing rules and target edge lengths.
 #[derive(Debug, Clone)]
 pub(super) struct RemeshSizes {
-    pub rules: Remesh,
+    pub rules: RemeshSpec,
     /// Least edge, edge of the scene, and longest edge, m.
     pub least: f64,
     pub usual: f64,
@@ -58,7 +60,8 @@ impl GelDefinition {
             GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::LBeam { .. } => None,
         };
         let longest = graded.or(doubled).or(round).unwrap_or(usual).max(usual);
-        let sizes = |rules: Remesh| RemeshSizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
+        let sizes =
+            |rules: RemeshSpec| RemeshSizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
         Self {
             section: match scene.scene.dimension {
                 Dimension::Planar => Section::Planar { thickness: scene.thickness() },
@@ -84,7 +87,7 @@ impl GelDefinition {
 
     /// Shear modulus times volume of this mass of gel, J: the torque of stresses of the size of the shear modulus.
     pub fn shear_torque(&self, mass: f64) -> f64 {
-        self.material.wave_modulus() * self.material.slowness_of_shear().powi(2) * mass / self.density
+        self.material.wave_modulus() * self.material.shear_wave_ratio().powi(2) * mass / self.density
     }
 
     /// Number of copies of the computed part that make the whole gel.
@@ -93,7 +96,7 @@ impl GelDefinition {
     }
 
     /// Finite elements of a mesh in these patches.
-    pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
+    pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: ElementPatches) -> Simplices<D> {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
@@ -107,16 +110,18 @@ impl GelDefinition {
         &self,
         mesh: &Mesh<D>,
         position: &[Vector<D>],
-        adjacency: &Neighbours,
-    ) -> Patches {
+        adjacency: &ElementNeighbours,
+    ) -> ElementPatches {
         match (self.kind, &self.material) {
-            (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
+            (ElementKind::Plain, _) => ElementPatches::alone(mesh.elements.len()),
             (
                 ElementKind::Patch,
                 Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_),
-            ) => Patches::among((&mesh.rest, &mesh.elements), adjacency),
+            ) => ElementPatches::grouped_at((&mesh.rest, &mesh.elements), adjacency),
             // After plastic flow the rest positions no longer tell which elements are neighbours in space.
-            (ElementKind::Patch, Material::Flowing(_)) => Patches::among((position, &mesh.elements), adjacency),
+            (ElementKind::Patch, Material::Flowing(_)) => {
+                ElementPatches::grouped_at((position, &mesh.elements), adjacency)
+            }
         }
     }
 
@@ -127,8 +132,9 @@ impl GelDefinition {
         mesh: &Mesh<D>,
         position: &[Vector<D>],
         mass: Vec<f64>,
-    ) -> Gel<D, Simplices<D>> {
-        let gel = Gel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position)).mirrored(self.mirrored());
+    ) -> DiscreteGel<D, Simplices<D>> {
+        let gel =
+            DiscreteGel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position)).mirrored(self.mirrored());
         loads::apply_pressures(gel, mesh, self.section, &self.pressures)
     }
 
@@ -140,13 +146,13 @@ impl GelDefinition {
 
     /// Contact surface: the boundary without the axis of revolution and the planes of symmetry. Areas are those at
     /// rest, sizes those of the current facets.
-    fn build_surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
+    fn build_surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> ContactSurface {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
         let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
         let facets = mesh.facets.iter().copied().filter(|facet| !is_image(facet)).collect();
         let planes =
             |node: NodeId| self.symmetry.mirrored().iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
-        let surface = Surface::new::<D>(mesh.rest.len(), facets, |facet| {
+        let surface = ContactSurface::new::<D>(mesh.rest.len(), facets, |facet| {
             let area = facet_measure(&mesh.rest, facet)
                 * match self.section {
                     Section::Planar { thickness } => thickness,
@@ -159,12 +165,12 @@ impl GelDefinition {
     }
 
     /// Returns true if all elements lie at rest at a positive radius, where there is an axis.
-    pub fn has_positive_radii<const D: usize>(&self, birth: &Birth<D>) -> bool {
+    pub fn has_positive_radii<const D: usize>(&self, birth: &MeshInstance<D>) -> bool {
         if self.section != Section::Axisymmetric {
             return true;
         }
         let mesh = &birth.mesh;
-        let radius = |nodes: &Simplex| Reference::of(&mesh.rest, nodes).radius;
+        let radius = |nodes: &Simplex| ReferenceShape::of(&mesh.rest, nodes).radius;
         let mut own = birth.references.iter().peekable();
         let has_positive_radius = |(element, nodes): (ElementId, &Simplex)| {
             let reference = own.next_if(|(own, _)| *own == element);
@@ -192,13 +198,13 @@ impl GelDefinition {
         potential: &Simplices<D>,
         position: &[Vector<D>],
         qualities: &[f64],
-    ) -> Option<Wear> {
-        let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
+    ) -> Option<DistortionLimits> {
+        let RemeshSpec { quality, compression, .. } = self.remesh.as_ref()?.rules;
         let least = |(element, nodes): (ElementId, &Simplex)| {
             let new = potential.measure(&nodes.map(|node| position[node.index()]));
             (compression * potential.rest_measure(element)).min(AGED_RATIO * new)
         };
-        Some(Wear {
+        Some(DistortionLimits {
             quality: qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
             least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
         })
@@ -238,15 +244,15 @@ pub(super) fn build_material(gel: &GelSpec) -> Material {
         }
         MaterialModel::Ogden => Material::Ogden(Ogden::new(&gel.ogden_terms(), gel.bulk_modulus)),
         MaterialModel::Viscoelastic => {
-            let branches: Vec<Branch> =
-                gel.branches.iter().map(|b| Branch { shear_modulus: b.shear_modulus, time: b.time }).collect();
+            let branches: Vec<MaxwellBranch> =
+                gel.branches.iter().map(|b| MaxwellBranch { shear_modulus: b.shear_modulus, time: b.time }).collect();
             let equilibrium = NeoHookean::new(gel.shear_modulus, gel.bulk_modulus);
             Material::Viscoelastic(Viscoelastic::new(equilibrium, &branches))
         }
         MaterialModel::Flowing => {
             let volume = gel.volume.unwrap_or_default();
             let viscosity = gel.viscosity.unwrap_or_default();
-            Material::Flowing(Flowing {
+            Material::Flowing(Viscoplastic {
                 shear_modulus: gel.shear_modulus,
                 state: EquationOfState::new(
                     gel.bulk_modulus,
@@ -254,7 +260,7 @@ pub(super) fn build_material(gel: &GelSpec) -> Material {
                     volume.tension_limit.unwrap_or(f64::INFINITY),
                 ),
                 strength: gel.strength.map(StrengthSpec::law),
-                softening: gel.softening.map(|s| Softening::new(s.strain, s.residual, s.time)),
+                softening: gel.softening.map(|s| DamageLaw::new(s.strain, s.residual, s.time)),
                 viscosity: BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic },
                 density: gel.density,
             })

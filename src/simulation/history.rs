@@ -5,13 +5,13 @@ use super::patch_volume_share::stays;
 use super::rest_volumes::rests;
 use super::source_mesh::{SourceMesh, TargetMesh};
 use super::state_averaging::{SourceStrains, StateAverage};
-use crate::fem::{Memory, Potential, Reference, Section};
+use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
 use crate::math::{Tensor, Vector, det};
-use crate::mesh::{ElementId, Patches};
-use crate::remesh::Same;
+use crate::mesh::{ElementId, ElementPatches};
+use crate::remesh::UnchangedElement;
 
 /// Rest shapes of the new elements whose nodes' rest positions do not give them.
-type RestShapes<const D: usize> = Vec<(ElementId, Reference<D>)>;
+type RestShapes<const D: usize> = Vec<(ElementId, ReferenceShape<D>)>;
 
 /// Rest shapes of the incompatible elements of a new mesh, and the history variables of all; `None` if an element has
 /// no valid rest shape.
@@ -21,10 +21,10 @@ type RestShapes<const D: usize> = Vec<(ElementId, Reference<D>)>;
 pub(super) fn inherited<const D: usize>(
     past: &SourceMesh<'_, D>,
     position: &[Vector<D>],
-    (new, patches): (&TargetMesh<'_, D>, &Patches),
-) -> Option<(RestShapes<D>, Vec<Memory<D>>)> {
+    (new, patches): (&TargetMesh<'_, D>, &ElementPatches),
+) -> Option<(RestShapes<D>, Vec<HistoryVariables<D>>)> {
     let flows = past.potential.remembers();
-    let mut memory = vec![Memory::default(); if flows { new.elements.len() } else { 0 }];
+    let mut memory = vec![HistoryVariables::default(); if flows { new.elements.len() } else { 0 }];
     let mut all = vec![];
     let stays = stays(past.potential.patches(), patches, new.same);
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
@@ -34,7 +34,7 @@ pub(super) fn inherited<const D: usize>(
         let goes_on = stays[element.index()] && (new.is_kept || !(D == 2 && flows));
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
-            let now = Reference::of(new.position, &new.elements[element.index()]);
+            let now = ReferenceShape::of(new.position, &new.elements[element.index()]);
             let made = if goes_on { None } else { StateAverage::alone(past, position, same.element).again(&now) };
             // Elements that keep their reference, and inverted ones, which have no average.
             let as_it_is = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
@@ -52,7 +52,7 @@ pub(super) fn inherited<const D: usize>(
     let is_there = |element: ElementId| rests[element.index()] > 0.0;
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
-        let [told, now] = [new.rest, new.position].map(|x| Reference::of(x, nodes));
+        let [told, now] = [new.rest, new.position].map(|x| ReferenceShape::of(x, nodes));
         let mean = StateAverage::of(past, (position, &strains), (sources, rests[element.index()]));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
@@ -65,46 +65,46 @@ pub(super) fn inherited<const D: usize>(
     for (element, nodes) in
         (0..).map(ElementId).zip(new.elements).filter(|(e, _)| new.same[e.index()].is_none() && !is_there(*e))
     {
-        all.push((element, Reference::of(new.position, nodes)));
+        all.push((element, ReferenceShape::of(new.position, nodes)));
     }
     all.sort_by_key(|(element, _)| *element);
     let is_ring = past.potential.section() == Section::Axisymmetric;
     for ((element, reference), memory) in all.iter().zip(&mut memory) {
-        let now = Reference::of(new.position, &new.elements[element.index()]);
+        let now = ReferenceShape::of(new.position, &new.elements[element.index()]);
         let out = if is_ring { now.radius / reference.radius } else { 1.0 };
         memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
     }
     // A ring needs a positive radius.
-    let stands = |(_, reference): &(ElementId, Reference<D>)| !is_ring || reference.radius > 0.0;
+    let stands = |(_, reference): &(ElementId, ReferenceShape<D>)| !is_ring || reference.radius > 0.0;
     all.iter().all(stands).then_some((all, memory))
 }
 
 /// Reference of an old element whose nodes may be permuted now.
-fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> {
-    if same == Same::in_order(same.element) {
+fn turned<const D: usize>(reference: &ReferenceShape<D>, same: UnchangedElement) -> ReferenceShape<D> {
+    if same == UnchangedElement::in_order(same.element) {
         return *reference;
     }
     let corner = |a: usize| if a == 0 { Vector::<D>::zeros() } else { reference.edges.column(a - 1).into_owned() };
     let corners = same.turned(&[0, 1, 2, 3].map(|a| if a <= D { corner(a) } else { Vector::<D>::zeros() }));
-    Reference { edges: Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]), ..*reference }
+    ReferenceShape { edges: Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]), ..*reference }
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::constitutive::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
+    use crate::constitutive::{BulkViscosity, EquationOfState, Material, Viscoplastic, YieldLaw};
     use crate::fem::Simplices;
-    use crate::mesh::{Block, Split, block};
-    use crate::remesh::Source;
+    use crate::mesh::{BlockSpec, CellSplit, block};
+    use crate::remesh::OverlapSource;
     use crate::simulation::patch_volume_share::measure;
-    use crate::state::Birth;
+    use crate::state::MeshInstance;
 
     /// Viscoplastic gel of density 1.
-    pub fn gel() -> Flowing {
-        Flowing {
+    pub fn gel() -> Viscoplastic {
+        Viscoplastic {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),
-            strength: Some(Strength::new(0.3, 0.2, 1.6)),
+            strength: Some(YieldLaw::new(0.3, 0.2, 1.6)),
             softening: None,
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
@@ -113,18 +113,21 @@ pub(super) mod tests {
 
     #[test]
     fn an_inverted_element_keeps_its_reference() {
-        let mesh = block::<2>(Block { planes: [[0.0, 1.0]; 2].map(Vec::from), split: Split::Centred, faces: vec![] });
+        let mesh =
+            block::<2>(BlockSpec { planes: [[0.0, 1.0]; 2].map(Vec::from), split: CellSplit::Centred, faces: vec![] });
         let n = mesh.elements.len();
         let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
-        let simplices = Simplices::in_patches(&mesh, Patches::alone(n), material);
-        let memory: Vec<_> = (0..n).map(|e| Memory { plastic: e as f64, jacobian: 1.0, ..Memory::default() }).collect();
+        let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(n), material);
+        let memory: Vec<_> = (0..n)
+            .map(|e| HistoryVariables { plastic: e as f64, jacobian: 1.0, ..HistoryVariables::default() })
+            .collect();
         // The centre node is pushed out through a side: the element there is inverted.
         let middle = Vector::<2>::new(0.5, 0.5);
         let out = Vector::<2>::new(0.5, -0.2);
         let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
         let corner_mass = vec![[1.0; 4]; n];
-        let birth = Birth {
+        let birth = MeshInstance {
             tick: 0,
             position: position.clone(),
             mass: vec![1.0; rest.len()],
@@ -134,7 +137,7 @@ pub(super) mod tests {
             mesh,
         };
         let past = SourceMesh::new((&simplices, &birth, &memory), &position);
-        let same: Vec<_> = (0..n as u32).map(|e| Some(Same::in_order(ElementId(e)))).collect();
+        let same: Vec<_> = (0..n as u32).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
         let new = TargetMesh {
             position: &position,
             rest: &rest,
@@ -143,8 +146,9 @@ pub(super) mod tests {
             sources: &[],
             is_kept: false,
         };
-        let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
-        let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();
+        let (references, recalled) = inherited(&past, &position, (&new, &ElementPatches::alone(n))).unwrap();
+        let turned: Vec<_> =
+            (0..n).filter(|e| measure(&ReferenceShape::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);
         for (element, reference) in references {
             let e = element.index();
@@ -164,15 +168,16 @@ pub(super) mod tests {
         let flowing = Material::Flowing(gel());
         for (section, material) in [(plane, flowing), (ring, flowing), (plane, solid), (ring, solid)] {
             let axis = || vec![1.0, 2.0];
-            let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
-            let simplices = Simplices::in_patches(&mesh, Patches::alone(4), (material, section));
-            let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; 4];
+            let mesh = block::<2>(BlockSpec { planes: [axis(), axis()], split: CellSplit::Centred, faces: vec![] });
+            let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(4), (material, section));
+            let memory =
+                vec![HistoryVariables { plastic: 0.7, left: 0.4, felt: -3.0, ..HistoryVariables::default() }; 4];
             // Stretch, shear and expansion.
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
             let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
             let (mass, corner_mass) = (vec![1.0; rest.len()], vec![[1.0; 4]; 4]);
-            let birth = Birth {
+            let birth = MeshInstance {
                 tick: 0,
                 mesh,
                 position: position.clone(),
@@ -182,8 +187,8 @@ pub(super) mod tests {
                 steps: vec![],
             };
             let past = SourceMesh::new((&simplices, &birth, &memory), &position);
-            let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| Same::in_order(ElementId(e))));
-            let sources = [Source { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
+            let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| UnchangedElement::in_order(ElementId(e))));
+            let sources = [OverlapSource { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
             let new = TargetMesh {
                 position: &position,
                 rest: &rest,
@@ -192,11 +197,11 @@ pub(super) mod tests {
                 sources: &sources,
                 is_kept: false,
             };
-            let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(4))).unwrap();
+            let (references, recalled) = inherited(&past, &position, (&new, &ElementPatches::alone(4))).unwrap();
             let (_, own) = references.iter().find(|(element, _)| element.index() == 0).unwrap();
-            let now = Reference::of(&position, &elements[0]);
+            let now = ReferenceShape::of(&position, &elements[0]);
             assert!(own.edges == now.edges && own.radius == now.radius, "{section:?}: {own:?}");
-            let expected = Memory { jacobian: 1.0, ..Memory::default() };
+            let expected = HistoryVariables { jacobian: 1.0, ..HistoryVariables::default() };
             assert!(recalled.is_empty() || recalled[0] == expected, "{section:?}: {:?}", recalled[0]);
         }
     }

@@ -2,7 +2,7 @@
 
 use super::BuildError;
 use crate::fem::{Section, Simplices};
-use crate::integrator::{Gel, Loaded, Loads, Pressure};
+use crate::integrator::{DiscreteGel, LoadedFacet, PressureHistory, PressureLoads};
 use crate::math::{Vector3, embed};
 use crate::mesh::{Facet, Mesh};
 use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
@@ -99,17 +99,17 @@ fn inner_radius(shape: &GelShape) -> f64 {
 }
 
 /// Pressures of a scene.
-pub(super) fn pressures(scene: &Scene) -> Vec<Pressure> {
-    scene.load.iter().map(|load| Pressure::new(load.history()).below(load.depth)).collect()
+pub(super) fn pressures(scene: &Scene) -> Vec<PressureHistory> {
+    scene.load.iter().map(|load| PressureHistory::new(load.history()).below(load.depth)).collect()
 }
 
 /// Applies pressures to the gel of a mesh.
 pub(super) fn apply_pressures<const D: usize>(
-    gel: Gel<D, Simplices<D>>,
+    gel: DiscreteGel<D, Simplices<D>>,
     mesh: &Mesh<D>,
     section: Section,
-    pressures: &[Pressure],
-) -> Gel<D, Simplices<D>> {
+    pressures: &[PressureHistory],
+) -> DiscreteGel<D, Simplices<D>> {
     if mesh.marks.is_empty() {
         return gel;
     }
@@ -118,8 +118,8 @@ pub(super) fn apply_pressures<const D: usize>(
     behind.sort_unstable();
     let of = |(facet, mark): (&Facet, &u8)| {
         let at = behind.binary_search_by_key(facet, |(facet, _)| *facet).ok()?;
-        (*mark != 0).then(|| Loaded { facet: *facet, behind: behind[at].1, mark: *mark })
+        (*mark != 0).then(|| LoadedFacet { facet: *facet, behind: behind[at].1, mark: *mark })
     };
     let facets = mesh.facets.iter().zip(&mesh.marks).filter_map(of).collect();
-    gel.with_loads(Loads { section, pressures: pressures.to_vec(), facets })
+    gel.with_loads(PressureLoads { section, pressures: pressures.to_vec(), facets })
 }

@@ -4,8 +4,8 @@
 //! no phase exceeds its bound, and building and remeshing take at least half.
 
 use super::build::{BuildError, MOST_CELLS, check_planes, n_cells, plane_block, section_block, space_block};
-use super::{Saved, Simulation};
-use crate::mesh::{Block, Split};
+use super::{SavedSimulation, Simulation};
+use crate::mesh::{BlockSpec, CellSplit};
 use crate::scene::{Dimension, GelShape, MaterialModel, Scene};
 
 /// Estimated memory of a scene, bytes.
@@ -81,7 +81,7 @@ impl Simulation {
 
     /// Additional bytes of restoring a state at most: a mesh other than the current one is laid out again.
     #[must_use]
-    pub fn memory_of_restoring(&self, saved: &Saved) -> u64 {
+    pub fn memory_of_restoring(&self, saved: &SavedSimulation) -> u64 {
         let own = self.model.mesh_size();
         let larger = MeshSize { elements: own.elements.max(saved.n_elements() as f64), ..own };
         if self.model.can_remesh() { (RESTORING * larger.building()) as u64 } else { 0 }
@@ -120,21 +120,21 @@ fn has_history(material: MaterialModel) -> bool {
 }
 
 /// Number of elements that fill a grid.
-fn n_elements<const D: usize>(block: &Block<D>) -> Result<f64, BuildError> {
+fn n_elements<const D: usize>(block: &BlockSpec<D>) -> Result<f64, BuildError> {
     let cells = n_cells(block);
     if cells > MOST_CELLS {
         return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
     }
     Ok(match (block.split, D) {
-        (Split::Kuhn, 2) => 2.0 * cells,
-        (Split::Kuhn, _) => 6.0 * cells,
-        (Split::Centred, 2) => 4.0 * cells,
+        (CellSplit::Kuhn, 2) => 2.0 * cells,
+        (CellSplit::Kuhn, _) => 6.0 * cells,
+        (CellSplit::Centred, 2) => 4.0 * cells,
         // Four tetrahedra at each face of a cell.
-        (Split::Centred, _) => {
+        (CellSplit::Centred, _) => {
             let counts = block.planes.iter().map(|planes| planes.len() as f64 - 1.0);
             4.0 * counts.map(|n| cells + cells / n).sum::<f64>()
         }
-        (Split::Tree(_), _) => cells * PER_LEAF[D - 2],
+        (CellSplit::Tree(_), _) => cells * PER_LEAF[D - 2],
     })
 }
 

@@ -31,23 +31,23 @@ mod state_averaging;
 use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
 
-pub use crate::contact::{Bulge, Exchange, Wrench};
+pub use crate::contact::{DomeMotion, ImpulseExchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
-pub use candidate::Refused;
+pub use candidate::RemeshRefusal;
 pub use doubts::doubts;
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
-    BalanceReport as Books, BodyPose as Place, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, Frame,
-    FrameCells, Observation, SensorReport,
+    BalanceReport as Books, BodyPose as Place, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport,
+    FrameCells, MeshFrame, Observation, SensorReport,
 };
-pub use preview::{Refusal, Rehearsal, Renewal, Successor};
+pub use preview::{FailedRemesh, PreviewMesh, RemeshPreview, RemeshRecord};
 pub use run::{RestoreError, Simulation};
-pub use saved::{Saved, SavedState};
+pub use saved::{SavedSimulation, SavedState};
 
 /// Position, velocity, orientation and angular velocity of a rigid body in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Kinematics {
+pub struct BodyKinematics {
     /// Centre of mass, m.
     pub position: Vector3,
     /// Velocity of the centre of mass, m/s.
@@ -58,7 +58,7 @@ pub struct Kinematics {
     pub angular_velocity: Vector3,
 }
 
-impl Kinematics {
+impl BodyKinematics {
     /// Yaw angle, rad: between the body's axis from rear to tip (−z of its frame) and its velocity. 0 is nose first,
     /// π rear first; also 0 for a body at rest.
     #[must_use]
@@ -74,15 +74,15 @@ impl Kinematics {
 
 /// Inputs of a body from the importer at the start of a communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Inputs {
+pub struct StepInputs {
     /// Motion at the start of the step (`prescribed`, `corrected`).
-    pub kinematics: Kinematics,
+    pub kinematics: BodyKinematics,
     /// First derivative of the velocity input, m/s2 (`prescribed`).
     pub acceleration: Vector3,
     /// Force and torque on the body apart from contact (`integrated`, `corrected`).
     pub wrench: Wrench,
     /// Height and base radius of a dome with their rates, in every mode.
-    pub bulge: Option<Bulge>,
+    pub bulge: Option<DomeMotion>,
     /// True if the body takes part.
     pub active: bool,
 }

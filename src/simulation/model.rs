@@ -4,18 +4,18 @@ use super::build::MOST_TICKS;
 use super::driver::RemeshDriver;
 use super::gel_definition::GelDefinition;
 use super::memory::MeshSize;
-use super::observe::{BodyPose, Frame, FrameCells, SensorReport};
-use super::preview::{Refusal, Rehearsal, Renewal};
+use super::observe::{BodyPose, FrameCells, MeshFrame, SensorReport};
+use super::preview::{FailedRemesh, RemeshPreview, RemeshRecord};
 use super::sensors::SensorLocation;
 use super::{RestoreError, SavedState};
-use crate::contact::{Body, BodyState, Exchange};
+use crate::contact::{BodyState, ImpulseExchange, RigidBody};
 use crate::fem::{Potential, Simplices};
-use crate::integrator::{Engine, Gel, Reached, Run, StepError, SurfaceNode, Totals};
+use crate::integrator::{AdvanceOutcome, BalanceTotals, BlockLayout, DiscreteGel, Engine, StepError, SurfaceNode};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, ordered_sum, restrict};
 use crate::mesh::{Facet, NodeId, Simplex};
-use crate::remesh::{self, Neighbours};
-use crate::state::{Birth, Clock, Record, State, Tick};
+use crate::remesh::{self, ElementNeighbours};
+use crate::state::{DynamicState, GroupClock, MeshInstance, RunRecord, Tick};
 use std::sync::Arc;
 
 /// Current extent of the contact with a body.
@@ -45,25 +45,29 @@ pub(super) struct StepRange {
 
 /// Gel independent of its dimension, as the simulation drives and observes it.
 pub(super) trait ErasedModel: Send {
-    fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError>;
+    fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError>;
     /// Advances to the first remeshing from time `from` on and returns its preview, or to time `t` if there is none.
-    fn preview_remesh(&mut self, from: f64, t: f64, exchanges: &mut [Exchange])
-    -> Result<Option<Rehearsal>, StepError>;
+    fn preview_remesh(
+        &mut self,
+        from: f64,
+        t: f64,
+        exchanges: &mut [ImpulseExchange],
+    ) -> Result<Option<RemeshPreview>, StepError>;
     /// Remeshings since the gel was built.
-    fn remesh_records(&self) -> &[Renewal];
-    fn failed_remeshes(&self) -> &[Refusal];
+    fn remesh_records(&self) -> &[RemeshRecord];
+    fn failed_remeshes(&self) -> &[FailedRemesh];
     fn n_bodies(&self) -> usize;
     /// Constants of a body, and its state at its last event.
-    fn body(&self, i: usize) -> (&Body, &BodyState);
+    fn body(&self, i: usize) -> (&RigidBody, &BodyState);
     fn rebase_body(&mut self, i: usize, t: f64);
     fn set_body(&mut self, i: usize, state: &BodyState);
     fn ledger_mut(&mut self) -> &mut Ledger;
-    fn record(&self) -> &Record;
+    fn record(&self) -> &RunRecord;
     /// Returns true if the gel is no longer integrated.
     fn is_at_rest(&self) -> bool;
     /// Returns true if a body at this state no longer meets the gel.
     fn is_away(&self, i: usize, at: &BodyState) -> bool;
-    fn totals(&self, t: f64) -> Totals;
+    fn totals(&self, t: f64) -> BalanceTotals;
     /// Extent of the contact with a body at time `t`.
     fn reach(&self, i: usize, t: f64) -> ContactReach;
     /// Depth of the gel's surface, m, inside a body placed in this state, until the next contact query of the gel;
@@ -82,7 +86,7 @@ pub(super) trait ErasedModel: Send {
     /// Range of the current element steps.
     fn steps(&self) -> StepRange;
     fn synchronous_updates(&self, t: f64) -> f64;
-    fn frame(&self, t: f64) -> Frame;
+    fn frame(&self, t: f64) -> MeshFrame;
     /// Reports of the sensors at time `t`.
     fn sensors(&self, t: f64) -> Vec<SensorReport>;
     /// Writes the state over another one, reusing its memory if it is of the same dimension.
@@ -98,7 +102,7 @@ pub(super) trait ErasedModel: Send {
     fn mesh_size(&self) -> MeshSize;
     /// Returns true if the scene has remeshing.
     fn can_remesh(&self) -> bool;
-    fn runs(&self) -> Vec<Run<'_>>;
+    fn runs(&self) -> Vec<BlockLayout<'_>>;
 }
 
 /// Gel of simplices: its engine, and the data that remeshing and reports need beside it.
@@ -111,15 +115,15 @@ pub(super) struct GelModel<const D: usize> {
     /// Locations of the sensors in the mesh.
     pub sensor_locations: Vec<SensorLocation<D>>,
     /// Neighbours of the elements where the scene has remeshing; `None` during a remeshing, or after one has failed.
-    pub adjacency: Option<Neighbours>,
+    pub adjacency: Option<ElementNeighbours>,
     /// Mesh-independent definition of the gel.
     pub definition: GelDefinition,
     /// Mesh of the start, if the engine has another one.
-    pub first_mesh: Option<Arc<Birth<D>>>,
+    pub first_mesh: Option<Arc<MeshInstance<D>>>,
     /// Remeshings since the gel was built.
-    pub remesh_records: Vec<Renewal>,
+    pub remesh_records: Vec<RemeshRecord>,
     /// Failed remeshings since the gel was built.
-    pub failed_remeshes: Vec<Refusal>,
+    pub failed_remeshes: Vec<FailedRemesh>,
 }
 
 /// Overlap at the start that contact tolerates, in element sizes.
@@ -128,8 +132,8 @@ const OVERLAP_TOLERANCE: f64 = 0.1;
 /// Depth of the deepest surface node, m, inside a body that moves on for the node's `wait`, s; `None` if contact
 /// tolerates it.
 pub(super) fn overlap<const D: usize, P>(
-    gel: &Gel<D, P>,
-    body: &Body,
+    gel: &DiscreteGel<D, P>,
+    body: &RigidBody,
     at: &BodyState,
     position: impl Fn(NodeId) -> Vector3,
     wait: impl Fn(NodeId) -> f64,
@@ -148,7 +152,7 @@ pub(super) fn overlap<const D: usize, P>(
 pub(super) fn is_centre_in_gel<const D: usize>(
     x: &[Vector<D>],
     elements: &[Simplex],
-    body: &Body,
+    body: &RigidBody,
     at: &BodyState,
 ) -> bool {
     let centre = restrict::<D>(&at.position);
@@ -192,11 +196,11 @@ impl<const D: usize> GelModel<D> {
 
 impl<const D: usize> ErasedModel for GelModel<D>
 where
-    State<D>: EraseDimension,
+    DynamicState<D>: EraseDimension,
     Self: RemeshDriver,
 {
-    fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
-        while self.engine.advance_to(t, exchanges)? == Reached::Worn {
+    fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError> {
+        while self.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
             self.remesh()?;
         }
         Ok(())
@@ -206,9 +210,9 @@ where
         &mut self,
         from: f64,
         t: f64,
-        exchanges: &mut [Exchange],
-    ) -> Result<Option<Rehearsal>, StepError> {
-        while self.engine.advance_to(t, exchanges)? == Reached::Worn {
+        exchanges: &mut [ImpulseExchange],
+    ) -> Result<Option<RemeshPreview>, StepError> {
+        while self.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
             let time = self.engine.now();
             let shown = if time >= from { self.preview_now(self.frame(time)) } else { None };
             self.remesh()?;
@@ -219,11 +223,11 @@ where
         Ok(None)
     }
 
-    fn failed_remeshes(&self) -> &[Refusal] {
+    fn failed_remeshes(&self) -> &[FailedRemesh] {
         &self.failed_remeshes
     }
 
-    fn remesh_records(&self) -> &[Renewal] {
+    fn remesh_records(&self) -> &[RemeshRecord] {
         &self.remesh_records
     }
 
@@ -231,7 +235,7 @@ where
         self.engine.bodies().len()
     }
 
-    fn body(&self, i: usize) -> (&Body, &BodyState) {
+    fn body(&self, i: usize) -> (&RigidBody, &BodyState) {
         (&self.engine.bodies()[i], &self.engine.state().bodies[i])
     }
 
@@ -247,7 +251,7 @@ where
         self.engine.ledger_mut()
     }
 
-    fn record(&self) -> &Record {
+    fn record(&self) -> &RunRecord {
         &self.engine.state().record
     }
 
@@ -259,7 +263,7 @@ where
         self.engine.is_body_away(i, at)
     }
 
-    fn totals(&self, t: f64) -> Totals {
+    fn totals(&self, t: f64) -> BalanceTotals {
         self.engine.totals(t)
     }
 
@@ -283,12 +287,12 @@ where
 
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64> {
         let gel = self.engine.gel();
-        let position = |node| embed(&self.engine.position_at(node, self.engine.gel_time(at.time)));
+        let position = |node| embed(&self.engine.position_at(node, self.engine.time_in_gel(at.time)));
         overlap(gel, self.body(i).0, at, position, |node| self.longest_step(node))
     }
 
     fn is_centre_in_gel(&self, i: usize, at: &BodyState) -> bool {
-        let (gel, time) = (self.engine.gel(), self.engine.gel_time(at.time));
+        let (gel, time) = (self.engine.gel(), self.engine.time_in_gel(at.time));
         let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.engine.position_at(NodeId(n), time)).collect();
         is_centre_in_gel(&x, gel.potential.elements(), self.body(i).0, at)
     }
@@ -320,7 +324,7 @@ where
                 largest: steps.iter().copied().fold(0.0, f64::max),
             };
         }
-        let wider = |(least, most): (Tick, Tick), clock: &Clock| (least.min(clock.step), most.max(clock.step));
+        let wider = |(least, most): (Tick, Tick), clock: &GroupClock| (least.min(clock.step), most.max(clock.step));
         let (least, most) = state.clocks.iter().fold((Tick::MAX, 0), wider);
         StepRange { smallest: self.engine.grid().time(least), largest: self.engine.grid().time(most) }
     }
@@ -329,17 +333,17 @@ where
         self.engine.synchronous_updates(t)
     }
 
-    fn frame(&self, t: f64) -> Frame {
-        let (n, gel_time) = (self.engine.gel().mass.len() as u32, self.engine.gel_time(t));
+    fn frame(&self, t: f64) -> MeshFrame {
+        let (n, gel_time) = (self.engine.gel().mass.len() as u32, self.engine.time_in_gel(t));
         let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), gel_time))).collect();
         let displacements =
             points.iter().zip(self.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
         let place = |i: usize| {
             let (body, last) = self.body(i);
             let at = last.at(body, t);
-            BodyPose { kinematics: super::Kinematics::of(body, &at), bulge: at.bulge, active: at.active }
+            BodyPose { kinematics: super::BodyKinematics::of(body, &at), bulge: at.bulge, active: at.active }
         };
-        Frame {
+        MeshFrame {
             time: t,
             dimension: D,
             mass: self.gel_mass(),
@@ -356,14 +360,14 @@ where
     }
 
     fn save(&self, to: &mut SavedState) {
-        match State::<D>::downcast_mut(to) {
+        match DynamicState::<D>::downcast_mut(to) {
             Some(state) => state.clone_from(self.engine.state()),
             None => *to = self.engine.state().clone().erase(),
         }
     }
 
     fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError> {
-        let state = State::<D>::downcast(saved).ok_or(RestoreError::Foreign)?;
+        let state = DynamicState::<D>::downcast(saved).ok_or(RestoreError::Foreign)?;
         self.engine.check_time(state, time).map_err(|what| RestoreError::Inconsistent { what })?;
         self.restore_state(state)
     }
@@ -393,7 +397,7 @@ where
         self.definition.remesh.is_some()
     }
 
-    fn runs(&self) -> Vec<Run<'_>> {
+    fn runs(&self) -> Vec<BlockLayout<'_>> {
         self.engine.runs()
     }
 }
@@ -407,7 +411,7 @@ pub(super) trait EraseDimension: Sized {
     fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self>;
 }
 
-impl EraseDimension for State<2> {
+impl EraseDimension for DynamicState<2> {
     fn erase(self) -> SavedState {
         SavedState::Flat(self)
     }
@@ -427,7 +431,7 @@ impl EraseDimension for State<2> {
     }
 }
 
-impl EraseDimension for State<3> {
+impl EraseDimension for DynamicState<3> {
     fn erase(self) -> SavedState {
         SavedState::Solid(self)
     }

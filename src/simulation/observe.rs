@@ -1,6 +1,6 @@
 //! Reports of a simulation: read-only, at positions drifted to the report time.
 
-use super::{Bulge, Exchange, Kinematics};
+use super::{BodyKinematics, DomeMotion, ImpulseExchange};
 use crate::integrator::fixed;
 use crate::ledger::EnergyAccounts;
 use crate::math::Vector3;
@@ -49,15 +49,15 @@ pub struct BalanceReport {
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyReport {
     /// Position and motion.
-    pub kinematics: Kinematics,
+    pub kinematics: BodyKinematics,
     /// True if the body takes part.
     pub active: bool,
     /// Height and base radius of a dome.
-    pub bulge: Option<Bulge>,
+    pub bulge: Option<DomeMotion>,
     /// Depth of the body's foremost point below z = 0, m (negative above).
     pub depth: f64,
     /// Contact exchange over the last communication step.
-    pub exchange: Exchange,
+    pub exchange: ImpulseExchange,
     /// Contact since the start.
     pub contact: ContactReport,
     /// Exit at the back face of the gel, if the body has perforated the gel.
@@ -252,7 +252,7 @@ pub struct CostReport {
 
 /// Mesh at one instant, in world coordinates, for files and pictures.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct MeshFrame {
     /// Time, s.
     pub time: f64,
     /// Dimension of the gel: 2 or 3.
@@ -271,18 +271,18 @@ pub struct Frame {
     pub bodies: Vec<BodyPose>,
 }
 
-/// Position and motion of a body in a [`Frame`].
+/// Position and motion of a body in a [`MeshFrame`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyPose {
     /// Position and motion.
-    pub kinematics: Kinematics,
+    pub kinematics: BodyKinematics,
     /// Height and base radius of a dome.
-    pub bulge: Option<Bulge>,
+    pub bulge: Option<DomeMotion>,
     /// True if the body takes part.
     pub active: bool,
 }
 
-/// Elements of a [`Frame`], one entry each.
+/// Elements of a [`MeshFrame`], one entry each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameCells {
     /// Node indices, `dimension + 1` used.

@@ -4,10 +4,10 @@
 //! In a patch the elements may exchange volume freely; only J̄ is resisted. New elements made of parts of them must
 //! therefore get J̄: the part J of each would be a strain that the bulk modulus never saw.
 
-use crate::fem::{Potential, Reference, Simplices};
+use crate::fem::{Potential, ReferenceShape, Simplices};
 use crate::math::{Tensor, Vector, cube_root, det};
-use crate::mesh::{ElementId, Patches};
-use crate::remesh::Same;
+use crate::mesh::{ElementId, ElementPatches};
+use crate::remesh::UnchangedElement;
 
 /// Ratio J/J̄ of each element to its patch: the factor of the element's rest measure outside of the patch. The
 /// factors leave the sum over a patch unchanged. The ratio is 1 for a patch of one element and in an inverted patch.
@@ -16,7 +16,7 @@ pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) 
     let patches = potential.patches();
     for elements in (0..patches.len()).map(|patch| patches.of(patch)).filter(|elements| elements.len() > 1) {
         let jacobian = |element: ElementId| {
-            let (f, out) = potential.deformation(element, x);
+            let (f, out) = potential.deformation_gradient(element, x);
             det(&f) * out
         };
         let each: Vec<(f64, f64)> = elements.iter().map(|e| (potential.volume(*e), jacobian(*e))).collect();
@@ -32,7 +32,7 @@ pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) 
 }
 
 /// Returns for each new element true if it is an old one in an unchanged patch.
-pub(super) fn stays(old: &Patches, new: &Patches, same: &[Option<Same>]) -> Vec<bool> {
+pub(super) fn stays(old: &ElementPatches, new: &ElementPatches, same: &[Option<UnchangedElement>]) -> Vec<bool> {
     let most = (0..old.len()).flat_map(|patch| old.of(patch)).map(|element| element.index() + 1).max().unwrap_or(0);
     let mut patch_of = vec![0; most];
     for patch in 0..old.len() {
@@ -56,7 +56,7 @@ pub(super) fn measure<const D: usize>(edges: &Tensor<D>) -> f64 {
     det(edges) / if D == 2 { 2.0 } else { 6.0 }
 }
 
-impl<const D: usize> Reference<D> {
+impl<const D: usize> ReferenceShape<D> {
     /// Area or volume, or area times radius of a ring.
     pub(super) fn size(&self, is_ring: bool) -> f64 {
         measure(&self.edges) * if is_ring { self.radius } else { 1.0 }

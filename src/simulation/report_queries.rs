@@ -3,7 +3,7 @@
 use super::model::{MeshCounts, StepRange};
 use super::observe::{BalanceReport, BodyReport, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
 use super::{CouplingMode, Simulation};
-use crate::integrator::Totals;
+use crate::integrator::BalanceTotals;
 use crate::math::Vector3;
 
 /// Fraction of μ V t below which a throughput of angular momentum counts as round-off of stresses.
@@ -148,10 +148,10 @@ impl Simulation {
     }
 }
 
-fn energy_report(totals: &Totals, energy_round_off: f64) -> EnergyReport {
+fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
-    let scale = books.worked(totals.initial_energy);
+    let scale = books.scale_of_work(totals.initial_energy);
     let scale = if scale > energy_round_off { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,

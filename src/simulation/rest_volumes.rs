@@ -3,10 +3,10 @@
 
 use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::constitutive::Material;
-use crate::fem::{Potential, Reference, Section};
+use crate::fem::{Potential, ReferenceShape, Section};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
-use crate::remesh::{Same, Source};
+use crate::remesh::{OverlapSource, UnchangedElement};
 
 /// Greatest relative difference between the rest measure of a new element and that of its sources, at which it keeps
 /// their J; the excess changes J. An element created outside the old gel has less mass than stiffness, and without
@@ -36,7 +36,7 @@ pub(super) fn rests<const D: usize>(
     new: &TargetMesh<'_, D>,
 ) -> Vec<f64> {
     let is_ring = past.potential.section() == Section::Axisymmetric;
-    let size = |x: &[Vector<D>], nodes: &Simplex| Reference::of(x, nodes).size(is_ring);
+    let size = |x: &[Vector<D>], nodes: &Simplex| ReferenceShape::of(x, nodes).size(is_ring);
     let (mut rests, mut covered) = (vec![0.0; new.same.len()], vec![0.0; new.same.len()]);
     for source in new.sources {
         rests[source.new.index()] += rest_of(past, source);
@@ -74,11 +74,11 @@ pub(super) fn rests<const D: usize>(
 /// element half outside the old gel had J = 1.7, and gained 70 % of a shot's energy at once. A viscoplastic gel
 /// limits tension, and thereby the effect of such errors.
 fn most_strained(material: &Material) -> f64 {
-    if matches!(material, Material::Flowing(_)) { f64::INFINITY } else { material.slowness_of_shear() }
+    if matches!(material, Material::Flowing(_)) { f64::INFINITY } else { material.shear_wave_ratio() }
 }
 
 /// Total rest measure of the old elements that were removed.
-fn gone<const D: usize>(past: &SourceMesh<'_, D>, same: &[Option<Same>]) -> f64 {
+fn gone<const D: usize>(past: &SourceMesh<'_, D>, same: &[Option<UnchangedElement>]) -> f64 {
     let mut is_gone = vec![true; past.potential.len()];
     same.iter().flatten().for_each(|same| is_gone[same.element.index()] = false);
     let old = (0..).map(ElementId).zip(&past.shares).zip(is_gone).filter(|(_, is_gone)| *is_gone);
@@ -87,7 +87,7 @@ fn gone<const D: usize>(past: &SourceMesh<'_, D>, same: &[Option<Same>]) -> f64 
 
 /// Rest measure of the part of an old element in a new one. In a patch, an element contributes its measure at the J
 /// of the patch.
-pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Source) -> f64 {
+pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &OverlapSource) -> f64 {
     source.part * past.rest(source.old) * past.shares[source.old.index()]
 }
 
@@ -95,30 +95,33 @@ pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Source)
 mod tests {
     use super::*;
     use crate::constitutive::NeoHookean;
-    use crate::fem::{Memory, Simplices};
-    use crate::mesh::{Block, Patches, Split, block};
+    use crate::fem::{HistoryVariables, Simplices};
+    use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
     use crate::simulation::history::tests::gel;
-    use crate::state::Birth;
+    use crate::state::MeshInstance;
 
     /// Deformed block with corner masses of 1, and the history variables of its elements.
-    fn body(n: usize, (section, material): (Section, Material)) -> (Simplices<2>, Birth<2>, Vec<Memory<2>>) {
+    fn body(
+        n: usize,
+        (section, material): (Section, Material),
+    ) -> (Simplices<2>, MeshInstance<2>, Vec<HistoryVariables<2>>) {
         let axis = || crate::mesh::uniform(0.0, 1.0, 1.0 / n as f64);
-        let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
+        let mesh = block::<2>(BlockSpec { planes: [axis(), axis()], split: CellSplit::Centred, faces: vec![] });
         let (nodes, elements) = (mesh.rest.len(), mesh.elements.len());
-        let patches = if n > 1 { Patches::grouped(&mesh) } else { Patches::alone(elements) };
+        let patches = if n > 1 { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(elements) };
         let simplices = Simplices::in_patches(&mesh, patches, (material, section));
         let position = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt() + wave(x) * (n as f64 - 1.0)).collect();
         let (mass, corner_mass) = (vec![1.0; nodes], vec![[1.0; 4]; elements]);
-        let birth = Birth { tick: 0, mesh, position, mass, corner_mass, references: vec![], steps: vec![] };
-        (simplices, birth, vec![Memory::default(); elements])
+        let birth = MeshInstance { tick: 0, mesh, position, mass, corner_mass, references: vec![], steps: vec![] };
+        (simplices, birth, vec![HistoryVariables::default(); elements])
     }
 
     fn wave(x: &Vector<2>) -> Vector<2> {
         Vector::<2>::new((5.0 * x[1]).sin() * x[0], (7.0 * x[0]).sin()) * 2e-3
     }
 
-    fn whole(old: u32, new: u32) -> Source {
-        Source { new: ElementId(new), old: ElementId(old), mass: 1.0, part: 1.0 }
+    fn whole(old: u32, new: u32) -> OverlapSource {
+        OverlapSource { new: ElementId(new), old: ElementId(old), mass: 1.0, part: 1.0 }
     }
 
     #[test]
@@ -127,7 +130,7 @@ mod tests {
         for material in [Material::Flowing(gel()), soft, stiff] {
             let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, material));
             let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
-            let same: Vec<_> = (2..4).map(|e| Some(Same::in_order(ElementId(e)))).collect();
+            let same: Vec<_> = (2..4).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
             let same = [vec![None; 2], same].concat();
             let past = SourceMesh::new((&simplices, &birth, &memory), position);
             let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
@@ -140,7 +143,7 @@ mod tests {
                 let elements = &birth.mesh.elements;
                 let new = TargetMesh { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
                 let rests = rests(&past, position, &new);
-                let [first, second] = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false) / rests[e]);
+                let [first, second] = [0, 1].map(|e| ReferenceShape::of(&now, &elements[e]).size(false) / rests[e]);
                 // Limits of growth and of strain, and of the spread correction.
                 let most = 1.0 + most_strained(&material);
                 let grown = (1.0 + pulled.clamp(-MOST_GROWN, MOST_GROWN)).max((1.0 + pulled) / most);
@@ -162,7 +165,7 @@ mod tests {
         let elements = &birth.mesh.elements[..2];
         let past = SourceMesh::new((&simplices, &birth, &memory), position);
         let of = |part: f64| {
-            let sources = [Source { part, ..whole(0, 0) }, whole(1, 1)];
+            let sources = [OverlapSource { part, ..whole(0, 0) }, whole(1, 1)];
             let new = TargetMesh { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
             rests(&past, position, &new)[0]
         };
@@ -185,7 +188,7 @@ mod tests {
             let old: Vec<u32> = (1..n).chain([1]).collect();
             let elements: Vec<_> = old.iter().map(|e| birth.mesh.elements[*e as usize]).collect();
             let stays = |e: u32| e % 7 > 3;
-            let again = |e: &u32| stays(*e).then_some(Same::in_order(ElementId(*e)));
+            let again = |e: &u32| stays(*e).then_some(UnchangedElement::in_order(ElementId(*e)));
             let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
             let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
             let rest = &birth.mesh.rest;
@@ -194,7 +197,7 @@ mod tests {
             let made: f64 = rests(&past, position, &new).iter().sum();
             let handed = |e: u32| past.rest(ElementId(e)) * past.shares[e as usize];
             let kept: f64 = (1..n).filter(|e| stays(*e)).map(handed).sum();
-            let of_nothing = Reference::of(position, &elements[elements.len() - 1]).size(is_ring);
+            let of_nothing = ReferenceShape::of(position, &elements[elements.len() - 1]).size(is_ring);
             let before: f64 = (0..n).map(|e| past.rest(ElementId(e))).sum();
             let after = made + kept + of_nothing;
             assert!((after / before - 1.0).abs() < 1e-13, "{section:?}: {before} {after}");

@@ -1,14 +1,16 @@
 //! Remeshing without motion: patch test (numerics V1), and round trips (V18).
 
-use super::candidate::{BodyClearance, MeshGenerator, Refused, RemeshAttempt, mesh_in_plane, mesh_in_space};
+use super::candidate::{BodyClearance, MeshGenerator, RemeshAttempt, RemeshRefusal, mesh_in_plane, mesh_in_space};
 use super::{history, source_mesh};
 use crate::constitutive::NeoHookean;
-use crate::fem::{Answer, DEPTH, Potential, Reference, Section, Simplices};
+use crate::fem::{DEPTH, ElementResponse, Potential, ReferenceShape, Section, Simplices};
 use crate::math::{Tensor, Tensor3, Vector, cofactor, det};
-use crate::mesh::{Block, ElementId, Mesh, Patches, Split, block, boundary, shape_quality, uniform};
-use crate::remesh::{self, Acceptance, Books, Carried, Defects, Moved, Proposal, Symmetry};
+use crate::mesh::{BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, block, boundary, shape_quality, uniform};
+use crate::remesh::{
+    self, AcceptanceLimits, BodySymmetry, ConservationDefects, ConservedTotals, DeformedMesh, NodalFields, ProposedMesh,
+};
 use crate::scene::RemeshMethod;
-use crate::state::Birth;
+use crate::state::MeshInstance;
 use std::f64::consts::TAU;
 
 /// Density, kg/m³, shear modulus and bulk modulus, Pa.
@@ -19,7 +21,7 @@ const PLANAR: Section = Section::Planar { thickness: 1.0 };
 
 /// Gel on a mesh, without an engine.
 struct TestGel<const D: usize> {
-    birth: Birth<D>,
+    birth: MeshInstance<D>,
     position: Vec<Vector<D>>,
     velocity: Vec<Vector<D>>,
     section: Section,
@@ -29,15 +31,22 @@ impl<const D: usize> TestGel<D> {
     /// Unit square or cube of `n` crossed cells along each side, deformed by `map`.
     fn new(n: usize, section: Section, map: impl Fn(&Vector<D>) -> Vector<D>) -> Self {
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 1.0 / n as f64));
-        let mesh = block(Block { planes, split: Split::Centred, faces: vec![] });
+        let mesh = block(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         let position: Vec<Vector<D>> = mesh.rest.iter().map(map).collect();
         let simplices = simplices(&mesh, section, &[]);
         let mass: Vec<f64> = (0..mesh.elements.len() as u32).map(|e| GEL.0 * simplices.volume(ElementId(e))).collect();
         let corner_mass = remesh::corner_masses(&mesh.rest, &mesh.elements, &mass, symmetry(section));
         let mass = remesh::nodal_masses::<D>(position.len(), &mesh.elements, &corner_mass);
         let velocity = vec![Vector::zeros(); position.len()];
-        let birth =
-            Birth { tick: 0, mesh, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![] };
+        let birth = MeshInstance {
+            tick: 0,
+            mesh,
+            position: position.clone(),
+            mass,
+            corner_mass,
+            references: vec![],
+            steps: vec![],
+        };
         Self { birth, position, velocity, section }
     }
 
@@ -46,8 +55,8 @@ impl<const D: usize> TestGel<D> {
         let inverse = f.try_inverse().expect("an F that can be inverted");
         let out = if self.section == Section::Axisymmetric { f[(0, 0)] } else { 1.0 };
         let reference = |(e, nodes)| {
-            let now = Reference::of(&self.position, nodes);
-            (ElementId(e), Reference { edges: inverse * now.edges, radius: now.radius / out })
+            let now = ReferenceShape::of(&self.position, nodes);
+            (ElementId(e), ReferenceShape { edges: inverse * now.edges, radius: now.radius / out })
         };
         self.birth.references = (0..).zip(&self.birth.mesh.elements).map(reference).collect();
         let simplices = self.simplices();
@@ -64,13 +73,13 @@ impl<const D: usize> TestGel<D> {
     }
 
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
-    fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, Defects<D>) {
-        let moved = Moved { mesh: &self.birth.mesh, position: &self.position };
+    fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, ConservationDefects<D>) {
+        let moved = DeformedMesh { mesh: &self.birth.mesh, position: &self.position };
         let attempts = RemeshAttempt::of(RemeshMethod::Retained, false)
             .into_iter()
             .map(|attempt| propose(attempt, &moved, size, generator));
         let proposal = attempts.flatten().next().expect("a good mesh");
-        let carried = Carried {
+        let carried = NodalFields {
             symmetry: symmetry(self.section),
             mass: &self.birth.mass,
             corner_mass: &self.birth.corner_mass,
@@ -78,7 +87,7 @@ impl<const D: usize> TestGel<D> {
             is_level: false,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
-        let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
+        let (simplices, patches) = (self.simplices(), ElementPatches::alone(proposal.elements.len()));
         let source = source_mesh::SourceMesh::new((&simplices, &self.birth, &[]), &self.position);
         let inherited =
             history::inherited(&source, &self.position, (&source_mesh::TargetMesh::by(&proposal, &new), &patches));
@@ -88,7 +97,8 @@ impl<const D: usize> TestGel<D> {
         let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
         let position = proposal.position.clone();
         let (mass, corner_mass) = (new.mass, new.corner_mass);
-        let birth = Birth { tick: 0, mesh, position: proposal.position, mass, corner_mass, references, steps: vec![] };
+        let birth =
+            MeshInstance { tick: 0, mesh, position: proposal.position, mass, corner_mass, references, steps: vec![] };
         (Self { birth, position, velocity: new.velocity, section: self.section }, new.defects)
     }
 
@@ -99,7 +109,7 @@ impl<const D: usize> TestGel<D> {
     /// Greatest difference of an element's F, and of its stretch out of the plane, from these.
     fn unevenness(&self, f: &Tensor<D>, out: f64) -> f64 {
         let simplices = self.simplices();
-        let of = |e: u32| simplices.deformation(ElementId(e), &self.position);
+        let of = |e: u32| simplices.deformation_gradient(ElementId(e), &self.position);
         let off = |(own, own_out): (Tensor<D>, f64)| (own - f).amax().max((own_out - out).abs());
         (0..self.n_elements() as u32).map(|e| off(of(e))).fold(0.0, f64::max)
     }
@@ -110,7 +120,7 @@ impl<const D: usize> TestGel<D> {
         let mut force = vec![Vector::<D>::zeros(); self.position.len()];
         let mut energy = 0.0;
         for patch in 0..simplices.patches().len() {
-            let mut answers = [Answer::default(); DEPTH];
+            let mut answers = [ElementResponse::default(); DEPTH];
             energy += simplices.evaluate(patch, &self.position, &[], &mut answers);
             for (element, answer) in simplices.patches().of(patch).iter().zip(&answers) {
                 for (node, f) in simplices.nodes(*element).iter().zip(&answer.forces) {
@@ -124,8 +134,8 @@ impl<const D: usize> TestGel<D> {
         (energy, force.iter().map(Vector::norm).fold(0.0, f64::max))
     }
 
-    fn books(&self) -> Books<D> {
-        Books::of(&self.position, &self.birth.mass, &self.velocity)
+    fn books(&self) -> ConservedTotals<D> {
+        ConservedTotals::of(&self.position, &self.birth.mass, &self.velocity)
     }
 
     /// Kinetic and stored energy, J.
@@ -143,7 +153,7 @@ impl<const D: usize> TestGel<D> {
 fn simplices<const D: usize>(
     mesh: &Mesh<D>,
     section: Section,
-    references: &[(ElementId, Reference<D>)],
+    references: &[(ElementId, ReferenceShape<D>)],
 ) -> Simplices<D> {
     Simplices::new(mesh, NeoHookean::new(GEL.1, GEL.2), section).with_references(references)
 }
@@ -151,22 +161,22 @@ fn simplices<const D: usize>(
 /// Generates a mesh that is as good as the old one.
 fn propose<const D: usize>(
     attempt: RemeshAttempt,
-    moved: &Moved<'_, D>,
+    moved: &DeformedMesh<'_, D>,
     size: &[f64],
     generator: MeshGenerator<D>,
-) -> Result<Proposal<D>, Refused> {
+) -> Result<ProposedMesh<D>, RemeshRefusal> {
     let cleared: BodyClearance<'_, D> = &|x| *x;
     let (proposal, measure) = generator(attempt, moved, size, cleared)?;
     let worst = moved.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
-    remesh::judge(moved, &proposal, &Acceptance { measure, quality: worst.fold(FAIR, f64::min) })?;
+    remesh::check_acceptance(moved, &proposal, &AcceptanceLimits { measure, quality: worst.fold(FAIR, f64::min) })?;
     Ok(proposal)
 }
 
-fn symmetry(section: Section) -> Symmetry {
+fn symmetry(section: Section) -> BodySymmetry {
     match section {
-        Section::Planar { .. } => Symmetry::Planar,
-        Section::Axisymmetric => Symmetry::Axisymmetric,
-        Section::Spatial => Symmetry::Spatial,
+        Section::Planar { .. } => BodySymmetry::Planar,
+        Section::Axisymmetric => BodySymmetry::Axisymmetric,
+        Section::Spatial => BodySymmetry::Spatial,
     }
 }
 
@@ -190,7 +200,7 @@ fn patch_test<const D: usize>(
 ) -> [(f64, f64, usize); 2] {
     let stress = GEL.1 * (f - cofactor(f) / det(f)).norm();
     let mut at = start.remeshed(&vec![0.5 * h; start.position.len()], generator);
-    let measured = |(gel, defects): &(TestGel<D>, Defects<D>)| {
+    let measured = |(gel, defects): &(TestGel<D>, ConservationDefects<D>)| {
         assert!(defects.unchanged < 0.5, "{} of the elements are old ones", defects.unchanged);
         let force = (1..D).fold(gel.stored().1 / stress, |force, _| force / h);
         (gel.unevenness(f, out), force, gel.birth.references.len())

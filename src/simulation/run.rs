@@ -3,12 +3,12 @@
 use super::build::{BuildError, build, orientation};
 use super::gel_definition::build_material;
 use super::model::ErasedModel;
-use super::observe::Frame;
-use super::preview::{Refusal, Rehearsal, Renewal};
-use super::saved::Saved;
-use super::{CouplingMode, Exchange, Inputs, Kinematics};
-use crate::contact::{Body, BodyState, Motion, Wrench};
-use crate::integrator::{Run, StepError};
+use super::observe::MeshFrame;
+use super::preview::{FailedRemesh, RemeshPreview, RemeshRecord};
+use super::saved::SavedSimulation;
+use super::{BodyKinematics, CouplingMode, ImpulseExchange, StepInputs};
+use crate::contact::{BodyMotion, BodyState, RigidBody, Wrench};
+use crate::integrator::{BlockLayout, StepError};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
 use crate::scene::{GelBox, Scene};
@@ -45,10 +45,10 @@ pub struct Simulation {
     pub(super) mode: CouplingMode,
     pub(super) constants: SceneConstants,
     pub(super) time: f64,
-    pub(super) exchanges: Vec<Exchange>,
+    pub(super) exchanges: Vec<ImpulseExchange>,
     failure: Option<StepError>,
     /// Kinematics of the bodies at the start of the current step; kept to reuse its memory.
-    before: Vec<Kinematics>,
+    before: Vec<BodyKinematics>,
 }
 
 /// Constants of the scene that reports need.
@@ -88,8 +88,8 @@ impl SceneConstants {
     }
 }
 
-impl Kinematics {
-    pub(super) fn of(body: &Body, state: &BodyState) -> Self {
+impl BodyKinematics {
+    pub(super) fn of(body: &RigidBody, state: &BodyState) -> Self {
         let q = state.orientation.quaternion();
         Self {
             position: state.position,
@@ -108,7 +108,7 @@ impl Simulation {
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
         let (constants, exchanges) =
-            (SceneConstants::of(scene, mode, &*model), vec![Exchange::default(); model.n_bodies()]);
+            (SceneConstants::of(scene, mode, &*model), vec![ImpulseExchange::default(); model.n_bodies()]);
         Ok(Self { model, mode, constants, time: 0.0, exchanges, failure: None, before: vec![] })
     }
 
@@ -132,9 +132,9 @@ impl Simulation {
 
     /// Current motion of a body.
     #[must_use]
-    pub fn kinematics(&self, body: usize) -> Kinematics {
+    pub fn kinematics(&self, body: usize) -> BodyKinematics {
         let (fixed, _) = self.model.body(body);
-        Kinematics::of(fixed, &self.now(body))
+        BodyKinematics::of(fixed, &self.now(body))
     }
 
     /// Current state of a body.
@@ -145,7 +145,7 @@ impl Simulation {
 
     /// Contact exchange of each body over the last communication step.
     #[must_use]
-    pub fn exchanges(&self) -> &[Exchange] {
+    pub fn exchanges(&self) -> &[ImpulseExchange] {
         &self.exchanges
     }
 
@@ -160,16 +160,16 @@ impl Simulation {
 
     /// Inputs of all bodies that change nothing: current motion, no wrench.
     #[must_use]
-    pub fn inputs(&self) -> Vec<Inputs> {
+    pub fn inputs(&self) -> Vec<StepInputs> {
         (0..self.n_bodies()).map(|body| self.unchanged(body)).collect()
     }
 
     /// Inputs of one body that change nothing.
     #[must_use]
-    pub fn unchanged(&self, body: usize) -> Inputs {
+    pub fn unchanged(&self, body: usize) -> StepInputs {
         let now = self.now(body);
         let (kinematics, acceleration, wrench) = (self.kinematics(body), Vector3::zeros(), Wrench::default());
-        Inputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
+        StepInputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
     }
 
     /// Performs a communication step to `end`, s since the start, under the inputs of each body. An `end` not after
@@ -182,7 +182,7 @@ impl Simulation {
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail. The state stays at the last consistent tick, and each later
     /// call returns the same error.
-    pub fn step(&mut self, inputs: &[Inputs], end: f64) -> Result<(), StepError> {
+    pub fn step(&mut self, inputs: &[StepInputs], end: f64) -> Result<(), StepError> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
@@ -198,7 +198,7 @@ impl Simulation {
             let now = self.kinematics(body);
             self.before.push(now);
         }
-        self.exchanges.fill(Exchange { duration: end - self.time, ..Exchange::default() });
+        self.exchanges.fill(ImpulseExchange { duration: end - self.time, ..ImpulseExchange::default() });
         let result = self.model.advance_to(end, &mut self.exchanges);
         self.time = match &result {
             Ok(()) => end,
@@ -216,11 +216,11 @@ impl Simulation {
     ///
     /// # Errors
     /// [`StepError`] as [`Simulation::step`].
-    pub fn rehearse(&mut self, from: f64, end: f64) -> Result<Option<Rehearsal>, StepError> {
+    pub fn rehearse(&mut self, from: f64, end: f64) -> Result<Option<RemeshPreview>, StepError> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
-        self.exchanges.fill(Exchange::default());
+        self.exchanges.fill(ImpulseExchange::default());
         let result = self.model.preview_remesh(from, end, &mut self.exchanges);
         self.time = match &result {
             Ok(Some(shown)) => shown.frame.time.max(self.time),
@@ -233,13 +233,13 @@ impl Simulation {
 
     /// Remeshings since this simulation was built; those before a restored state are not included.
     #[must_use]
-    pub fn renewals(&self) -> &[Renewal] {
+    pub fn renewals(&self) -> &[RemeshRecord] {
         self.model.remesh_records()
     }
 
     /// Failed remeshings since this simulation was built, with the reason for each attempt; not kept in states.
     #[must_use]
-    pub fn refusals(&self) -> &[Refusal] {
+    pub fn refusals(&self) -> &[FailedRemesh] {
         self.model.failed_remeshes()
     }
 
@@ -255,9 +255,14 @@ impl Simulation {
     ///
     /// A prescribed motion does not respond to the impulse. The velocities are then V₀ + J/M and Ω₀ + I⁻¹A, those of
     /// an importer's body under contact alone.
-    fn velocities_after_step(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
+    fn velocities_after_step(
+        &self,
+        i: usize,
+        before: &BodyKinematics,
+        exchange: &ImpulseExchange,
+    ) -> (Vector3, Vector3) {
         let body = self.model.body(i).0;
-        if body.motion != Motion::Prescribed {
+        if body.motion != BodyMotion::Prescribed {
             let after = self.kinematics(i);
             return (after.velocity, after.angular_velocity);
         }
@@ -266,7 +271,7 @@ impl Simulation {
     }
 
     /// Checks that inputs are finite, and stay in the plane or on the axis.
-    fn check_inputs(&self, body: usize, inputs: &Inputs, duration: f64) {
+    fn check_inputs(&self, body: usize, inputs: &StepInputs, duration: f64) {
         let (freedom, moved) = (self.model.body(body).0.freedom, &inputs.kinematics);
         let along =
             [moved.position, moved.velocity, inputs.acceleration, inputs.wrench.force, inputs.wrench.force_rate];
@@ -285,10 +290,10 @@ impl Simulation {
 
     /// Applies the importer's inputs of a body at the start of a step (numerics A4, A5). Unchanged inputs are no
     /// event.
-    fn apply_inputs(&mut self, body: usize, inputs: &Inputs) {
+    fn apply_inputs(&mut self, body: usize, inputs: &StepInputs) {
         let (fixed, now) = (self.model.body(body).0, self.now(body));
         let (motion, mass) = (fixed.motion, fixed.mass);
-        if motion == Motion::Fixed {
+        if motion == BodyMotion::Fixed {
             let bulge = now.bulge.and(inputs.bulge);
             if (bulge, inputs.active) != (now.bulge, now.active) {
                 self.model.set_body(body, &BodyState { bulge, active: inputs.active, ..now });
@@ -315,7 +320,7 @@ impl Simulation {
     }
 
     /// Sets wrench and dome of a free body, if they change.
-    fn set_wrench(&mut self, body: usize, inputs: &Inputs) {
+    fn set_wrench(&mut self, body: usize, inputs: &StepInputs) {
         let (last, now) = (self.model.body(body).1, self.now(body));
         let bulge = now.bulge.and(inputs.bulge);
         if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || bulge != now.bulge {
@@ -326,7 +331,7 @@ impl Simulation {
     }
 
     /// Replaces the state of a body by the importer's.
-    fn replace_motion(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
+    fn replace_motion(&mut self, i: usize, inputs: &StepInputs, wrench: Wrench) {
         self.model.rebase_body(i, self.time);
         let now = self.state_from_inputs(i, inputs);
         self.replace_state(i, &BodyState { wrench, ..now });
@@ -334,11 +339,11 @@ impl Simulation {
 
     /// Current state of a body with the motion of these inputs, active and without a wrench; a fixed body stays in
     /// place.
-    pub(super) fn state_from_inputs(&self, i: usize, inputs: &Inputs) -> BodyState {
+    pub(super) fn state_from_inputs(&self, i: usize, inputs: &StepInputs) -> BodyState {
         let (body, was) = (self.model.body(i).0, self.now(i));
         let bulge = was.bulge.and(inputs.bulge);
         let mut now = BodyState { bulge, active: true, wrench: Wrench::default(), ..was };
-        if body.motion != Motion::Fixed {
+        if body.motion != BodyMotion::Fixed {
             let given = &inputs.kinematics;
             (now.position, now.velocity) = (given.position, given.velocity);
             now.orientation = orientation(given.orientation);
@@ -366,7 +371,7 @@ impl Simulation {
 
     /// Depth of the gel's surface, m, inside a body that these inputs activate; `None` if contact tolerates it.
     #[must_use]
-    pub fn overlap(&self, body: usize, inputs: &Inputs) -> Option<f64> {
+    pub fn overlap(&self, body: usize, inputs: &StepInputs) -> Option<f64> {
         let comes = inputs.active && !self.now(body).active;
         comes.then(|| self.model.overlap(body, &self.state_from_inputs(body, inputs))).flatten()
     }
@@ -376,7 +381,7 @@ impl Simulation {
     /// The check applies to a body that is activated, or that moves at once further than the depth of its centre in
     /// itself. Shorter moves cannot pass a surface.
     #[must_use]
-    pub fn is_swallowed(&self, body: usize, inputs: &Inputs) -> bool {
+    pub fn is_swallowed(&self, body: usize, inputs: &StepInputs) -> bool {
         if !inputs.active {
             return false;
         }
@@ -403,20 +408,20 @@ impl Simulation {
 
     /// Current mesh.
     #[must_use]
-    pub fn frame(&self) -> Frame {
+    pub fn frame(&self) -> MeshFrame {
         self.model.frame(self.time)
     }
 
     /// Saves the state, to be restored later, also by another process that built the same scene.
     #[must_use]
-    pub fn save(&self) -> Saved {
-        let mut saved = Saved::empty();
+    pub fn save(&self) -> SavedSimulation {
+        let mut saved = SavedSimulation::empty();
         self.save_into(&mut saved);
         saved
     }
 
     /// Saves the state into the memory of an older one.
-    pub fn save_into(&self, saved: &mut Saved) {
+    pub fn save_into(&self, saved: &mut SavedSimulation) {
         (saved.origin, saved.time) = (self.constants.origin, self.time);
         saved.exchanges.clone_from(&self.exchanges);
         saved.failure.clone_from(&self.failure);
@@ -427,7 +432,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`RestoreError`] if the state is of another scene; this simulation is then unchanged.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
+    pub fn restore(&mut self, saved: &SavedSimulation) -> Result<(), RestoreError> {
         if saved.origin != self.constants.origin {
             return Err(RestoreError::Foreign);
         }
@@ -455,7 +460,7 @@ impl Simulation {
 
     /// Layout of the element work, for measurements.
     #[must_use]
-    pub fn runs(&self) -> Vec<Run<'_>> {
+    pub fn runs(&self) -> Vec<BlockLayout<'_>> {
         self.model.runs()
     }
 }

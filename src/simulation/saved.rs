@@ -1,28 +1,28 @@
 //! State of a simulation as a value and as bytes.
 
-use super::Exchange;
+use super::ImpulseExchange;
 use crate::integrator::StepError;
-use crate::state::State;
+use crate::state::DynamicState;
 use xxhash_rust::xxh3::Xxh3;
 
 /// Stored state of a gel of either dimension.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SavedState {
     /// Planar or axisymmetric.
-    Flat(State<2>),
+    Flat(DynamicState<2>),
     /// Spatial.
-    Solid(State<3>),
+    Solid(DynamicState<3>),
 }
 
 /// Complete dynamic state as a value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Saved {
+pub struct SavedSimulation {
     /// Hash of the scene and the coupling mode.
     pub origin: u64,
     /// Time reached, s.
     pub time: f64,
     /// Contact exchange of each body over the last communication step.
-    pub exchanges: Vec<Exchange>,
+    pub exchanges: Vec<ImpulseExchange>,
     /// Error that ended the simulation, if any.
     pub failure: Option<StepError>,
     /// Gel, bodies, ledger and record.
@@ -30,14 +30,14 @@ pub struct Saved {
 }
 
 /// Header of the bytes: origin, time, exchanges, failure and dimension.
-type StateHeader = (u64, f64, Vec<Exchange>, Option<StepError>, u8);
+type StateHeader = (u64, f64, Vec<ImpulseExchange>, Option<StepError>, u8);
 
 impl SavedState {
     /// Empty state of a gel of this dimension; `None` for other dimensions than 2 and 3.
     fn empty(dimension: u8) -> Option<Self> {
         match dimension {
-            2 => Some(Self::Flat(State::empty())),
-            3 => Some(Self::Solid(State::empty())),
+            2 => Some(Self::Flat(DynamicState::empty())),
+            3 => Some(Self::Solid(DynamicState::empty())),
             _ => None,
         }
     }
@@ -64,11 +64,11 @@ impl SavedState {
     }
 }
 
-impl Saved {
+impl SavedSimulation {
     /// Empty state, to be written over.
     #[must_use]
     pub fn empty() -> Self {
-        Self { origin: 0, time: 0.0, exchanges: vec![], failure: None, state: SavedState::Solid(State::empty()) }
+        Self { origin: 0, time: 0.0, exchanges: vec![], failure: None, state: SavedState::Solid(DynamicState::empty()) }
     }
 
     /// Hash of the stored state, as [`Simulation::digest`](super::Simulation::digest).
@@ -93,7 +93,7 @@ impl Saved {
         postcard::to_stdvec(&head).expect("a state is plain values")
     }
 
-    /// Number of bytes that [`Saved::write`] emits.
+    /// Number of bytes that [`SavedSimulation::write`] emits.
     #[must_use]
     pub fn size(&self) -> usize {
         let state = match &self.state {
@@ -140,10 +140,16 @@ impl Saved {
 mod tests {
     use super::*;
 
-    fn saved() -> Saved {
-        let state = State { stiffness: vec![1.0, 2.0], ..State::empty() };
+    fn saved() -> SavedSimulation {
+        let state = DynamicState { stiffness: vec![1.0, 2.0], ..DynamicState::empty() };
         let failure = Some(StepError::NotFinite { element: 3, time: 0.25 });
-        Saved { origin: 7, time: 0.5, exchanges: vec![Exchange::default()], failure, state: SavedState::Flat(state) }
+        SavedSimulation {
+            origin: 7,
+            time: 0.5,
+            exchanges: vec![ImpulseExchange::default()],
+            failure,
+            state: SavedState::Flat(state),
+        }
     }
 
     #[test]
@@ -151,7 +157,7 @@ mod tests {
         let mut bytes = Vec::new();
         let digest = saved().write(&mut |run| bytes.extend_from_slice(run));
         assert_eq!((digest, bytes.len()), (saved().digest(), saved().size()));
-        for mut other in [Saved::empty(), Saved { time: 1.0, ..saved() }] {
+        for mut other in [SavedSimulation::empty(), SavedSimulation { time: 1.0, ..saved() }] {
             assert!(other.read(&bytes));
             assert_eq!(other, saved());
         }
@@ -165,7 +171,7 @@ mod tests {
         // The dimension is the last byte of the header.
         another[saved().head().len() - 1] = 4;
         for bytes in [&bytes[..bytes.len() - 1], &another, b""] {
-            for mut other in [Saved::empty(), Saved { time: 1.0, ..saved() }] {
+            for mut other in [SavedSimulation::empty(), SavedSimulation { time: 1.0, ..saved() }] {
                 let before = other.clone();
                 assert!(!other.read(bytes));
                 assert_eq!(other, before);

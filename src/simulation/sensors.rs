@@ -73,7 +73,7 @@ pub(super) fn locate_sensors<const D: usize>(
 impl<const D: usize> GelModel<D> {
     /// Reports of the sensors at time `t`, s.
     pub(super) fn sensor_reports(&self, t: f64) -> Vec<SensorReport> {
-        let t = self.engine.gel_time(t);
+        let t = self.engine.time_in_gel(t);
         self.sensor_locations.iter().map(|location| self.interpolate_report(location, t)).collect()
     }
 

@@ -1,29 +1,32 @@
 //! Source and target of a history transfer: the old elements, and the composition of the new ones.
 
 use super::patch_volume_share::shares;
-use crate::fem::{Memory, Section, Simplices};
+use crate::fem::{HistoryVariables, Section, Simplices};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
-use crate::remesh::{Proposal, Same, Source, Transferred};
-use crate::state::Birth;
+use crate::remesh::{OverlapSource, ProposedMesh, TransferredFields, UnchangedElement};
+use crate::state::MeshInstance;
 
 /// Source mesh of a transfer, with the history variables of its elements.
 pub(super) struct SourceMesh<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
-    pub old: &'a Birth<D>,
-    pub memory: &'a [Memory<D>],
+    pub old: &'a MeshInstance<D>,
+    pub memory: &'a [HistoryVariables<D>],
     /// Ratio J/J̄ of each old element to its patch; 1 for a patch of one element.
     pub shares: Vec<f64>,
 }
 
 impl<'a, const D: usize> SourceMesh<'a, D> {
     /// Source mesh with the nodes at `x`.
-    pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
+    pub fn new(
+        (potential, old, memory): (&'a Simplices<D>, &'a MeshInstance<D>, &'a [HistoryVariables<D>]),
+        x: &[Vector<D>],
+    ) -> Self {
         Self { potential, old, memory, shares: shares(potential, x) }
     }
 
     /// History variables of an old element.
-    pub fn memory(&self, same: Same) -> Memory<D> {
+    pub fn memory(&self, same: UnchangedElement) -> HistoryVariables<D> {
         self.memory[same.element.index()]
     }
 
@@ -41,9 +44,9 @@ pub(super) struct TargetMesh<'a, const D: usize> {
     pub rest: &'a [Vector<D>],
     pub elements: &'a [Simplex],
     /// Old element that each element is, if unchanged.
-    pub same: &'a [Option<Same>],
+    pub same: &'a [Option<UnchangedElement>],
     /// Sources of the other elements, in order.
-    pub sources: &'a [Source],
+    pub sources: &'a [OverlapSource],
     /// True for the old mesh itself, kept where no other was accepted: elements unchanged in their patch keep their
     /// state.
     pub is_kept: bool,
@@ -51,8 +54,8 @@ pub(super) struct TargetMesh<'a, const D: usize> {
 
 impl<'a, const D: usize> TargetMesh<'a, D> {
     /// Target mesh of a remeshing.
-    pub fn by(proposal: &'a Proposal<D>, new: &'a Transferred<D>) -> Self {
-        let Transferred { rest, same, sources, .. } = new;
+    pub fn by(proposal: &'a ProposedMesh<D>, new: &'a TransferredFields<D>) -> Self {
+        let TransferredFields { rest, same, sources, .. } = new;
         Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, is_kept: false }
     }
 }

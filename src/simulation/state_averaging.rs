@@ -4,10 +4,10 @@
 use super::patch_volume_share::measure;
 use super::rest_volumes::rest_of;
 use super::source_mesh::SourceMesh;
-use crate::fem::{Memory, Potential, Reference, Section};
+use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
 use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
-use crate::remesh::Source;
+use crate::remesh::OverlapSource;
 
 /// Relative tolerance of measure and distortion at rest, within which an element is compatible with its nodes' rest
 /// positions.
@@ -50,7 +50,7 @@ impl<const D: usize> ElementStrain<D> {
             Some(memory) => {
                 past.potential.elastic(element, x, memory).unwrap_or_else(|| (Tensor::<D>::identity(), 1.0))
             }
-            None => past.potential.deformation(element, x),
+            None => past.potential.deformation_gradient(element, x),
         };
         Self { f, out }
     }
@@ -95,7 +95,7 @@ pub(super) struct SourceStrains<const D: usize> {
 
 impl<const D: usize> SourceStrains<D> {
     /// Strains of the sources, with the nodes at `x`.
-    pub fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
+    pub fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], sources: &[OverlapSource]) -> Self {
         let mut strains = Self { place: vec![None; past.potential.len()], all: vec![] };
         for old in sources.iter().map(|source| source.old) {
             if strains.place[old.index()].is_none() {
@@ -123,7 +123,7 @@ impl<const D: usize> StateAverage<D> {
     /// Average of one old element alone.
     pub fn alone(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let mass = past.old.corner_mass[element.index()].iter().sum();
-        let source = Source { new: element, old: element, mass, part: 1.0 };
+        let source = OverlapSource { new: element, old: element, mass, part: 1.0 };
         let rest = rest_of(past, &source);
         Self::of(past, (x, &SourceStrains::default()), (&[source], rest))
     }
@@ -132,7 +132,7 @@ impl<const D: usize> StateAverage<D> {
     pub fn of(
         past: &SourceMesh<'_, D>,
         (x, strains): (&[Vector<D>], &SourceStrains<D>),
-        (sources, rest): (&[Source], f64),
+        (sources, rest): (&[OverlapSource], f64),
     ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut mass) = (ElementStrain::zero(), 0.0, 0.0);
@@ -160,17 +160,17 @@ impl<const D: usize> StateAverage<D> {
     }
 
     /// Rest shape for the current shape, and history variables.
-    pub fn again(&self, now: &Reference<D>) -> Option<(Reference<D>, Memory<D>)> {
+    pub fn again(&self, now: &ReferenceShape<D>) -> Option<(ReferenceShape<D>, HistoryVariables<D>)> {
         Some((self.made(now, now)?, self.recalled()))
     }
 
     /// History variables of the new element.
-    pub fn recalled(&self) -> Memory<D> {
-        Memory { plastic: self.plastic, left: self.left, felt: self.felt, ..Memory::default() }
+    pub fn recalled(&self) -> HistoryVariables<D> {
+        HistoryVariables { plastic: self.plastic, left: self.left, felt: self.felt, ..HistoryVariables::default() }
     }
 
     /// Returns true if the nodes' rest positions give the sources' measure and distortion.
-    pub fn is_told(&self, told: &Reference<D>, now: &Reference<D>) -> bool {
+    pub fn is_told(&self, told: &ReferenceShape<D>, now: &ReferenceShape<D>) -> bool {
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
         !self.flows
@@ -179,7 +179,7 @@ impl<const D: usize> StateAverage<D> {
     }
 
     /// Deformation by the nodes' rest positions, if these are not inverted.
-    fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<ElementStrain<D>> {
+    fn said(&self, told: &ReferenceShape<D>, now: &ReferenceShape<D>) -> Option<ElementStrain<D>> {
         let out = if self.is_ring { now.radius / told.radius } else { 1.0 };
         let outside = out > 0.0 && out.is_finite();
         inverse(&told.edges)
@@ -196,7 +196,7 @@ impl<const D: usize> StateAverage<D> {
     ///
     /// The mean of F alone loses the differences between sources. A ball of 20 m/s lost 20 % of its energy by the
     /// mean of F on its way into gel. The nodes' deformation alone, where upright, gained 6 % (h = R/2, 18 meshes).
-    pub fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
+    pub fn made(&self, told: &ReferenceShape<D>, now: &ReferenceShape<D>) -> Option<ReferenceShape<D>> {
         let mean = self.fitted(&self.strain, now);
         let holds = |fit: &(_, f64)| (fit.1 / self.distortion - 1.0).abs() <= HOLDS;
         if let Some(fit) = mean.filter(holds) {
@@ -230,7 +230,7 @@ impl<const D: usize> StateAverage<D> {
     ///
     /// The test is that of [`Self::fitted`], cubed to avoid the roots. F stretched by 1/s has det F/s^D = w/w₀: s
     /// cancels from Ī₁ in space, and is s² = w₀ det F/w in the plane.
-    fn reaches(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> bool {
+    fn reaches(&self, strain: &ElementStrain<D>, now: &ReferenceShape<D>) -> bool {
         let (whole, turned) = (measure(&now.edges), det(&strain.f));
         let rest = if self.is_ring { self.rest * strain.out / now.radius } else { self.rest };
         let grown = whole / rest;
@@ -244,7 +244,7 @@ impl<const D: usize> StateAverage<D> {
     }
 
     /// Reference of an element with this F, scaled to the measure at rest, and its distortion.
-    fn fitted(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
+    fn fitted(&self, strain: &ElementStrain<D>, now: &ReferenceShape<D>) -> Option<(ReferenceShape<D>, f64)> {
         let radius = if self.is_ring { now.radius / strain.out } else { now.radius };
         let rest = if self.is_ring { self.rest / radius } else { self.rest };
         let edges = inverse(&strain.f)? * now.edges;
@@ -252,7 +252,7 @@ impl<const D: usize> StateAverage<D> {
         let edges = edges * if D == 2 { scale.sqrt() } else { cube_root(scale) };
         let f = now.edges * inverse(&edges)?;
         let whole = edges.norm().is_finite() && radius.is_finite() && (!self.is_ring || radius > 0.0);
-        whole.then(|| (Reference { edges, radius }, ElementStrain { f, out: strain.out }.distortion()))
+        whole.then(|| (ReferenceShape { edges, radius }, ElementStrain { f, out: strain.out }.distortion()))
     }
 }
 
@@ -273,24 +273,31 @@ mod tests {
     use super::*;
     use crate::constitutive::{Material, NeoHookean};
     use crate::fem::Simplices;
-    use crate::mesh::{Block, Patches, Split, block};
+    use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
     use crate::simulation::history::tests::gel;
-    use crate::state::Birth;
+    use crate::state::MeshInstance;
 
     #[test]
     fn an_average_of_rotated_sources_keeps_their_distortion() {
         let planes = [[0.0, 1.0]; 2].map(Vec::from);
-        let mesh = block::<2>(Block { planes, split: Split::Centred, faces: vec![] });
+        let mesh = block::<2>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         let n = mesh.elements.len();
         let material = (Material::NeoHookean(NeoHookean::new(20e3, 2e6)), Section::Planar { thickness: 1.0 });
-        let simplices = Simplices::in_patches(&mesh, Patches::alone(n), material);
+        let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(n), material);
         let (position, elements) = (mesh.rest.clone(), mesh.elements.clone());
         let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
-        let birth =
-            Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
+        let birth = MeshInstance {
+            tick: 0,
+            position: position.clone(),
+            mass,
+            corner_mass,
+            references: vec![],
+            steps: vec![],
+            mesh,
+        };
         let past = SourceMesh::new((&simplices, &birth, &[]), &position);
-        let sources = [0, 1].map(|old| Source { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
-        let there = Reference::of(&position, &elements[2]);
+        let sources = [0, 1].map(|old| OverlapSource { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
+        let there = ReferenceShape::of(&position, &elements[2]);
         let mut upright = None;
         for angle in [0.0, 1.0, 2.0, 3.0] {
             let turn = Tensor::<2>::new(f64::cos(angle), -f64::sin(angle), f64::sin(angle), f64::cos(angle));
@@ -300,7 +307,7 @@ mod tests {
             let [less, most] = [all[1].1, all[0].1];
             let strains = SourceStrains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
             let mean = StateAverage::of(&past, (&position, &strains), (&sources, 0.25));
-            let now = Reference { edges: turn * there.edges, ..there };
+            let now = ReferenceShape { edges: turn * there.edges, ..there };
             let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
             assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");
 
@@ -329,16 +336,26 @@ mod tests {
     #[test]
     fn an_element_without_sources_passes_on_its_own_state() {
         let planes = [[0.0, 1.0]; 3].map(Vec::from);
-        let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let mesh = block::<3>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         let material = (Material::Flowing(gel()), Section::Spatial);
-        let simplices = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), material);
-        let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; mesh.elements.len()];
+        let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(mesh.elements.len()), material);
+        let memory = vec![
+            HistoryVariables { plastic: 0.7, left: 0.4, felt: -3.0, ..HistoryVariables::default() };
+            mesh.elements.len()
+        ];
         let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);
         let mass = vec![0.0; position.len()];
-        let birth =
-            Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
+        let birth = MeshInstance {
+            tick: 0,
+            position: position.clone(),
+            mass,
+            corner_mass,
+            references: vec![],
+            steps: vec![],
+            mesh,
+        };
         let past = SourceMesh::new((&simplices, &birth, &memory), &position);
-        let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
+        let source = OverlapSource { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let rest = rest_of(&past, &source);
         let mean = StateAverage::of(&past, (&position, &SourceStrains::default()), (&[source], rest));
         assert!(

@@ -2,10 +2,10 @@
 //!
 //! The bytes come in runs, so that the receiver can hash or copy each while it is in the nearest cache.
 
-use super::mesh_instance::{Birth, InstanceArrays, numbers, simplex};
-use super::{Alarm, Clock, Record, Sizes, State, Tick};
+use super::mesh_instance::{InstanceArrays, MeshInstance, numbers, simplex};
+use super::{DynamicState, GroupAlarm, GroupClock, RunRecord, StateSizes, Tick};
 use crate::contact::BodyState;
-use crate::fem::{Memory, Reference};
+use crate::fem::{HistoryVariables, ReferenceShape};
 use crate::ledger::Ledger;
 use crate::math::{Tensor, Vector};
 use crate::mesh::{ElementId, Simplex};
@@ -17,7 +17,7 @@ const RUN_BYTES: usize = 8192;
 
 /// Header of the binary form: all data but the arrays. The tick of a remeshed mesh comes with the marks of its
 /// facets.
-type BinaryHeader = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
+type BinaryHeader = (StateSizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, RunRecord);
 
 /// Values with a fixed number of bytes.
 trait FixedBytes: Sized {
@@ -62,7 +62,7 @@ impl<const D: usize> FixedBytes for Vector<D> {
     }
 }
 
-impl FixedBytes for Clock {
+impl FixedBytes for GroupClock {
     const SIZE: usize = 36;
 
     fn encode(&self, to: &mut [u8]) {
@@ -111,7 +111,7 @@ impl FixedBytes for [f64; 4] {
     }
 }
 
-impl<const D: usize> FixedBytes for (ElementId, Reference<D>) {
+impl<const D: usize> FixedBytes for (ElementId, ReferenceShape<D>) {
     const SIZE: usize = 4 + 8 * (D * D + 1);
 
     fn encode(&self, to: &mut [u8]) {
@@ -124,7 +124,7 @@ impl<const D: usize> FixedBytes for (ElementId, Reference<D>) {
     fn decode(from: &[u8]) -> Self {
         let number = |i: usize| f64::decode(&from[4 + 8 * i..]);
         let edges = Tensor::<D>::from_fn(|row, column| number(column * D + row));
-        (ElementId(u32::from_le_bytes(first_bytes(from))), Reference { edges, radius: number(D * D) })
+        (ElementId(u32::from_le_bytes(first_bytes(from))), ReferenceShape { edges, radius: number(D * D) })
     }
 }
 
@@ -140,7 +140,7 @@ impl FixedBytes for Simplex {
     }
 }
 
-impl FixedBytes for Alarm {
+impl FixedBytes for GroupAlarm {
     const SIZE: usize = 16;
 
     fn encode(&self, to: &mut [u8]) {
@@ -153,7 +153,7 @@ impl FixedBytes for Alarm {
     }
 }
 
-impl<const D: usize> FixedBytes for Memory<D> {
+impl<const D: usize> FixedBytes for HistoryVariables<D> {
     const SIZE: usize = 8 * (D * D + 7);
 
     fn encode(&self, to: &mut [u8]) {
@@ -200,11 +200,11 @@ const ELEMENT_BYTES: usize = Simplex::SIZE + <[f64; 4]>::SIZE + f64::SIZE;
 
 /// Reads the mesh instance; `None` if the bytes are no valid mesh.
 fn read_mesh_instance<const D: usize>(
-    sizes: &Sizes,
+    sizes: &StateSizes,
     tick: Tick,
     marks: Vec<u8>,
     mut bytes: &[u8],
-) -> Option<Arc<Birth<D>>> {
+) -> Option<Arc<MeshInstance<D>>> {
     let mut arrays = InstanceArrays::default();
     read_all(&mut arrays.rest, sizes.nodes, &mut bytes);
     read_all(&mut arrays.position, sizes.nodes, &mut bytes);
@@ -214,21 +214,21 @@ fn read_mesh_instance<const D: usize>(
     read_all(&mut arrays.corner_mass, sizes.born, &mut bytes);
     read_all(&mut arrays.references, sizes.references, &mut bytes);
     read_all(&mut arrays.steps, sizes.born, &mut bytes);
-    Birth::from_arrays(tick, arrays, marks).map(Arc::new)
+    MeshInstance::from_arrays(tick, arrays, marks).map(Arc::new)
 }
 
-impl Sizes {
+impl StateSizes {
     /// Returns the bytes of the arrays; `None` on overflow.
     fn array_bytes<const D: usize>(&self) -> Option<usize> {
         let arrays = [
             (self.nodes, 2 * Vector::<D>::SIZE + f64::SIZE),
             (self.slots, f64::SIZE),
-            (self.groups, Clock::SIZE),
-            (self.alarms, Alarm::SIZE),
-            (self.memories, Memory::<D>::SIZE),
+            (self.groups, GroupClock::SIZE),
+            (self.alarms, GroupAlarm::SIZE),
+            (self.memories, HistoryVariables::<D>::SIZE),
             (self.instance_nodes(), NODE_BYTES + 2 * Vector::<D>::SIZE),
             (self.born, ELEMENT_BYTES),
-            (self.references, <(ElementId, Reference<D>)>::SIZE),
+            (self.references, <(ElementId, ReferenceShape<D>)>::SIZE),
         ];
         arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
     }
@@ -237,7 +237,7 @@ impl Sizes {
     fn instance_bytes<const D: usize>(&self) -> usize {
         self.instance_nodes() * (NODE_BYTES + 2 * Vector::<D>::SIZE)
             + self.born * ELEMENT_BYTES
-            + self.references * <(ElementId, Reference<D>)>::SIZE
+            + self.references * <(ElementId, ReferenceShape<D>)>::SIZE
     }
 
     /// Returns the number of nodes of the mesh instance.
@@ -246,10 +246,10 @@ impl Sizes {
     }
 }
 
-impl<const D: usize> State<D> {
+impl<const D: usize> DynamicState<D> {
     /// Returns the sizes of the arrays.
-    fn sizes(&self) -> Sizes {
-        Sizes {
+    fn sizes(&self) -> StateSizes {
+        StateSizes {
             nodes: self.position.len(),
             slots: self.stiffness.len(),
             groups: self.clocks.len(),
@@ -268,7 +268,7 @@ impl<const D: usize> State<D> {
         postcard::to_stdvec(&header).expect("a state is plain numbers")
     }
 
-    /// Returns the number of bytes that [`State::write`] writes.
+    /// Returns the number of bytes that [`DynamicState::write`] writes.
     #[must_use]
     pub fn size(&self) -> usize {
         self.header().len() + self.sizes().array_bytes::<D>().unwrap_or(usize::MAX)
@@ -300,7 +300,7 @@ impl<const D: usize> State<D> {
     }
 
     /// Reads the state from bytes into existing memory; returns true on success. Malformed bytes change nothing;
-    /// [`State::check_invariants`] checks the values.
+    /// [`DynamicState::check_invariants`] checks the values.
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
         let Ok((header, mut arrays)) = postcard::take_from_bytes::<BinaryHeader>(bytes) else { return false };
@@ -341,10 +341,10 @@ mod tests {
     use super::*;
     use crate::math::Vector3;
 
-    fn state() -> State<3> {
+    fn state() -> DynamicState<3> {
         let n = 1000;
         let vector = |i: usize| Vector3::new(i as f64, -0.5, f64::MIN_POSITIVE / 2.0);
-        let clock = |i: u32| Clock {
+        let clock = |i: u32| GroupClock {
             step: 1 << (i % 40),
             energy: f64::from(i),
             ahead: -0.0,
@@ -352,19 +352,19 @@ mod tests {
             inverted: u32::MAX,
             crushed: 2,
         };
-        State {
+        DynamicState {
             position: (0..n).map(vector).collect(),
             velocity: (n..2 * n).map(vector).collect(),
             excess: vec![-1e-300; n],
             stiffness: (0..3 * n).map(|i| 1.0 / (1 + i) as f64).collect(),
             clocks: (0..700).map(clock).collect(),
-            alarms: vec![Alarm { last: 3, next: u64::MAX }; 2],
+            alarms: vec![GroupAlarm { last: 3, next: u64::MAX }; 2],
             now: Some(7),
-            ..State::empty()
+            ..DynamicState::empty()
         }
     }
 
-    fn written(state: &State<3>) -> Vec<u8> {
+    fn written(state: &DynamicState<3>) -> Vec<u8> {
         let mut bytes = Vec::new();
         state.write(&mut |run| bytes.extend_from_slice(run));
         bytes
@@ -374,8 +374,8 @@ mod tests {
     fn bytes_give_the_same_bits_back_whatever_was_there() {
         let bytes = written(&state());
         assert_eq!(bytes.len(), state().size());
-        let longer = State { stiffness: vec![2.0; 10_000], clocks: vec![], ..state() };
-        for mut other in [State::empty(), longer] {
+        let longer = DynamicState { stiffness: vec![2.0; 10_000], clocks: vec![], ..state() };
+        for mut other in [DynamicState::empty(), longer] {
             assert!(other.read(&bytes));
             assert_eq!(other, state());
             assert_eq!(written(&other), bytes);
@@ -393,17 +393,17 @@ mod tests {
     #[test]
     fn bytes_of_another_length_change_nothing() {
         let bytes = written(&state());
-        let mut other = State::<3> { now: Some(1), ..State::empty() };
+        let mut other = DynamicState::<3> { now: Some(1), ..DynamicState::empty() };
         for length in [0, 1, 40, bytes.len() - 1] {
             assert!(!other.read(&bytes[..length]), "{length}");
         }
         assert!(!other.read(&[bytes.as_slice(), &[0]].concat()));
-        assert_eq!(other, State { now: Some(1), ..State::empty() });
+        assert_eq!(other, DynamicState { now: Some(1), ..DynamicState::empty() });
     }
 
     #[test]
     fn sizes_that_overflow_are_refused() {
-        let sizes = Sizes {
+        let sizes = StateSizes {
             nodes: usize::MAX / 2,
             slots: 0,
             groups: 0,
@@ -413,7 +413,7 @@ mod tests {
             born: 0,
             references: 0,
         };
-        let header: BinaryHeader = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
-        assert!(!State::<3>::empty().read(&postcard::to_stdvec(&header).unwrap()));
+        let header: BinaryHeader = (sizes, (None, 0, vec![]), vec![], Ledger::default(), RunRecord::new(0));
+        assert!(!DynamicState::<3>::empty().read(&postcard::to_stdvec(&header).unwrap()));
     }
 }

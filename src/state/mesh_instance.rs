@@ -1,13 +1,13 @@
 //! Mesh instance: a mesh that a run has made by remeshing.
 
 use super::Tick;
-use crate::fem::Reference;
+use crate::fem::ReferenceShape;
 use crate::math::{Vector, det};
 use crate::mesh::{ElementId, Mesh, NodeId, Simplex, boundary, signed_volume};
 
 /// Mesh instance: a remeshed mesh at the tick at which it replaced another one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Birth<const D: usize> {
+pub struct MeshInstance<const D: usize> {
     /// Tick of the remesh.
     pub tick: Tick,
     /// Mesh with the rest positions of its nodes.
@@ -19,7 +19,7 @@ pub struct Birth<const D: usize> {
     /// Masses of the corners of its elements, kg; 0 for a fourth corner in the plane.
     pub corner_mass: Vec<[f64; 4]>,
     /// Reference shapes of the elements that are incompatible with their nodes' rest positions.
-    pub references: Vec<(ElementId, Reference<D>)>,
+    pub references: Vec<(ElementId, ReferenceShape<D>)>,
     /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
     /// before it is steps_are_positive, or if it is the first mesh.
     pub steps: Vec<f64>,
@@ -41,17 +41,17 @@ pub(super) struct InstanceArrays<const D: usize> {
     /// Masses of the corners of the elements, kg.
     pub corner_mass: Vec<[f64; 4]>,
     /// Reference shapes of the incompatible elements.
-    pub references: Vec<(ElementId, Reference<D>)>,
+    pub references: Vec<(ElementId, ReferenceShape<D>)>,
     /// Stable steps of the elements, s.
     pub steps: Vec<f64>,
 }
 
-impl<const D: usize> Birth<D> {
+impl<const D: usize> MeshInstance<D> {
     /// Creates a mesh instance from unchecked arrays; `None` if they are no valid mesh.
     pub(super) fn from_arrays(tick: Tick, arrays: InstanceArrays<D>, marks: Vec<u8>) -> Option<Self> {
         let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, steps } = arrays;
         let n = rest.len();
-        let reference_is_valid = |(element, reference): &(ElementId, Reference<D>)| {
+        let reference_is_valid = |(element, reference): &(ElementId, ReferenceShape<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
         };
         let ascending = references.windows(2).all(|pair| pair[0].0 < pair[1].0);

@@ -10,7 +10,7 @@ fn check_says_what_a_scene_models_and_what_is_switched_off() {
         let scene = scene::read(text).unwrap();
         let said = gelfmu(&["check", name]);
         assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{name}");
-        for line in scene::modelled(&scene).iter().chain(&scene::switched_off(&scene)) {
+        for line in scene::modelled_physics(&scene).iter().chain(&scene::switched_off(&scene)) {
             assert!(said.out.contains(line), "{name}: {line}");
         }
         let value = json(&gelfmu(&["check", name, "--json"]).out);

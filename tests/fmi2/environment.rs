@@ -2,7 +2,7 @@
 
 use super::host::{OK, Resources};
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, LoggerCallback};
+use ballistic_gel::fmi2::{CallbackFunctions, LoggerCallback};
 use ballistic_gel::scene;
 use std::arch::asm;
 use std::ffi::{c_char, c_int, c_void};
@@ -65,7 +65,7 @@ impl Importer {
     fn new(environment: u32, archive: &Resources) -> Self {
         let mut logged_in = Box::new(vec![]);
         let note = note as *const ();
-        let callbacks = Callbacks {
+        let callbacks = CallbackFunctions {
             // SAFETY: on the platforms of the tests, fixed arguments are passed alike with and without an ellipsis.
             logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(note) }),
             allocate_memory: None,

@@ -27,7 +27,7 @@ fn a_level_makes_the_mesh_that_the_scene_says() {
 #[test]
 fn a_level_takes_effect_in_a_scene_that_was_packed_with_another_mesh() {
     let finer = ["mesh.size=4e-3".parse().unwrap()];
-    let text = scene::rebase(scene::builtin("sphere-block").unwrap(), &finer).unwrap();
+    let text = scene::rebase_scene(scene::builtin("sphere-block").unwrap(), &finer).unwrap();
     let [packed, standard, draft] = [None, Some(2), Some(0)].map(|level| elements_of(&text, level));
     assert!(packed == standard && packed > elements(None) && draft == elements(Some(0)), "{packed} {standard} {draft}");
 }

@@ -1,7 +1,7 @@
 //! A minimal importer: one instance, its log, and checked calls of the exported functions.
 
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{ArchiveContent, Callbacks, Manifest, Ports, scalars};
+use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, CallbackFunctions, VariablePorts, scalars};
 use ballistic_gel::scene::{self, MOST_FRAGMENTS, MOST_SENSORS};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -49,9 +49,9 @@ unsafe extern "C" fn keep(
 }
 
 /// The callbacks of an importer that keeps the log in `log`.
-pub fn callbacks(log: &mut Vec<Line>) -> Callbacks {
+pub fn callbacks(log: &mut Vec<Line>) -> CallbackFunctions {
     let keep = keep as *const ();
-    Callbacks {
+    CallbackFunctions {
         // SAFETY: on the platforms of the tests, fixed arguments are passed alike with and without an ellipsis.
         logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(keep) }),
         allocate_memory: None,
@@ -68,7 +68,7 @@ pub fn coarse() -> String {
 
 /// Value reference of `name` or `name[i]`.
 pub fn reference(name: &str) -> u32 {
-    scalars(Ports { fragments: MOST_FRAGMENTS, sensors: MOST_SENSORS })
+    scalars(VariablePorts { fragments: MOST_FRAGMENTS, sensors: MOST_SENSORS })
         .find(|scalar| scalar.name() == name)
         .expect(name)
         .reference()
@@ -88,12 +88,12 @@ impl Resources {
     pub fn packed(scene: &str, files: &[(&str, &[u8])]) -> Self {
         let all = files.iter().copied().chain([("scene.toml", scene.as_bytes())]);
         let all: BTreeMap<String, Vec<u8>> = all.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
-        let manifest = Manifest::of(&ArchiveContent { description: "", library: &[], resources: &all });
+        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", library: &[], resources: &all });
         let folder = tempfile::tempdir().unwrap();
         for (name, bytes) in &all {
             std::fs::write(folder.path().join(name), bytes).unwrap();
         }
-        std::fs::write(folder.path().join(Manifest::FILE), manifest.to_json()).unwrap();
+        std::fs::write(folder.path().join(ArchiveManifest::FILE), manifest.to_json()).unwrap();
         let uri = CString::new(format!("file://{}", folder.path().display())).unwrap();
         Self { folder, uri, guid: CString::new(manifest.guid()).unwrap() }
     }
@@ -193,7 +193,7 @@ impl Host {
 
     /// Every Real, bit by bit.
     pub fn bits(&mut self) -> Vec<u64> {
-        let names: Vec<String> = scalars(Ports { fragments: 0, sensors: 0 })
+        let names: Vec<String> = scalars(VariablePorts { fragments: 0, sensors: 0 })
             .filter(|s| s.variable.unit.is_some())
             .map(|s| s.name())
             .collect();

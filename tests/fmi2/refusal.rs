@@ -1,7 +1,7 @@
 //! Bad arguments: the right status, one clear line, and an instance that is as it was.
 
 use super::host::{DISCARD, ERROR, Host, Made, OK, Resources, callbacks, coarse, reference};
-use ballistic_gel::fmi2::Callbacks;
+use ballistic_gel::fmi2::CallbackFunctions;
 use ballistic_gel::fmi2::abi::*;
 use std::ffi::c_int;
 use std::ptr;
@@ -137,7 +137,7 @@ fn instances_that_cannot_be_are_refused_with_a_line() {
         let line = host.one_line();
         assert!(line.contains(word), "{word}: {line}");
     }
-    let (none, guid): (*const Callbacks, _) = (ptr::null(), archive.guid.as_ptr());
+    let (none, guid): (*const CallbackFunctions, _) = (ptr::null(), archive.guid.as_ptr());
     assert!(unsafe { fmi2Instantiate(c"gel".as_ptr(), 1, guid, archive.uri.as_ptr(), none, 0, 0) }.is_null());
 }
 

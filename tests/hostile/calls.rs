@@ -5,7 +5,7 @@ use super::host::{Resources, reference};
 use super::random::Random;
 use super::tally::Fate;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, Ports, scalars};
+use ballistic_gel::fmi2::{CallbackFunctions, VariablePorts, scalars};
 use ballistic_gel::scene::MOST_FRAGMENTS;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ impl Stage {
         };
         let scenes = texts.iter().enumerate().map(write).collect();
         let references =
-            scalars(Ports { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
+            scalars(VariablePorts { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
         Self { archive, scenes, references }
     }
 
@@ -137,7 +137,7 @@ impl Importer<'_> {
         let (name, guid, uri) = (text(random, "gel"), text(random, guid), text(random, uri));
         let kind = if random.once_in(20) { random.bits() as c_int } else { 1 };
         let silent = silent as *const ();
-        let callbacks = Callbacks {
+        let callbacks = CallbackFunctions {
             // SAFETY: on the platforms of the tests, fixed arguments are passed alike with and without an ellipsis.
             logger: (!random.once_in(3)).then(|| unsafe { std::mem::transmute::<*const (), LoggerCallback>(silent) }),
             allocate_memory: None,
@@ -393,7 +393,7 @@ impl Importer<'_> {
     /// Gives everything back.
     fn leave(&mut self) {
         let archive = &self.stage.archive;
-        let callbacks = Callbacks {
+        let callbacks = CallbackFunctions {
             logger: None,
             allocate_memory: None,
             free_memory: None,

@@ -4,7 +4,7 @@ use super::host::{ERROR, Host, OK, coarse};
 use super::scenes;
 use ballistic_gel::fmi2::abi::*;
 use ballistic_gel::scene;
-use ballistic_gel::simulation::{CouplingMode, RestoreError, Saved, SavedState, Simulation};
+use ballistic_gel::simulation::{CouplingMode, RestoreError, SavedSimulation, SavedState, Simulation};
 
 /// It went on for ever: ticks of such times are more than there are numbers.
 #[test]
@@ -28,7 +28,7 @@ fn a_step_beyond_the_ticks_that_are_exact_is_refused() {
 }
 
 /// A planar simulation after a step, and what comes of restoring its state with something changed.
-fn restored(change: impl Fn(&mut Saved)) -> Result<(), RestoreError> {
+fn restored(change: impl Fn(&mut SavedSimulation)) -> Result<(), RestoreError> {
     let scene = scene::read(&scenes::seeds()[1]).unwrap();
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     let inputs = simulation.inputs();
@@ -43,7 +43,7 @@ fn restored(change: impl Fn(&mut Saved)) -> Result<(), RestoreError> {
     outcome
 }
 
-fn planar(saved: &mut Saved) -> &mut ballistic_gel::state::State<2> {
+fn planar(saved: &mut SavedSimulation) -> &mut ballistic_gel::state::DynamicState<2> {
     match &mut saved.state {
         SavedState::Flat(state) => state,
         SavedState::Solid(_) => panic!("the scene is planar"),
@@ -54,7 +54,7 @@ fn planar(saved: &mut Saved) -> &mut ballistic_gel::state::State<2> {
 #[test]
 fn a_state_whose_body_is_out_of_its_plane_or_not_turned_is_refused() {
     assert_eq!(restored(|_| {}), Ok(()));
-    let changes: [fn(&mut Saved); 5] = [
+    let changes: [fn(&mut SavedSimulation); 5] = [
         |saved| planar(saved).bodies[0].position.y = 1e-3,
         |saved| planar(saved).bodies[0].velocity.y = 5e-324,
         |saved| planar(saved).bodies[0].angular_momentum.x = 1.0,
@@ -72,7 +72,7 @@ fn a_state_whose_body_is_out_of_its_plane_or_not_turned_is_refused() {
 /// A step from there went on for ever.
 #[test]
 fn a_state_whose_times_and_ticks_contradict_each_other_is_refused() {
-    let changes: [fn(&mut Saved); 5] = [
+    let changes: [fn(&mut SavedSimulation); 5] = [
         |saved| saved.time = 1e9,
         |saved| saved.time = f64::NAN,
         |saved| saved.time = -1e300,

@@ -3,8 +3,8 @@
 use super::random::Random;
 use super::tally::Fate;
 use super::written;
-use ballistic_gel::output::{Interface, OutputError, Recorder};
-use ballistic_gel::scene::{self, Dimension, GelShape, MaterialModel, Override, Remesh, Scene, ScheduleKind};
+use ballistic_gel::output::{DriverInterface, OutputError, RunRecorder};
+use ballistic_gel::scene::{self, Dimension, GelShape, MaterialModel, Override, RemeshSpec, Scene, ScheduleKind};
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -215,7 +215,7 @@ fn stepped(scene: &Scene, random: &mut Random) -> Result<Fate, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let folder = folder.path().join("run");
     let said = |error: OutputError| error.to_string();
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).map_err(said)?;
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).map_err(said)?;
     recorder.record(&simulation).map_err(said)?;
     let fate = advance(&mut simulation, &mut recorder, end)?;
     recorder.finish(&simulation, simulation.diagnosis().as_deref()).map_err(said)?;
@@ -237,13 +237,13 @@ fn shortened(scene: &Scene, end: f64, random: &mut Random) -> Scene {
     }
     if can_be && cells(&scene) <= MOST_REMESHED && random.once_in(2) {
         let times = vec![0.3 * end, 0.7 * end];
-        scene.remesh = Some(Remesh { times, ..scene.remesh.unwrap_or_default() });
+        scene.remesh = Some(RemeshSpec { times, ..scene.remesh.unwrap_or_default() });
     }
     scene
 }
 
 /// Steps to the end, or to the step that fails, and records each step.
-fn advance(simulation: &mut Simulation, recorder: &mut Recorder, end: f64) -> Result<Fate, String> {
+fn advance(simulation: &mut Simulation, recorder: &mut RunRecorder, end: f64) -> Result<Fate, String> {
     for i in 1..=4 {
         let inputs = simulation.inputs();
         let outcome = simulation.step(&inputs, end * f64::from(i) / 4.0);

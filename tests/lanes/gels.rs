@@ -1,19 +1,19 @@
 //! Gels that remember, of parts of 1: fast enough to flow and to relax in a few steps.
 
 use ballistic_gel::constitutive::{
-    Branch, BulkViscosity, Confinement, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength,
-    Viscoelastic,
+    BulkViscosity, DamageLaw, EquationOfState, Material, MaxwellBranch, NeoHookean, PressureHardening, Viscoelastic,
+    Viscoplastic, YieldLaw,
 };
 
 /// One that flows under a slow ball and softens; it may bear more under pressure.
-pub fn flowing(confined: Option<Confinement>) -> Material {
-    let strength = Strength::new(0.02, 0.9, 0.06).from_rate(0.3);
-    let strength = confined.map_or(strength, |confinement| strength.confined(confinement));
-    Material::Flowing(Flowing {
+pub fn flowing(confined: Option<PressureHardening>) -> Material {
+    let strength = YieldLaw::new(0.02, 0.9, 0.06).with_reference_rate(0.3);
+    let strength = confined.map_or(strength, |confinement| strength.with_confinement(confinement));
+    Material::Flowing(Viscoplastic {
         shear_modulus: 1.0,
         state: EquationOfState::new(10.0, 1.5, 0.5),
         strength: Some(strength),
-        softening: Some(Softening::new(0.05, 0.3, 0.2)),
+        softening: Some(DamageLaw::new(0.05, 0.3, 0.2)),
         viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
         density: 1.0,
     })
@@ -21,7 +21,9 @@ pub fn flowing(confined: Option<Confinement>) -> Material {
 
 /// One with branches of these shear moduli and relaxation times.
 pub fn relaxing(branches: &[(f64, f64)]) -> Material {
-    let branches: Vec<Branch> =
-        branches.iter().map(|(shear_modulus, time)| Branch { shear_modulus: *shear_modulus, time: *time }).collect();
+    let branches: Vec<MaxwellBranch> = branches
+        .iter()
+        .map(|(shear_modulus, time)| MaxwellBranch { shear_modulus: *shear_modulus, time: *time })
+        .collect();
     Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(0.6, 10.0), &branches))
 }

@@ -2,7 +2,7 @@
 
 use super::stage::{frame, observation, scene};
 use super::{folder, written};
-use ballistic_gel::output::{Ending, Interface, Recorder};
+use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder};
 use ballistic_gel::simulation::Observation;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use std::time::Instant;
 /// The files of a run of these observations, of which the frame of each is the one of its time.
 fn recorded(name: &str, seen: &[Observation]) -> PathBuf {
     let (scene, folder) = (scene("axisymmetric"), folder(name));
-    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     for observation in seen {
         recorder.record_observation(observation, || frame(&scene, observation.time)).unwrap();
     }
     let last = seen.last().unwrap();
     let frame = frame(&scene, last.time);
-    recorder.conclude(&Ending { observation: last, frame: &frame, digest: 1, failure: None }).unwrap();
+    recorder.conclude(&FinalState { observation: last, frame: &frame, digest: 1, failure: None }).unwrap();
     folder
 }
 

@@ -3,7 +3,9 @@
 use super::stage;
 use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{BodyReport, Bulge, ContactReport, Exchange, Frame, Kinematics, Observation, Place};
+use ballistic_gel::simulation::{
+    BodyKinematics, BodyReport, ContactReport, DomeMotion, ImpulseExchange, MeshFrame, Observation, Place,
+};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The scene of the stage with a dome, and a splinter of half the ball's radius.
@@ -20,22 +22,22 @@ pub fn scene() -> Scene {
     scene
 }
 
-fn bulge(time: f64) -> Bulge {
+fn bulge(time: f64) -> DomeMotion {
     let size = Vector::<2>::new(0.006 + 0.4 * time, 0.016 + 0.2 * time);
-    Bulge { size, rate: Vector::<2>::new(0.4, 0.2), acceleration: Vector::<2>::zeros() }
+    DomeMotion { size, rate: Vector::<2>::new(0.4, 0.2), acceleration: Vector::<2>::zeros() }
 }
 
-fn at_rest(position: [f64; 3]) -> Kinematics {
+fn at_rest(position: [f64; 3]) -> BodyKinematics {
     let [velocity, angular_velocity] = [Vector3::zeros(); 2];
-    Kinematics { position: position.into(), velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity }
+    BodyKinematics { position: position.into(), velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity }
 }
 
 fn dome(time: f64) -> BodyReport {
-    let exchange = Exchange {
+    let exchange = ImpulseExchange {
         duration: 2e-4,
         impulse: Vector3::new(1e-4, 2e-4, 3e-4),
         bulge_impulse: Vector::<2>::new(-4e-4, -5e-4),
-        ..Exchange::default()
+        ..ImpulseExchange::default()
     };
     let contact = ContactReport {
         total_impulse: Vector3::new(0.03, 0.0, 0.04),
@@ -49,13 +51,13 @@ fn dome(time: f64) -> BodyReport {
 }
 
 fn splinter() -> BodyReport {
-    let kinematics = Kinematics {
+    let kinematics = BodyKinematics {
         velocity: Vector3::new(3.0, 0.0, -4.0),
         orientation: [FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2, 0.0],
         angular_velocity: Vector3::new(7.0, 8.0, 9.0),
         ..at_rest([0.03, 0.0, 0.02])
     };
-    let (exchange, contact) = (Exchange::default(), ContactReport::default());
+    let (exchange, contact) = (ImpulseExchange::default(), ContactReport::default());
     let (bulge, exit, depth) = (None, None, -0.015);
     BodyReport { kinematics, active: false, bulge, depth, exchange, contact, exit, energy_deposited: 0.0 }
 }
@@ -68,7 +70,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
 }
 
 /// The dented mesh at `time`, s; the dome is drawn, the splinter only if it is `there`.
-pub fn frame(scene: &Scene, time: f64, there: bool) -> Frame {
+pub fn frame(scene: &Scene, time: f64, there: bool) -> MeshFrame {
     let mut frame = stage::frame(scene, time);
     let place = |body: &BodyReport, active| Place { kinematics: body.kinematics, bulge: body.bulge, active };
     frame.bodies.extend([place(&dome(time), true), place(&splinter(), there)]);

@@ -3,7 +3,8 @@
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{Dimension, Scene};
 use ballistic_gel::simulation::{
-    BodyReport, ContactReport, CostReport, EnergyReport, Exchange, Frame, FrameCells, Kinematics, Observation, Place,
+    BodyKinematics, BodyReport, ContactReport, CostReport, EnergyReport, FrameCells, ImpulseExchange, MeshFrame,
+    Observation, Place,
 };
 use std::f64::consts::PI;
 
@@ -34,9 +35,9 @@ fn depth(scene: &Scene, time: f64) -> f64 {
     DEPTH * (PI * time / scene.scene.end_time).sin()
 }
 
-fn ball(scene: &Scene, time: f64) -> Kinematics {
+fn ball(scene: &Scene, time: f64) -> BodyKinematics {
     let rate = PI / scene.scene.end_time;
-    Kinematics {
+    BodyKinematics {
         position: Vector3::new(0.0, 0.0, 0.01 - depth(scene, time)),
         velocity: Vector3::new(0.0, 0.0, -DEPTH * rate * (rate * time).cos()),
         orientation: [1.0, 0.0, 0.0, 0.0],
@@ -54,7 +55,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
         active: true,
         bulge: None,
         depth: depth(scene, time),
-        exchange: Exchange { duration, impulse: 0.02 * impulse, ..Exchange::default() },
+        exchange: ImpulseExchange { duration, impulse: 0.02 * impulse, ..ImpulseExchange::default() },
         contact: contact(scene, time, impulse),
         exit: None,
         energy_deposited: 0.5 * 0.033 * (SPEED * SPEED - projectile.velocity.norm_squared()),
@@ -87,7 +88,7 @@ fn contact(scene: &Scene, time: f64, total_impulse: Vector3) -> ContactReport {
     }
 }
 
-fn energy(ball: &Kinematics) -> EnergyReport {
+fn energy(ball: &BodyKinematics) -> EnergyReport {
     let (initial, projectile) = (0.5 * 0.033 * SPEED * SPEED, 0.5 * 0.033 * ball.velocity.norm_squared());
     let elastic = 0.9 * (initial - projectile);
     EnergyReport {
@@ -120,7 +121,7 @@ fn cost(time: f64) -> CostReport {
 }
 
 /// The dented mesh at `time`, s.
-pub fn frame(scene: &Scene, time: f64) -> Frame {
+pub fn frame(scene: &Scene, time: f64) -> MeshFrame {
     let (rest, nodes, facets) = match scene.scene.dimension {
         Dimension::Spatial => block(),
         Dimension::Planar => sheet(-0.05, 0.1),
@@ -132,7 +133,7 @@ pub fn frame(scene: &Scene, time: f64) -> Frame {
     let step =
         nodes.iter().map(|cell| 8e-6 * 0.5f64.powi((4.0 * dent(&rest[cell[0] as usize])).round() as i32)).collect();
     let cells = nodes.len();
-    Frame {
+    MeshFrame {
         time,
         dimension: if scene.scene.dimension == Dimension::Spatial { 3 } else { 2 },
         mass: 1.0,
@@ -146,7 +147,7 @@ pub fn frame(scene: &Scene, time: f64) -> Frame {
 
 type Mesh = (Vec<Vector3>, Vec<[u32; 4]>, Vec<[u32; 3]>);
 
-/// Two triangles in each cell, from x = `left` over `width`.
+/// Two triangles in each cell, from x = `restricted_to` over `width`.
 fn sheet(left: f64, width: f64) -> Mesh {
     let n = CELLS;
     let line = 0..=n;

@@ -1,7 +1,7 @@
 //! Runs of the driven importer in which one request for memory is refused, and how each ended.
 
 use super::shim;
-use ballistic_gel::fmi2::{ArchiveContent, Manifest};
+use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
@@ -60,9 +60,9 @@ impl Stage {
         }
         let folder = tempfile::tempdir().unwrap();
         let resources = BTreeMap::from([("scene.toml".to_owned(), scene.as_bytes().to_vec())]);
-        let manifest = Manifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
+        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
-        fs::write(folder.path().join(Manifest::FILE), manifest.to_json()).unwrap();
+        fs::write(folder.path().join(ArchiveManifest::FILE), manifest.to_json()).unwrap();
         let shim = shim::compiled(folder.path())?;
         Some(Self { folder, shim, writes, n_runs: AtomicUsize::new(0) })
     }

@@ -2,7 +2,7 @@
 
 use super::shim::Shim;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, LoggerCallback, Manifest, Ports, scalars};
+use ballistic_gel::fmi2::{ArchiveManifest, CallbackFunctions, LoggerCallback, VariablePorts, scalars};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 use std::ptr;
@@ -55,7 +55,7 @@ unsafe extern "C" fn listen(
 }
 
 fn reference(name: &str) -> u32 {
-    scalars(Ports { fragments: 0, sensors: 0 }).find(|scalar| scalar.name() == name).expect(name).reference()
+    scalars(VariablePorts { fragments: 0, sensors: 0 }).find(|scalar| scalar.name() == name).expect(name).reference()
 }
 
 impl<'a> Driven<'a> {
@@ -80,7 +80,7 @@ impl<'a> Driven<'a> {
 
     fn instantiate(&mut self, resources: &Path) {
         let listen = listen as *const ();
-        let callbacks = Callbacks {
+        let callbacks = CallbackFunctions {
             // SAFETY: on the platforms of the tests, fixed arguments are passed alike with and without an ellipsis.
             logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(listen) }),
             allocate_memory: None,
@@ -89,7 +89,7 @@ impl<'a> Driven<'a> {
             environment: ptr::from_mut(&mut *self.listener).cast(),
         };
         let uri = CString::new(format!("file://{}", resources.display())).unwrap();
-        let manifest = std::fs::read_to_string(resources.join(Manifest::FILE)).unwrap();
+        let manifest = std::fs::read_to_string(resources.join(ArchiveManifest::FILE)).unwrap();
         let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
         let guid = CString::new(manifest["guid"].as_str().unwrap()).unwrap();
         let mut made = ptr::null_mut();

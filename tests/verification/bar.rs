@@ -4,12 +4,14 @@
 //! bar, so that neither the limit on the path of a node nor the step of its neighbours ever lowers a step: all steps are
 //! and stay equal, as the closed forms need.
 
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
-use ballistic_gel::fem::{Answer, DEPTH, Memory, Potential};
-use ballistic_gel::geometry::{HalfSpace, Shape};
-use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
+use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::fem::{DEPTH, ElementResponse, HistoryVariables, Potential};
+use ballistic_gel::geometry::{HalfSpace, ShapeGeometry};
+use ballistic_gel::integrator::{
+    ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule, SurfaceNode,
+};
 use ballistic_gel::math::{Tensor3, Vector, Vector3};
-use ballistic_gel::mesh::{ElementId, Incidence, NodeId, Patches};
+use ballistic_gel::mesh::{ElementId, ElementPatches, NodeId, NodeIncidence};
 
 /// Springs between consecutive nodes along z: V = k/2 (Δz − L₀)².
 #[derive(Debug)]
@@ -19,14 +21,14 @@ pub struct Springs {
     /// L₀, m, of each spring.
     pub rest: Vec<f64>,
     nodes: Vec<[NodeId; 2]>,
-    patches: Patches,
+    patches: ElementPatches,
 }
 
 impl Springs {
     /// The spring i joins node i to node i + 1.
     pub fn new(stiffness: Vec<f64>, rest: Vec<f64>) -> Self {
         let nodes = (0..stiffness.len() as u32).map(|i| [NodeId(i), NodeId(i + 1)]).collect();
-        let patches = Patches::alone(stiffness.len());
+        let patches = ElementPatches::alone(stiffness.len());
         Self { stiffness, rest, nodes, patches }
     }
 
@@ -45,12 +47,18 @@ impl Potential<2> for Springs {
         &self.nodes[spring.index()]
     }
 
-    fn patches(&self) -> &Patches {
+    fn patches(&self) -> &ElementPatches {
         &self.patches
     }
 
     /// The stiffness matrix k [[1, −1], [−1, 1]] has the eigenvalue 2k.
-    fn evaluate(&self, i: usize, x: &[Vector<2>], _: &[Memory<2>], answers: &mut [Answer<2>; DEPTH]) -> f64 {
+    fn evaluate(
+        &self,
+        i: usize,
+        x: &[Vector<2>],
+        _: &[HistoryVariables<2>],
+        answers: &mut [ElementResponse<2>; DEPTH],
+    ) -> f64 {
         let (k, tension) = (self.stiffness[i], self.tension(i, x));
         answers[0].forces[0] = Vector::<2>::new(0.0, tension);
         answers[0].forces[1] = Vector::<2>::new(0.0, -tension);
@@ -100,7 +108,12 @@ impl Bar {
     }
 
     /// The bar in the engine, all nodes at rest in place with these velocities (by z), before a half-space.
-    pub fn engine(&self, pace: Pace, wall: &(Body, BodyState), velocity: impl Fn(f64) -> f64) -> Engine<2, Springs> {
+    pub fn engine(
+        &self,
+        pace: Pace,
+        wall: &(RigidBody, BodyState),
+        velocity: impl Fn(f64) -> f64,
+    ) -> Engine<2, Springs> {
         let (n, h) = (self.cells, self.cell());
         let springs = Springs::new(vec![self.modulus / h; n], vec![h; n]);
         let mass: Vec<f64> = (0..=n).map(|i| self.density * h * if i == 0 || i == n { 0.5 } else { 1.0 }).collect();
@@ -110,47 +123,47 @@ impl Bar {
             (Vector::<2>::new(0.0, z), Vector::<2>::new(0.0, if held[i][1] { 0.0 } else { velocity(z) }))
         };
         let nodes = (0..=n).map(node).collect();
-        let gel = Gel::new(springs, mass, &held, end_surface(n + 1, self.length));
+        let gel = DiscreteGel::new(springs, mass, &held, end_surface(n + 1, self.length));
         Engine::new(gel, vec![wall.clone()], rules(pace), nodes)
     }
 }
 
 /// Powers of two, Moreau's law without removal of penetration.
-pub fn rules(pace: Pace) -> Rules {
-    let law = Law::Moreau { restitution: pace.restitution, bias: 0.0, friction: 0.0 };
-    Rules { schedule: Kind::Bins, cfl: pace.cfl, law, force_window: 1e-2, damping: 0.0 }
+pub fn rules(pace: Pace) -> IntegratorSettings {
+    let law = ImpulseLaw::Moreau { restitution: pace.restitution, bias: 0.0, friction: 0.0 };
+    IntegratorSettings { schedule: SteppingSchedule::Bins, cfl: pace.cfl, law, force_window: 1e-2, damping: 0.0 }
 }
 
 /// Node 0 is all of the surface.
-pub fn end_surface(n_nodes: usize, size: f64) -> Surface {
+pub fn end_surface(n_nodes: usize, size: f64) -> ContactSurface {
     let mut of = vec![None; n_nodes];
     of[0] = Some(0);
-    let around = Incidence::new(n_nodes, std::iter::empty::<&[NodeId]>());
-    Surface { nodes: vec![SurfaceNode { node: NodeId(0), size, area: 1.0 }], of, facets: vec![], around }
+    let around = NodeIncidence::new(n_nodes, std::iter::empty::<&[NodeId]>());
+    ContactSurface { nodes: vec![SurfaceNode { node: NodeId(0), size, area: 1.0 }], of, facets: vec![], around }
 }
 
 /// The body fills the half-space below its position.
 pub fn below_z(z: f64, velocity: f64) -> BodyState {
-    BodyState::starting(Vector3::new(0.0, 0.0, z), Vector3::new(0.0, 0.0, velocity))
+    BodyState::at_start(Vector3::new(0.0, 0.0, z), Vector3::new(0.0, 0.0, velocity))
 }
 
-fn half_space() -> Shape {
-    Shape::HalfSpace(HalfSpace::new(Vector3::z()))
+fn half_space() -> ShapeGeometry {
+    ShapeGeometry::HalfSpace(HalfSpace::new(Vector3::z()))
 }
 
 /// A held wall whose surface is at `z`.
-pub fn fixed_wall(z: f64) -> (Body, BodyState) {
-    (Body::fixed(half_space(), Freedom::PLANAR), below_z(z, 0.0))
+pub fn fixed_wall(z: f64) -> (RigidBody, BodyState) {
+    (RigidBody::fixed(half_space(), FreeDirections::PLANAR), below_z(z, 0.0))
 }
 
 /// A rigid mass whose face starts at `z` and moves up.
-pub fn striker(motion: Motion, mass: f64, (z, velocity): (f64, f64)) -> (Body, BodyState) {
-    (Body::new(half_space(), motion, Freedom::PLANAR, (mass, Tensor3::identity())), below_z(z, velocity))
+pub fn striker(motion: BodyMotion, mass: f64, (z, velocity): (f64, f64)) -> (RigidBody, BodyState) {
+    (RigidBody::new(half_space(), motion, FreeDirections::PLANAR, (mass, Tensor3::identity())), below_z(z, velocity))
 }
 
 /// Advances to `t`; gives what the body received.
-pub fn advance<P: Potential<2>>(engine: &mut Engine<2, P>, t: f64) -> Exchange {
-    let mut exchange = Exchange::default();
+pub fn advance<P: Potential<2>>(engine: &mut Engine<2, P>, t: f64) -> ImpulseExchange {
+    let mut exchange = ImpulseExchange::default();
     engine.advance_to(t, std::slice::from_mut(&mut exchange)).expect("a linear bar does not fail");
     exchange
 }

@@ -6,7 +6,7 @@
 
 use super::bar::{Bar, Pace, Springs, advance, striker};
 use super::row::{Row, series};
-use ballistic_gel::contact::{BodyState, Motion};
+use ballistic_gel::contact::{BodyMotion, BodyState};
 use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
@@ -27,14 +27,14 @@ struct Master(f64, f64);
 const A1: Master = Master(1.0, 0.0);
 const A3: Master = Master(0.5, 0.5);
 
-fn spring(motion: Motion) -> Engine<2, Springs> {
+fn spring(motion: BodyMotion) -> Engine<2, Springs> {
     let bar = Bar { length: 10.0, modulus: 10.0, density: 2.0 * LIGHT / 10.0, cells: 1, held: true };
     bar.engine(Pace { cfl: CFL, restitution: 0.0 }, &striker(motion, 1.0, (0.0, 1.0)), |_| 0.0)
 }
 
 /// Error of the energy of the mass after the rebound, by a master of the prescribed modes in the engine.
 fn prescribed(master: Master, step: f64) -> f64 {
-    let mut engine = spring(Motion::Prescribed);
+    let mut engine = spring(BodyMotion::Prescribed);
     let n = (END / step) as u32;
     for i in 0..n {
         let (body, start) = (engine.bodies()[0].clone(), engine.state().bodies[0]);
@@ -66,7 +66,7 @@ fn massless(master: Master, step: f64) -> f64 {
 
 /// Error of the energy and the bits of the state after the rebound, integrated inside, with this many communication steps.
 fn integrated(steps: u32) -> (f64, u128) {
-    let mut engine = spring(Motion::Free);
+    let mut engine = spring(BodyMotion::Free);
     for i in 1..=steps {
         advance(&mut engine, END * f64::from(i) / f64::from(steps));
     }

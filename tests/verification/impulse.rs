@@ -3,8 +3,8 @@
 
 use super::noise::Noise;
 use super::row::{Row, below};
-use ballistic_gel::contact::{Body, BodyState, Freedom, Motion, impulse};
-use ballistic_gel::geometry::{Shape, Sphere};
+use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, RigidBody, impulse};
+use ballistic_gel::geometry::{ShapeGeometry, Sphere};
 use ballistic_gel::math::{Tensor3, Vector3};
 use nalgebra::{UnitQuaternion, Vector4};
 use std::sync::OnceLock;
@@ -21,14 +21,14 @@ struct Point {
 type Defects = Vector4<f64>;
 
 /// A thin rod along its own z, its mass and length.
-fn rod(noise: &mut Noise) -> (Body, BodyState, f64) {
+fn rod(noise: &mut Noise) -> (RigidBody, BodyState, f64) {
     let (mass, length, radius) = (noise.between(0.1, 10.0), noise.between(0.5, 2.0), 0.02);
     let across = mass * length * length / 12.0;
     let inertia = Tensor3::from_diagonal(&Vector3::new(across, across, 0.5 * mass * radius * radius));
     // The hits are given; nothing asks where its surface is.
-    let shape = Shape::Sphere(Sphere { radius });
-    let body = Body::new(shape, Motion::Free, Freedom::SPATIAL, (mass, inertia));
-    let mut state = BodyState::starting(vector(noise), vector(noise));
+    let shape = ShapeGeometry::Sphere(Sphere { radius });
+    let body = RigidBody::new(shape, BodyMotion::Free, FreeDirections::SPATIAL, (mass, inertia));
+    let mut state = BodyState::at_start(vector(noise), vector(noise));
     state.orientation = UnitQuaternion::from_scaled_axis(vector(noise));
     state.angular_momentum = body.angular_momentum(&state, &vector(noise));
     (body, state, length)
@@ -39,7 +39,7 @@ fn vector(noise: &mut Noise) -> Vector3 {
 }
 
 /// A point on the mantle of the rod, off its middle, that approaches it.
-fn point(noise: &mut Noise, (body, state, length): &(Body, BodyState, f64)) -> Point {
+fn point(noise: &mut Noise, (body, state, length): &(RigidBody, BodyState, f64)) -> Point {
     let along = Vector3::new(0.02, 0.0, 0.45 * length * noise.next());
     let position = state.position + state.orientation.transform_vector(&along);
     let normal =

@@ -6,9 +6,12 @@
 
 use super::row::{Row, series};
 use ballistic_gel::constitutive::NeoHookean;
-use ballistic_gel::fem::{Answer, DEPTH, Potential, Section, Simplices};
+use ballistic_gel::fem::{DEPTH, ElementResponse, Potential, Section, Simplices};
 use ballistic_gel::math::{Vector, cofactor};
-use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Simplex, Split, edges, signed_volume};
+use ballistic_gel::mesh::{
+    self, BlockSpec, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh, Simplex, edges,
+    signed_volume,
+};
 use std::sync::OnceLock;
 
 type Field = Vec<Vector<3>>;
@@ -35,12 +38,12 @@ fn lambda(poisson: f64) -> f64 {
 impl Punch {
     /// The elements of the crate.
     fn plain(cells: usize, poisson: f64) -> Self {
-        Self::new(cells, lambda(poisson), Split::Centred)
+        Self::new(cells, lambda(poisson), CellSplit::Centred)
     }
 
     /// The reference: λ acts on the volume of octahedra, all else on the tetrahedra.
     fn octahedra(cells: usize, poisson: f64) -> Self {
-        let mut punch = Self::new(cells, 0.0, Split::Centred);
+        let mut punch = Self::new(cells, 0.0, CellSplit::Centred);
         punch.lambda = lambda(poisson);
         punch.groups = octahedra(&punch.mesh);
         punch
@@ -48,18 +51,18 @@ impl Punch {
 
     /// Kuhn's lattice, whose patches are as they are found: λ acts on the volume of each.
     fn patches(cells: usize, poisson: f64) -> Self {
-        let mut punch = Self::new(cells, 0.0, Split::Kuhn);
+        let mut punch = Self::new(cells, 0.0, CellSplit::Kuhn);
         punch.lambda = lambda(poisson);
         let simplices = |patch: &[ElementId]| patch.iter().map(|e| punch.mesh.elements[e.index()]).collect();
-        punch.groups = Patches::grouped(&punch.mesh).iter().map(simplices).collect();
+        punch.groups = ElementPatches::grouped(&punch.mesh).iter().map(simplices).collect();
         punch
     }
 
-    fn new(cells: usize, lambda: f64, split: Split) -> Self {
+    fn new(cells: usize, lambda: f64, split: CellSplit) -> Self {
         let axis = |from: f64| mesh::uniform(from, from + 1.0, 1.0 / cells as f64);
-        let clamp = Face { axis: 2, high: false, hold: Hold::All };
+        let clamp = HeldFace { axis: 2, high: false, hold: FaceConstraint::All };
         let planes = [axis(-0.5), axis(-0.5), axis(-1.0)];
-        let mesh = mesh::block(Block { planes, split, faces: vec![clamp] });
+        let mesh = mesh::block(BlockSpec { planes, split, faces: vec![clamp] });
         let gel = Simplices::new(&mesh, NeoHookean::new(1.0, lambda + 2.0 / 3.0), Section::Spatial);
         let under = |x: &Vector<3>| x[2] == 0.0 && x[0].abs() < 0.25 + 1e-9 && x[1].abs() < 0.25 + 1e-9;
         let push = |x: &Vector<3>| Vector::<3>::new(0.0, 0.0, if under(x) { -1.0 } else { 0.0 });
@@ -74,7 +77,7 @@ impl Punch {
     /// Adds `weight` times the forces at the positions `x` to `result`.
     fn add_forces(&self, x: &Field, weight: f64, result: &mut Field) {
         for patch in 0..self.gel.patches().len() {
-            let mut answers = [Answer::default(); DEPTH];
+            let mut answers = [ElementResponse::default(); DEPTH];
             self.gel.evaluate(patch, x, &[], &mut answers);
             for (element, answer) in self.gel.patches().of(patch).iter().zip(&answers) {
                 for (node, force) in self.gel.nodes(*element).iter().zip(&answer.forces) {
@@ -211,7 +214,7 @@ fn edge(octahedra: [f64; 3], plain: [f64; 3]) -> Row {
 /// Towards incompressibility the force tends to a limit where nothing locks, and grows without one where something does.
 fn patches() -> Row {
     let growth = |punch: fn(f64) -> Punch| punch(0.4999).force() / punch(0.499).force();
-    let plain = growth(|poisson| Punch::new(8, lambda(poisson), Split::Kuhn));
+    let plain = growth(|poisson| Punch::new(8, lambda(poisson), CellSplit::Kuhn));
     let patches = growth(|poisson| Punch::patches(8, poisson));
     let met = plain >= 1.3 && (patches - 1.0).abs() < 0.01;
     let name =
@@ -239,7 +242,7 @@ pub fn rows() -> &'static [Row] {
 #[test]
 fn octahedra_are_the_patches_of_the_lattice() {
     let mesh = Punch::plain(4, RATIOS[0]).mesh;
-    let patches = Patches::grouped(&mesh);
+    let patches = ElementPatches::grouped(&mesh);
     let mut of_lattice: Vec<Vec<Simplex>> =
         patches.iter().map(|patch| patch.iter().map(|e| mesh.elements[e.index()]).collect()).collect();
     let mut all = octahedra(&mesh);

@@ -4,11 +4,11 @@ use super::noise::Noise;
 use super::patch::{no_surface, nowhere, rules};
 use super::row::{Row, below};
 use ballistic_gel::constitutive::NeoHookean;
-use ballistic_gel::contact::{Exchange, Freedom};
+use ballistic_gel::contact::{FreeDirections, ImpulseExchange};
 use ballistic_gel::fem::{Potential, Section, Simplices};
-use ballistic_gel::integrator::{Engine, Gel, Pool};
+use ballistic_gel::integrator::{DiscreteGel, Engine, WorkerPool};
 use ballistic_gel::math::{Vector, Vector3, embed};
-use ballistic_gel::mesh::{self, Block, Split};
+use ballistic_gel::mesh::{self, BlockSpec, CellSplit};
 use std::sync::OnceLock;
 
 /// Speed of the nodes at the start; the shear wave has 1, the pressure wave 3.3.
@@ -26,16 +26,16 @@ fn moving(
     threads: usize,
     mut velocity: impl FnMut(&Vector<3>) -> Vector<3>,
 ) -> Engine<3, Simplices<3>> {
-    let mesh = mesh::block(Block { planes, split: Split::Centred, faces: vec![] });
+    let mesh = mesh::block(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
     let simplices = Simplices::new(&mesh, NeoHookean::new(1.0, 29.0 / 3.0), Section::Spatial);
     let mass = simplices.lumped_masses(&mesh, 1.0);
-    let gel = Gel::new(simplices, mass, &mesh.held, no_surface(mesh.rest.len()));
+    let gel = DiscreteGel::new(simplices, mass, &mesh.held, no_surface(mesh.rest.len()));
     let nodes = mesh.rest.iter().map(|x| (*x, velocity(x))).collect();
-    Engine::new(gel, vec![nowhere(Freedom::SPATIAL)], rules(), nodes).with_pool(Pool::new(threads))
+    Engine::new(gel, vec![nowhere(FreeDirections::SPATIAL)], rules(), nodes).with_pool(WorkerPool::new(threads))
 }
 
 fn advance(engine: &mut Engine<3, Simplices<3>>, t: f64) {
-    engine.advance_to(t, &mut [Exchange::default()]).expect("small strains do not fail");
+    engine.advance_to(t, &mut [ImpulseExchange::default()]).expect("small strains do not fail");
 }
 
 /// P, L, Σ m|v| and Σ m|x × v|.

@@ -3,13 +3,13 @@
 
 use super::noise::Noise;
 use super::row::{Row, below, order, series};
-use ballistic_gel::constitutive::{Hyperelastic, NeoHookean, Volume};
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law};
-use ballistic_gel::fem::{Answer, DEPTH, Potential, Section, Simplices};
-use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::constitutive::{Hyperelastic, NeoHookean, VolumetricEnergy};
+use ballistic_gel::contact::{BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::fem::{DEPTH, ElementResponse, Potential, Section, Simplices};
+use ballistic_gel::geometry::{ShapeGeometry, Sphere};
+use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Tensor, Vector, det};
-use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, Tree, edges};
+use ballistic_gel::mesh::{self, BlockSpec, CellSplit, Mesh, NodeId, NodeIncidence, OctreeGrading, edges};
 use std::sync::OnceLock;
 
 /// The gel of this part: E = 1, ν = 0.45.
@@ -25,31 +25,31 @@ fn graded_planes() -> Vec<f64> {
     mesh::graded(1.0, 0.04, (0.1, 1.6, 0.3))
 }
 
-fn blocks<const D: usize>(split: Split) -> [Mesh<D>; 2] {
+fn blocks<const D: usize>(split: CellSplit) -> [Mesh<D>; 2] {
     [uniform_planes(), graded_planes()]
-        .map(|planes| mesh::block(Block { planes: std::array::from_fn(|_| planes.clone()), split, faces: vec![] }))
+        .map(|planes| mesh::block(BlockSpec { planes: std::array::from_fn(|_| planes.clone()), split, faces: vec![] }))
 }
 
-fn beam<const D: usize>(split: Split) -> Mesh<D> {
-    let legs = Block { planes: std::array::from_fn(|_| mesh::uniform(0.0, 1.0, 0.25)), split, faces: vec![] };
+fn beam<const D: usize>(split: CellSplit) -> Mesh<D> {
+    let legs = BlockSpec { planes: std::array::from_fn(|_| mesh::uniform(0.0, 1.0, 0.25)), split, faces: vec![] };
     mesh::l_beam(legs, 0.25, (45.0, Vector::<D>::zeros()))
 }
 
 fn all<const D: usize>() -> Vec<Mesh<D>> {
     let each = |split| blocks::<D>(split).into_iter().chain([beam::<D>(split)]);
-    [Split::Centred, Split::Kuhn].into_iter().flat_map(each).chain([grown()]).collect()
+    [CellSplit::Centred, CellSplit::Kuhn].into_iter().flat_map(each).chain([grown()]).collect()
 }
 
 /// A block whose cells double twice away from its middle.
 fn grown<const D: usize>() -> Mesh<D> {
-    let split = Split::Tree(Tree { coarsest: 4, core: 0.0, slope: 1e9 });
-    mesh::block(Block { planes: std::array::from_fn(|_| mesh::uniform(-1.0, 1.0, 0.125)), split, faces: vec![] })
+    let split = CellSplit::Tree(OctreeGrading { coarsest: 4, core: 0.0, slope: 1e9 });
+    mesh::block(BlockSpec { planes: std::array::from_fn(|_| mesh::uniform(-1.0, 1.0, 0.125)), split, faces: vec![] })
 }
 
 fn cylinders() -> impl Iterator<Item = Mesh<3>> {
-    let square = |split| Block { planes: std::array::from_fn(|_| uniform_planes()), split, faces: vec![] };
-    let tree = Split::Tree(Tree { coarsest: 2, core: 0.0, slope: 1.0 });
-    [Split::Centred, Split::Kuhn, tree].into_iter().map(move |split| mesh::cylinder(0.5, square(split)))
+    let square = |split| BlockSpec { planes: std::array::from_fn(|_| uniform_planes()), split, faces: vec![] };
+    let tree = CellSplit::Tree(OctreeGrading { coarsest: 2, core: 0.0, slope: 1.0 });
+    [CellSplit::Centred, CellSplit::Kuhn, tree].into_iter().map(move |split| mesh::cylinder(0.5, square(split)))
 }
 
 /// x = A X + b with a random A near a rotation-free stretch, det A > 0.3.
@@ -82,7 +82,7 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
     for (e, nodes) in mesh.elements.iter().enumerate() {
         let f = edges(&x, nodes) * edges(&mesh.rest, nodes).try_inverse().expect("an element has a volume");
         strain = strain.max((f - a).norm() / a.norm());
-        let mut answers = [Answer::default(); DEPTH];
+        let mut answers = [ElementResponse::default(); DEPTH];
         simplices.evaluate(e, &x, &[], &mut answers);
         let h = edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max);
         let face = if D == 2 { h } else { h * h };
@@ -109,32 +109,32 @@ fn static_defects<const D: usize>(meshes: &[Mesh<D>], section: Section) -> (f64,
 }
 
 /// A sphere that is far away.
-pub fn nowhere(freedom: Freedom) -> (Body, BodyState) {
-    let body = Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), freedom);
+pub fn nowhere(freedom: FreeDirections) -> (RigidBody, BodyState) {
+    let body = RigidBody::fixed(ShapeGeometry::Sphere(Sphere { radius: 1.0 }), freedom);
     (body, super::bar::below_z(-1e6, 0.0))
 }
 
 /// Moreau's law in powers of two at CFL 0.8.
-pub fn rules() -> Rules {
-    Rules {
-        schedule: Kind::Bins,
+pub fn rules() -> IntegratorSettings {
+    IntegratorSettings {
+        schedule: SteppingSchedule::Bins,
         cfl: 0.8,
-        law: Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 },
+        law: ImpulseLaw::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 },
         force_window: 1.0,
         damping: 0.0,
     }
 }
 
 /// No contact anywhere.
-pub fn no_surface(n_nodes: usize) -> Surface {
-    let around = Incidence::new(n_nodes, std::iter::empty::<&[NodeId]>());
-    Surface { nodes: vec![], of: vec![None; n_nodes], facets: vec![], around }
+pub fn no_surface(n_nodes: usize) -> ContactSurface {
+    let around = NodeIncidence::new(n_nodes, std::iter::empty::<&[NodeId]>());
+    ContactSurface { nodes: vec![], of: vec![None; n_nodes], facets: vec![], around }
 }
 
 /// A mesh whose boundary is held in a random affine deformation.
 fn held_engine<const D: usize>(
     mesh: &Mesh<D>,
-    (freedom, section): (Freedom, Section),
+    (freedom, section): (FreeDirections, Section),
     cfl: f64,
 ) -> Engine<D, Simplices<D>> {
     let (a, b) = affine::<D>(&mut Noise::new(11));
@@ -142,18 +142,20 @@ fn held_engine<const D: usize>(
     let simplices = Simplices::new(mesh, gel(), section);
     let mass = simplices.lumped_masses(mesh, 1.0);
     let nodes: Vec<_> = mesh.rest.iter().map(|rest| (a * rest + b, Vector::<D>::zeros())).collect();
-    let gel = Gel::new(simplices, mass, &held, no_surface(mesh.rest.len()));
-    Engine::new(gel, vec![nowhere(freedom)], Rules { cfl, ..rules() }, nodes)
+    let gel = DiscreteGel::new(simplices, mass, &held, no_surface(mesh.rest.len()));
+    Engine::new(gel, vec![nowhere(freedom)], IntegratorSettings { cfl, ..rules() }, nodes)
 }
 
 /// How far inner nodes move in a tenth of the time that a shear wave takes across, over the smallest edge, and how many
 /// lengths of steps there are.
-fn motion<const D: usize>(mesh: &Mesh<D>, kind: (Freedom, Section), cfl: f64) -> (f64, usize) {
+fn motion<const D: usize>(mesh: &Mesh<D>, kind: (FreeDirections, Section), cfl: f64) -> (f64, usize) {
     let mut engine = held_engine(mesh, kind, cfl);
     let start = engine.state().position.clone();
     let mut moved: f64 = 0.0;
     for i in 0..200 {
-        engine.advance_to(0.1 * f64::from(i) / 200.0, &mut [Exchange::default()]).expect("next to nothing moves");
+        engine
+            .advance_to(0.1 * f64::from(i) / 200.0, &mut [ImpulseExchange::default()])
+            .expect("next to nothing moves");
         let now = engine.state().position.iter().zip(&start).map(|(x, start)| (x - start).norm());
         moved = now.fold(moved, f64::max);
     }
@@ -163,13 +165,13 @@ fn motion<const D: usize>(mesh: &Mesh<D>, kind: (Freedom, Section), cfl: f64) ->
     (moved / 0.04, steps.len())
 }
 
-const PLANE: (Freedom, Section) = (Freedom::PLANAR, Section::Planar { thickness: 1.0 });
-const SPACE: (Freedom, Section) = (Freedom::SPATIAL, Section::Spatial);
+const PLANE: (FreeDirections, Section) = (FreeDirections::PLANAR, Section::Planar { thickness: 1.0 });
+const SPACE: (FreeDirections, Section) = (FreeDirections::SPATIAL, Section::Spatial);
 
 /// Equal steps keep the balance of every inner node at every tick.
 fn with_equal_steps() -> Row {
-    let [flat, _] = blocks::<2>(Split::Kuhn);
-    let [solid, _] = blocks::<3>(Split::Kuhn);
+    let [flat, _] = blocks::<2>(CellSplit::Kuhn);
+    let [solid, _] = blocks::<3>(CellSplit::Kuhn);
     let (flat, solid) = (motion(&flat, PLANE, 0.8), motion(&solid, SPACE, 0.8));
     let worst = flat.0.max(solid.0);
     let name = ("V1", "same in time, boundary held, equal steps: motion of inner nodes/h");
@@ -179,7 +181,7 @@ fn with_equal_steps() -> Row {
 /// Unequal steps kick a node from its two sides at different times: a balance of forces trembles, with second order in
 /// the step.
 fn with_unequal_steps() -> Row {
-    let [_, mesh] = blocks::<3>(Split::Centred);
+    let [_, mesh] = blocks::<3>(CellSplit::Centred);
     let cfl = [0.8, 0.4, 0.2, 0.1];
     let runs = cfl.map(|cfl| motion(&mesh, SPACE, cfl));
     let slope = order(&[(cfl[0], runs[0].0), (cfl[3], runs[3].0)]);

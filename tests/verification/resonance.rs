@@ -6,9 +6,9 @@
 
 use super::bar::{Pace, Springs, advance, end_surface, fixed_wall, rules};
 use super::row::{Row, series};
-use ballistic_gel::integrator::{Engine, Gel, Surface};
+use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine};
 use ballistic_gel::math::Vector;
-use ballistic_gel::mesh::{Incidence, NodeId};
+use ballistic_gel::mesh::{NodeId, NodeIncidence};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -39,13 +39,13 @@ fn window(ratio: f64) -> (f64, f64) {
 fn two_springs(ratio: f64) -> Engine<2, Springs> {
     let springs = Springs::new(vec![1.0, ratio * ratio], vec![1.0, 1.0]);
     let held = [[true, true], [true, false], [true, true]];
-    let surface = Surface {
+    let surface = ContactSurface {
         nodes: vec![],
         of: vec![None; 3],
-        around: Incidence::new(3, std::iter::empty::<&[NodeId]>()),
+        around: NodeIncidence::new(3, std::iter::empty::<&[NodeId]>()),
         ..end_surface(3, 1.0)
     };
-    let gel = Gel::new(springs, vec![1.0; 3], &held, surface);
+    let gel = DiscreteGel::new(springs, vec![1.0; 3], &held, surface);
     let nodes = [0.0, 1.001, 2.0].map(|z| (Vector::<2>::new(0.0, z), Vector::<2>::zeros())).to_vec();
     Engine::new(gel, vec![fixed_wall(-10.0)], rules(Pace { cfl: 1.0, restitution: 0.0 }), nodes)
 }

@@ -2,7 +2,7 @@
 
 use super::bar::{Bar, Pace, Springs, advance, common_step, striker, unit_bar};
 use super::row::{Row, order, series};
-use ballistic_gel::contact::Motion;
+use ballistic_gel::contact::BodyMotion;
 use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
@@ -18,7 +18,7 @@ fn struck(bar: Bar, (mass, cfl): (f64, f64)) -> (Engine<2, Springs>, f64) {
 
 /// A bar and a mass whose face is at `z`, after the first tick.
 fn touching(bar: Bar, (mass, cfl): (f64, f64), z: f64) -> Engine<2, Springs> {
-    let mut engine = bar.engine(Pace { cfl, restitution: 0.0 }, &striker(Motion::Free, mass, (z, SPEED)), |_| 0.0);
+    let mut engine = bar.engine(Pace { cfl, restitution: 0.0 }, &striker(BodyMotion::Free, mass, (z, SPEED)), |_| 0.0);
     advance(&mut engine, 0.0);
     engine
 }

@@ -51,8 +51,8 @@ fn with_block(document: &str, block: &str) -> Option<String> {
 #[test]
 fn the_document_shows_what_the_tests_found() {
     let document = std::fs::read_to_string(DOCUMENT).expect("docs/validation.md is there");
-    let expected =
-        with_block(&document, &table()).expect("docs/validation.md has the lines that begin and end the verification table");
+    let expected = with_block(&document, &table())
+        .expect("docs/validation.md has the lines that begin and end the verification table");
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(DOCUMENT, expected).expect("docs/validation.md can be written");
         return;

@@ -2,7 +2,7 @@
 
 use super::bar::{Pace, Springs, advance, common_step, striker, unit_bar};
 use super::row::{Row, below};
-use ballistic_gel::contact::Motion;
+use ballistic_gel::contact::BodyMotion;
 use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
@@ -11,7 +11,7 @@ const PUSH: f64 = 0.125;
 
 fn pushed(cells: usize, cfl: f64, t: f64) -> Engine<2, Springs> {
     let pace = Pace { cfl, restitution: 0.0 };
-    let mut engine = unit_bar(cells).engine(pace, &striker(Motion::Prescribed, 1.0, (0.0, PUSH)), |_| 0.0);
+    let mut engine = unit_bar(cells).engine(pace, &striker(BodyMotion::Prescribed, 1.0, (0.0, PUSH)), |_| 0.0);
     advance(&mut engine, t);
     common_step(&engine);
     engine

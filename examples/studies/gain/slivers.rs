@@ -1,5 +1,5 @@
 use ballistic_gel::math::Vector;
-use ballistic_gel::mesh::{ElementId, Incidence, Mesh, NodeId, Simplex, least_angle, signed_volume};
+use ballistic_gel::mesh::{ElementId, Mesh, NodeId, NodeIncidence, Simplex, least_angle, signed_volume};
 
 /// Angle of a sliver at the edges of its base, degrees.
 const ANGLE: f64 = 1.0;
@@ -14,7 +14,7 @@ pub fn is_flat(x: &[Vector<3>], element: &Simplex) -> bool {
 /// The mesh with inner nodes moved until this share of its elements is flat: each to just above the middle of the circle
 /// inscribed in the face that one of its elements turns to it.
 pub fn with_slivers(mut mesh: Mesh<3>, share: f64) -> Mesh<3> {
-    let star = Incidence::new(mesh.rest.len(), mesh.elements.iter().map(|e| &e[..]));
+    let star = NodeIncidence::new(mesh.rest.len(), mesh.elements.iter().map(|e| &e[..]));
     let enough = (share * mesh.elements.len() as f64) as usize;
     let mut flat = 0;
     let nodes = scattered_inner_nodes(&mesh);

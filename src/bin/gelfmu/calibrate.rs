@@ -5,10 +5,10 @@ mod trial;
 mod words;
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::interrupt;
 use crate::options::CalibrateOptions;
-use crate::progress::Bar;
+use crate::progress::ProgressDisplay;
 use crate::source::{self, SceneSource};
 use ballistic_gel::scene::{Override, Scene, StrengthSpec};
 use search::{SearchStep, ShotOutcome, StrengthSearch, StrengthTrial};
@@ -41,7 +41,7 @@ enum CalibrationEnd {
 }
 
 /// Fits the strength, prints the lines for the scene, and returns the exit status.
-pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, Failure> {
+pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
     let task = CalibrationTask::read(options)?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
@@ -68,7 +68,7 @@ fn fit_strength(
     task: &CalibrationTask,
     search: &mut StrengthSearch,
     console: &Console,
-) -> Result<CalibrationEnd, Failure> {
+) -> Result<CalibrationEnd, CommandError> {
     loop {
         let yield_stress = match search.next_step() {
             SearchStep::Fitted => return Ok(CalibrationEnd::Fitted),
@@ -91,12 +91,12 @@ fn run_trial(
     search: &StrengthSearch,
     yield_stress: f64,
     console: &Console,
-) -> Result<Option<ShotOutcome>, Failure> {
-    let (bar, number) = (Bar::new(console), search.trials.len() + 1);
+) -> Result<Option<ShotOutcome>, CommandError> {
+    let (bar, number) = (ProgressDisplay::new(console), search.trials.len() + 1);
     let expected = search.time_to_stop().unwrap_or(task.scene.scene.end_time);
     let mut watch = |time: f64, depth: f64| {
         let progress = format!("run {number}, {}: {:.1} mm deep", words::in_kilopascals(yield_stress), 1e3 * depth);
-        bar.show_part(&progress, (time / expected).min(1.0));
+        bar.show_task(&progress, (time / expected).min(1.0));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let scene = task.load_with(yield_stress)?.scene;
@@ -119,7 +119,7 @@ fn explain_excess_speed(speed: f64) -> Option<String> {
 }
 
 impl<'a> CalibrationTask<'a> {
-    fn read(options: &'a CalibrateOptions) -> Result<Self, Failure> {
+    fn read(options: &'a CalibrateOptions) -> Result<Self, CommandError> {
         let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
         let mut overrides = options.set.clone();
         if let Some(speed) = options.speed {
@@ -127,7 +127,7 @@ impl<'a> CalibrationTask<'a> {
             overrides.push(Override { key: "projectile.velocity".to_owned(), value });
         }
         let scene = source::load(name, &overrides)?.scene;
-        let refuse = |key: &str, why: &str| Failure::BadInput(format!("scene {name}: {key}: {why}"));
+        let refuse = |key: &str, why: &str| CommandError::BadInput(format!("scene {name}: {key}: {why}"));
         let Some(strength) = scene.gel.strength else {
             let example = "{ yield_stress = 10e3, rate_exponent = 0.23, cap = 0.16e6, confined = { pressure = 0.3e6, factor = 15.0, time = 3e-6 } }";
             let why = format!(
@@ -136,12 +136,12 @@ impl<'a> CalibrationTask<'a> {
             return Err(refuse("gel.strength", &why));
         };
         if let Some(why) = options.speed.and_then(explain_excess_speed) {
-            return Err(Failure::BadInput(format!("--speed: {why}")));
+            return Err(CommandError::BadInput(format!("--speed: {why}")));
         }
         if let Some(why) =
             scene.gel.shape.thickness().and_then(|thickness| trial::explain_excess_depth(options.depth, thickness))
         {
-            return Err(Failure::BadInput(format!("--depth: {why}")));
+            return Err(CommandError::BadInput(format!("--depth: {why}")));
         }
         let velocity = scene.projectile.velocity;
         if velocity[2] >= 0.0 {
@@ -152,13 +152,13 @@ impl<'a> CalibrationTask<'a> {
     }
 
     /// Loads the scene with another yield stress, Pa.
-    fn load_with(&self, yield_stress: f64) -> Result<SceneSource, Failure> {
+    fn load_with(&self, yield_stress: f64) -> Result<SceneSource, CommandError> {
         let fitted = Override { key: FITTED_KEY.to_owned(), value: format!("{yield_stress:?}") };
         let overrides: Vec<Override> = self.overrides.iter().cloned().chain([fitted]).collect();
         source::load(self.name, &overrides)
     }
 
-    fn refuse(&self, key: &str, why: &str) -> Failure {
-        Failure::BadInput(format!("scene {}: {key}: {why}", self.name))
+    fn refuse(&self, key: &str, why: &str) -> CommandError {
+        CommandError::BadInput(format!("scene {}: {key}: {why}", self.name))
     }
 }

@@ -1,22 +1,22 @@
 //! `gelfmu check`: validates a scene and lists the modelled physics.
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::{self, RunError};
 use crate::level;
 use crate::options::CheckOptions;
 use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{self, AmountOfMemory};
-use ballistic_gel::scene::{self, Fact, Preset};
+use ballistic_gel::scene::{self, Preset, PresetValue};
 use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, memory_estimate};
 use serde_json::{Value, json};
 
 /// Builds a scene and prints its model, cost and levels.
-pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
+pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandError> {
     let SceneSource { scene, text, .. } = source::load(&options.scene, &options.set)?;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
     let cost = job::build_simulation(&scene, CouplingMode::Integrated, 1)?.observe().cost;
-    let (modelled, off) = (scene::modelled(&scene), scene::switched_off(&scene));
+    let (modelled, off) = (scene::modelled_physics(&scene), scene::switched_off(&scene));
     let (preset_facts, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
     let result = json!({
         "scene": scene.scene.name,
@@ -73,12 +73,12 @@ fn describe_memory(memory: &MemoryEstimate) -> String {
     format!("It takes up to {} of memory{remeshing}; {available} are available", AmountOfMemory(memory.building))
 }
 
-fn fact_json(fact: &Fact) -> Value {
+fn fact_json(fact: &PresetValue) -> Value {
     json!({ "key": fact.key, "value": fact.value, "source": fact.source })
 }
 
 /// Lists the values of a preset with their sources; empty without a preset.
-fn preset_section(preset: Option<Preset>, preset_facts: &[&Fact], console: &Console) -> String {
+fn preset_section(preset: Option<Preset>, preset_facts: &[&PresetValue], console: &Console) -> String {
     let Some(preset) = preset else { return String::new() };
     let lines: Vec<String> =
         preset_facts.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();

@@ -1,6 +1,6 @@
 //! Console output: results go to standard output, notes and errors to standard error.
 
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::options::{ColorChoice, CommandLine};
 use clap::builder::styling::{AnsiColor, Color as Color16, Style};
 use serde_json::{Value, json};
@@ -89,7 +89,7 @@ impl Console {
     }
 
     /// Prints the failure of a command, on standard error and as JSON if the user wants it.
-    pub fn failure(&self, failure: &Failure) {
+    pub fn failure(&self, failure: &CommandError) {
         self.error(&failure.to_string());
         if self.json {
             self.print(&format!("{:#}", json!({ "error": failure.to_string() })));

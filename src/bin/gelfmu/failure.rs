@@ -4,7 +4,7 @@ use crate::job::RunError;
 
 /// Error that ends a command.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
+pub enum CommandError {
     /// Bad input: the user can correct the command line or the scene.
     #[error("{0}")]
     BadInput(String),
@@ -16,7 +16,7 @@ pub enum Failure {
     Run(RunError),
 }
 
-impl Failure {
+impl CommandError {
     /// Returns the exit status: 2 for bad input, 1 for every other error.
     pub fn code(&self) -> u8 {
         match self {
@@ -26,7 +26,7 @@ impl Failure {
     }
 }
 
-impl From<RunError> for Failure {
+impl From<RunError> for CommandError {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Scene(error) => Self::BadInput(error.to_string()),

@@ -1,6 +1,6 @@
 //! Run of a scene: job, ending and errors.
 
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use ballistic_gel::fmi2::{self, MemoryShortage, RoomError};
 use ballistic_gel::output::OutputError;
 use ballistic_gel::scene::{self, MOST_STEPS, Scene, SceneError};
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Scene to run, and the destination of its results.
 #[derive(Debug)]
-pub struct Job {
+pub struct RunJob {
     /// Scene text with all overrides, and the base folder of relative file names.
     pub scene: (String, PathBuf),
     /// Folder for the results.
@@ -22,11 +22,11 @@ pub struct Job {
 }
 
 /// Callback after each communication step with the time reached and the end time, s; it may ask the run to stop.
-pub type Progress<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
+pub type ProgressCallback<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
 
 /// Ending of a run.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum RunEnding {
     /// The run reached its end time, or the end after the exit of the projectile.
     Completed,
     /// The run stopped early; the diagnosis.
@@ -80,7 +80,7 @@ pub fn build_simulation(scene: &Scene, mode: CouplingMode, threads: usize) -> Re
 }
 
 /// Refuses a communication step, s, too short for the run to end in a lifetime.
-pub fn check_communication_step(step: f64, scene: &Scene) -> Result<(), Failure> {
+pub fn check_communication_step(step: f64, scene: &Scene) -> Result<(), CommandError> {
     let end = scene.scene.end_time;
     let n_steps = end / step;
     // The message rounds the shortest step; the rounded value must be accepted.
@@ -88,17 +88,17 @@ pub fn check_communication_step(step: f64, scene: &Scene) -> Result<(), Failure>
         return Ok(());
     }
     let shortest = end / MOST_STEPS;
-    Err(Failure::BadInput(format!(
+    Err(CommandError::BadInput(format!(
         "--step {step:e}: found {n_steps:.3e} steps to the end time, {end:?} s, expected at most {MOST_STEPS:e}: a step of \
          {shortest:.3e} s or more"
     )))
 }
 
-impl Job {
+impl RunJob {
     /// Parses the scene and reads its files.
     pub fn read_scene(&self) -> Result<Scene, SceneError> {
         let (text, folder) = &self.scene;
-        scene::read_with_files(text, &fmi2::files_in(folder))
+        scene::read_with_files(text, &fmi2::scene_file_reader(folder))
     }
 
     /// Returns the ends of the communication steps, s.
@@ -118,13 +118,13 @@ pub fn step_ends(scene: &Scene, step: f64) -> impl Iterator<Item = f64> + use<> 
 
 #[cfg(test)]
 mod tests {
-    use super::{Job, PathBuf, check_communication_step};
+    use super::{PathBuf, RunJob, check_communication_step};
     use ballistic_gel::scene;
 
     fn step_ends(step: f64) -> Vec<f64> {
         let text = scene::builtin("sphere-block").unwrap();
         let job =
-            Job { scene: (text.to_owned(), PathBuf::new()), folder: "unused".into(), step: Some(step), threads: 1 };
+            RunJob { scene: (text.to_owned(), PathBuf::new()), folder: "unused".into(), step: Some(step), threads: 1 };
         job.times(&scene::read(text).unwrap()).collect()
     }
 

@@ -1,16 +1,16 @@
 //! Choice of a level of `scene.fidelity`, by name or by the wanted accuracy.
 
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::options::LevelOptions;
 use crate::source::{self, SceneSource};
-use ballistic_gel::scene::{Fidelity, Level, Override, Scene};
+use ballistic_gel::scene::{FidelityKind, Level, Override, Scene};
 
 /// Loads a scene at the level in the options, and describes the expected error if the user chose a level.
 pub fn load_at_level(
     name: &str,
     set: &[Override],
     options: &LevelOptions,
-) -> Result<(SceneSource, Option<String>), Failure> {
+) -> Result<(SceneSource, Option<String>), CommandError> {
     let source = source::load(name, set)?;
     let fidelity = match (options.fidelity, options.accuracy) {
         (None, None) => return Ok((source, None)),
@@ -25,7 +25,7 @@ pub fn load_at_level(
 
 /// Level with a known error and cost.
 struct KnownLevel {
-    fidelity: Fidelity,
+    fidelity: FidelityKind,
     /// Relative error.
     error: f64,
     /// Element updates.
@@ -33,10 +33,10 @@ struct KnownLevel {
 }
 
 /// Returns the cheapest level whose known error does not exceed `accuracy`, a fraction.
-fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<Fidelity, Failure> {
+fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<FidelityKind, CommandError> {
     let refuse = |found: &str, expected: &str| {
         let asked = format!("--accuracy {}%", 100.0 * accuracy);
-        Err(Failure::BadInput(format!("{asked}: found {found}, expected {expected}")))
+        Err(CommandError::BadInput(format!("{asked}: found {found}, expected {expected}")))
     };
     let known = scene
         .fidelity

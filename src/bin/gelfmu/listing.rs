@@ -1,18 +1,18 @@
 //! Subcommands that print or write one document: `scenes`, `schema`, `completions` and `pack`.
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::RunError;
 use crate::options::{DEFAULT_SCENE, PackOptions};
 use crate::{completions, pack, results, source};
-use ballistic_gel::fmi2::Ports;
+use ballistic_gel::fmi2::VariablePorts;
 use ballistic_gel::scene;
 use clap_complete::Shell;
 use comfy_table::{Table, presets};
 use serde_json::{Value, json};
 
 /// Lists the built-in scenes, or prints the named one.
-pub fn scenes(name: Option<&str>, console: &Console) -> Result<(), Failure> {
+pub fn scenes(name: Option<&str>, console: &Console) -> Result<(), CommandError> {
     match name {
         None => list_scenes(console)?,
         Some(name) => {
@@ -23,7 +23,7 @@ pub fn scenes(name: Option<&str>, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn list_scenes(console: &Console) -> Result<(), Failure> {
+fn list_scenes(console: &Console) -> Result<(), CommandError> {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     let mut rows = Vec::new();
@@ -36,10 +36,10 @@ fn list_scenes(console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn unknown_scene(name: &str) -> Failure {
+fn unknown_scene(name: &str) -> CommandError {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let hint = scene::did_you_mean(name, known.iter().copied());
-    Failure::BadInput(format!(
+    CommandError::BadInput(format!(
         "scene {name}: found no built-in scene of this name{hint}, expected one of {}",
         known.join(", ")
     ))
@@ -58,17 +58,17 @@ pub fn completions(shell: Shell, console: &Console) {
 }
 
 /// Writes the FMU of a scene.
-pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
+pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
     let source = source::load_for_fmu(name, &options.set)?;
     results::check_archive(&options.out, &results::inputs(name, &source))?;
-    let available = Ports::of(&source.scene);
-    let ports = Ports {
+    let available = VariablePorts::of(&source.scene);
+    let ports = VariablePorts {
         fragments: count_ports("fragment", "body", options.fragments, available.fragments)?,
         sensors: count_ports("sensor", "sensor", options.sensors, available.sensors)?,
     };
     let packed = pack::pack((&source.text, &source.folder), ports, &options.out).map_err(|error| match error {
-        RunError::File { path, source, .. } => Failure::BadInput(format!(
+        RunError::File { path, source, .. } => CommandError::BadInput(format!(
             "--out {}: found {source} at {}, expected a file that can be written",
             options.out.display(),
             path.display()
@@ -89,11 +89,11 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
 }
 
 /// Returns the number of ports of a kind: the requested number, at most the number of tables; by default all.
-fn count_ports(table: &str, needs: &str, asked: Option<usize>, available: usize) -> Result<usize, Failure> {
+fn count_ports(table: &str, needs: &str, asked: Option<usize>, available: usize) -> Result<usize, CommandError> {
     match asked {
         Some(asked) if asked > available => {
             let expected = format!("at most the [[{table}]] tables of the scene, {available}: a port needs a {needs}");
-            Err(Failure::BadInput(format!("--{table}s: found {asked}, expected {expected}")))
+            Err(CommandError::BadInput(format!("--{table}s: found {asked}, expected {expected}")))
         }
         asked => Ok(asked.unwrap_or(available)),
     }

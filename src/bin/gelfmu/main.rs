@@ -25,7 +25,7 @@ mod trade;
 
 use clap::Parser;
 use console::Console;
-use failure::Failure;
+use failure::CommandError;
 use options::{CommandLine, GelfmuCommand, RunOptions};
 use std::process::ExitCode;
 
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
 }
 
 /// Carries out one subcommand and returns the exit status.
-fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, Failure> {
+fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandError> {
     match command {
         GelfmuCommand::Run(options) => return run::run(&options, console),
         GelfmuCommand::Bench(options) => return bench::bench(&options, console),

@@ -3,7 +3,7 @@
 use crate::completions::SceneNameParser;
 use crate::trade::CouplingVariant;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::{Fidelity, Override};
+use ballistic_gel::scene::{FidelityKind, Override};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -144,7 +144,7 @@ pub struct RunOptions {
 pub struct LevelOptions {
     /// Accuracy level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set overrides its values
     #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
-    pub fidelity: Option<Fidelity>,
+    pub fidelity: Option<FidelityKind>,
     /// Largest expected error, e.g. 2%; runs the cheapest level known to meet it
     #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = parse_error, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
@@ -393,10 +393,10 @@ pub struct PackOptions {
 }
 
 /// Parses a level by its name, which shells complete, or by its number.
-fn level_parser() -> impl TypedValueParser<Value = Fidelity> {
-    let numbered = Fidelity::ALL.iter().zip(["0", "1", "2", "3", "4"]);
+fn level_parser() -> impl TypedValueParser<Value = FidelityKind> {
+    let numbered = FidelityKind::ALL.iter().zip(["0", "1", "2", "3", "4"]);
     let names = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
-    PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|text| text.parse::<Fidelity>())
+    PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|text| text.parse::<FidelityKind>())
 }
 
 fn parse_time(text: &str) -> Result<f64, String> {

@@ -8,15 +8,15 @@ pub mod resources;
 
 use crate::job::RunError;
 use crate::results;
-use ballistic_gel::fmi2::{self, ArchiveContent, Manifest, Ports};
+use ballistic_gel::fmi2::{self, ArchiveContent, ArchiveManifest, VariablePorts};
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
+pub use library::{INSTALLATION, LIBRARY_PATH, PackedLibrary};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
-pub use library::{INSTALLATION, LIBRARY_PATH, PackedLibrary};
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 mod licenses {
@@ -39,7 +39,7 @@ type Entries = BTreeMap<String, Vec<u8>>;
 
 /// Writes the FMU of a scene, a text and the folder of its files, with these ports, for this host.
 /// The same scene gives the same bytes.
-pub fn pack(scene: (&str, &Path), ports: Ports, file: &Path) -> Result<Packed, RunError> {
+pub fn pack(scene: (&str, &Path), ports: VariablePorts, file: &Path) -> Result<Packed, RunError> {
     let library = PackedLibrary::find()?;
     let entries = entries(scene, ports, &library)?;
     let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
@@ -48,14 +48,14 @@ pub fn pack(scene: (&str, &Path), ports: Ports, file: &Path) -> Result<Packed, R
     Ok(Packed { bytes: archive.len() as u64, platform, is_development: library.is_development })
 }
 
-fn entries((text, folder): (&str, &Path), ports: Ports, library: &PackedLibrary) -> Result<Entries, RunError> {
-    let files = fmi2::files_in(folder);
+fn entries((text, folder): (&str, &Path), ports: VariablePorts, library: &PackedLibrary) -> Result<Entries, RunError> {
+    let files = fmi2::scene_file_reader(folder);
     let scene = scene::read_with_files(text, &files)?;
     let (text, mut resources) = resources::of((text, &scene), &files)?;
     resources.insert("scene.toml".to_owned(), text.into_bytes());
     let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
     let (description, manifest) = identified(&scene, ports, library, &resources)?;
-    resources.insert(Manifest::FILE.to_owned(), manifest.into_bytes());
+    resources.insert(ArchiveManifest::FILE.to_owned(), manifest.into_bytes());
     let mut entries = Entries::from([
         ("model.png".to_owned(), model_picture(&frame, &scene)),
         ("modelDescription.xml".to_owned(), description.into_bytes()),
@@ -76,7 +76,7 @@ fn entries((text, folder): (&str, &Path), ports: Ports, library: &PackedLibrary)
 /// The model description with the GUID of the archive, and the manifest that the GUID comes from.
 fn identified(
     scene: &Scene,
-    ports: Ports,
+    ports: VariablePorts,
     library: &PackedLibrary,
     resources: &BTreeMap<String, Vec<u8>>,
 ) -> Result<(String, String), RunError> {
@@ -84,7 +84,8 @@ fn identified(
         let fault = |e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") };
         description::xml(scene, ports, guid, library.tool()).map_err(fault)
     };
-    let manifest = Manifest::of(&ArchiveContent { description: &described("")?, library: &library.bytes, resources });
+    let manifest =
+        ArchiveManifest::of(&ArchiveContent { description: &described("")?, library: &library.bytes, resources });
     Ok((described(manifest.guid())?, manifest.to_json()))
 }
 

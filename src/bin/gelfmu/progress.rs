@@ -15,12 +15,12 @@ const HEARTBEAT: Duration = Duration::from_secs(10);
 
 /// Progress bar of one command.
 #[derive(Debug)]
-pub struct Bar {
+pub struct ProgressDisplay {
     bar: ProgressBar,
     heartbeat: Option<HeartbeatThread>,
 }
 
-impl Bar {
+impl ProgressDisplay {
     /// Creates a bar on a terminal, or a line every ten seconds elsewhere; a quiet console hides both.
     pub fn new(console: &Console) -> Self {
         let hidden = console.is_quiet();
@@ -41,7 +41,7 @@ impl Bar {
     }
 
     /// Shows the current task and the completed fraction of all tasks.
-    pub fn show_part(&self, task: &str, fraction: f64) {
+    pub fn show_task(&self, task: &str, fraction: f64) {
         self.update(console::plain(task).into_owned(), fraction);
         self.bar.tick();
     }

@@ -1,14 +1,14 @@
 //! `gelfmu remesh-demo`: draws the stages of one remesh.
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::{self, RunError};
 use crate::options::{DEMO_SCENE, RemeshDemoOptions};
 use crate::results;
 use crate::source::{self, SceneSource};
-use ballistic_gel::output::{self, Figures, FolderClaim, FolderState, OutputError};
+use ballistic_gel::output::{self, FolderClaim, FolderState, OutputError, RemeshFigures};
 use ballistic_gel::scene::{Dimension, Override};
-use ballistic_gel::simulation::{CouplingMode, Rehearsal};
+use ballistic_gel::simulation::{CouplingMode, RemeshPreview};
 use serde_json::json;
 use std::path::Path;
 
@@ -19,7 +19,7 @@ const LATE_REMESH: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.com
 const COMMAND: &str = "remesh-demo";
 
 /// Runs to the remesh in the options and draws it.
-pub fn show(options: &RemeshDemoOptions, console: &Console) -> Result<(), Failure> {
+pub fn show(options: &RemeshDemoOptions, console: &Console) -> Result<(), CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEMO_SCENE);
     let source = load_scene(name, options)?;
     let header = &source.scene.scene;
@@ -41,7 +41,7 @@ pub fn show(options: &RemeshDemoOptions, console: &Console) -> Result<(), Failur
 }
 
 /// Loads the scene, and adds remeshing criteria if necessary.
-fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, Failure> {
+fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, CommandError> {
     let set = |key: &str, value: String| Override { key: key.to_owned(), value };
     let mut overrides = options.set.clone();
     if let Some(at) = options.at {
@@ -50,7 +50,7 @@ fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, Fa
     let source = source::load(name, &overrides)?;
     let dimension = source.scene.scene.dimension;
     if dimension == Dimension::Spatial {
-        return Err(Failure::BadInput(format!(
+        return Err(CommandError::BadInput(format!(
             "scene {name}: found a spatial gel, expected a planar or axisymmetric one: the pictures are of meshes in the plane"
         )));
     }
@@ -62,12 +62,16 @@ fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, Fa
 }
 
 /// Runs the scene to its remesh, and keeps the intermediate stages.
-fn rehearse_remesh(name: &str, source: &SceneSource, options: &RemeshDemoOptions) -> Result<Rehearsal, Failure> {
+fn rehearse_remesh(
+    name: &str,
+    source: &SceneSource,
+    options: &RemeshDemoOptions,
+) -> Result<RemeshPreview, CommandError> {
     let scene = &source.scene;
     let mut simulation = job::build_simulation(scene, CouplingMode::Integrated, options.threads)?;
     let from = options.at.unwrap_or(0.0);
     let end = scene.scene.end_time;
-    let stopped = |reason: String| Failure::Stopped(format!("scene {name}: {reason}"));
+    let stopped = |reason: String| CommandError::Stopped(format!("scene {name}: {reason}"));
     match simulation.rehearse(from, end) {
         Ok(Some(shown)) => Ok(shown),
         Ok(None) => Err(stopped(format!(
@@ -77,12 +81,12 @@ fn rehearse_remesh(name: &str, source: &SceneSource, options: &RemeshDemoOptions
     }
 }
 
-fn output_failure(error: OutputError) -> Failure {
+fn output_failure(error: OutputError) -> CommandError {
     RunError::Output(error).into()
 }
 
-fn describe_figures(figures: &Figures, page: &Path) -> String {
-    let Figures { time, elements, least_quality, methods } = figures;
+fn describe_figures(figures: &RemeshFigures, page: &Path) -> String {
+    let RemeshFigures { time, elements, least_quality, methods } = figures;
     let mut lines = vec![format!(
         "at {:.4} ms a mesh of {elements} elements ends, its worst of quality {least_quality:.3}",
         1e3 * time

@@ -1,6 +1,6 @@
 //! Result destinations: folders claimed for one run, and single files replaced atomically.
 
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::RunError;
 use crate::source::SceneSource;
 use ballistic_gel::output::{FolderClaim, OutputError, ResultFolder, TakeoverPolicy};
@@ -13,7 +13,7 @@ use tempfile::NamedTempFile;
 use zip::ZipArchive;
 
 /// Claims the folder of `--out`; a refusal names the option.
-pub fn claim(folder: &Path, wanted: &FolderClaim) -> Result<ResultFolder, Failure> {
+pub fn claim(folder: &Path, wanted: &FolderClaim) -> Result<ResultFolder, CommandError> {
     ResultFolder::claim(folder, wanted).map_err(|error| {
         let why = match &error {
             OutputError::Refused { refusal, .. } => refusal.to_string(),
@@ -26,8 +26,8 @@ pub fn claim(folder: &Path, wanted: &FolderClaim) -> Result<ResultFolder, Failur
     })
 }
 
-fn refuse_out(out: &Path, why: &str) -> Failure {
-    Failure::BadInput(format!("--out {}: {why}", out.display()))
+fn refuse_out(out: &Path, why: &str) -> CommandError {
+    CommandError::BadInput(format!("--out {}: {why}", out.display()))
 }
 
 /// Returns the takeover policy of a folder with results: replace with `--force`, else refuse.
@@ -43,7 +43,7 @@ pub fn inputs(name: &str, source: &SceneSource) -> Vec<PathBuf> {
 }
 
 /// Refuses an archive path with content other than an FMU, and the path of an input file.
-pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
+pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), CommandError> {
     let expected = "a new file, or an FMU to replace";
     let found = match fs::metadata(file) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),

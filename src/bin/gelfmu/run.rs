@@ -1,11 +1,11 @@
 //! `gelfmu run`: runs a scene and writes its results.
 
 use crate::console::Console;
-use crate::failure::Failure;
-use crate::job::{Ending, Job, RunError, check_communication_step};
+use crate::failure::CommandError;
+use crate::job::{RunEnding, RunError, RunJob, check_communication_step};
 use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::pack::resources;
-use crate::progress::Bar;
+use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
 use crate::{direct, interrupt, level, results, summary, through_fmu};
 use ballistic_gel::output::{FolderClaim, ResultFolder};
@@ -19,14 +19,14 @@ const WAITING: &str =
     "interrupted: the run ends with this communication step and keeps it; Ctrl-C again ends it at once";
 
 /// Runs a scene, prints its summary and returns the exit status.
-pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
+pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let (source, expected) = level::load_at_level(name, &collect_overrides(options), &options.level)?;
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
-    let (text, files) =
-        resources::of((&source.text, &source.scene), &fmi2::files_in(&source.folder)).map_err(Failure::from)?;
+    let (text, files) = resources::of((&source.text, &source.scene), &fmi2::scene_file_reader(&source.folder))
+        .map_err(CommandError::from)?;
     let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
@@ -44,7 +44,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     for (file, bytes) in &kept {
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
-    let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
+    let job = RunJob { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;
     console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
@@ -70,15 +70,15 @@ fn claim_folder(
     inputs: &[PathBuf],
     source: &SceneSource,
     kept: &[(String, Vec<u8>)],
-) -> Result<ResultFolder, Failure> {
+) -> Result<ResultFolder, CommandError> {
     let named = if options.direct { Ok(()) } else { through_fmu::destination(folder).map(drop) };
     named.map_err(|found| {
         let expected = "a folder whose name has none of / \\ : * ? \" < > |, or --direct";
-        Failure::BadInput(format!("--out {}: found {found}, expected {expected}", folder.display()))
+        CommandError::BadInput(format!("--out {}: found {found}, expected {expected}", folder.display()))
     })?;
     let mut needs = output::result_names(&source.scene);
     if let Some((file, _)) = kept.iter().find(|(file, _)| needs.contains(file)) {
-        return Err(Failure::BadInput(format!(
+        return Err(CommandError::BadInput(format!(
             "file {file:?} of the scene: found the name of a result, expected another name"
         )));
     }
@@ -89,15 +89,15 @@ fn claim_folder(
 
 /// Runs the job with a progress bar until it ends or the user interrupts it.
 fn run_with_progress(
-    job: &Job,
+    job: &RunJob,
     mut folder: ResultFolder,
     is_direct: bool,
     console: &Console,
-) -> Result<Ending, Failure> {
+) -> Result<RunEnding, CommandError> {
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
-    let bar = Bar::new(console);
+    let bar = ProgressDisplay::new(console);
     let mut progress = |time, end| {
         bar.show(time, end);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -122,14 +122,14 @@ fn read_summary(folder: &Path) -> Result<(String, serde_json::Value), RunError> 
     read.map(|(value, text)| (text, value)).map_err(|source| RunError::File { verb: "read", path, source })
 }
 
-fn report_ending(ending: &Ending, folder: &Path, console: &Console) -> u8 {
+fn report_ending(ending: &RunEnding, folder: &Path, console: &Console) -> u8 {
     match ending {
-        Ending::Completed => 0,
-        Ending::Stopped(diagnosis) => {
+        RunEnding::Completed => 0,
+        RunEnding::Stopped(diagnosis) => {
             console.error(&format!("the run stopped before its end: {diagnosis}. Kept in {}", folder.display()));
             1
         }
-        Ending::Interrupted => {
+        RunEnding::Interrupted => {
             console.error(&format!("interrupted; what was computed is in {}", folder.display()));
             interrupt::INTERRUPTED
         }

@@ -1,6 +1,6 @@
 //! Loading of scenes: built-in scenes and scene files, with overrides.
 
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Fault, Override, Scene};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ pub struct SceneSource {
 }
 
 /// Reads the text of a built-in scene or of a scene file.
-fn read_original(name: &str) -> Result<String, Failure> {
+fn read_original(name: &str) -> Result<String, CommandError> {
     match scene::builtin(name) {
         Some(text) => Ok(text.to_owned()),
         None => fmi2::read_scene_text(Path::new(name)).map_err(|error| unreadable_scene(name, &error)),
@@ -25,36 +25,36 @@ fn read_original(name: &str) -> Result<String, Failure> {
 }
 
 /// Loads a built-in scene or a scene file, with overrides.
-pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, Failure> {
+pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let original = read_original(name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    match scene::read_with(&original, overrides, &fmi2::files_in(folder)) {
+    match scene::read_with(&original, overrides, &fmi2::scene_file_reader(folder)) {
         Ok((text, scene)) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
-        Err(fault) => Err(Failure::BadInput(describe_fault(name, &fault))),
+        Err(fault) => Err(CommandError::BadInput(describe_fault(name, &fault))),
     }
 }
 
 /// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: overrides do not remove levels.
-pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, Failure> {
+pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let source = load(name, overrides)?;
-    let bad_input = |error| Failure::BadInput(format!("scene {name}: {error}"));
-    let text = scene::rebase(&read_original(name)?, overrides).map_err(bad_input)?;
-    let scene = scene::read_with_files(&text, &fmi2::files_in(&source.folder)).map_err(bad_input)?;
+    let bad_input = |error| CommandError::BadInput(format!("scene {name}: {error}"));
+    let text = scene::rebase_scene(&read_original(name)?, overrides).map_err(bad_input)?;
+    let scene = scene::read_with_files(&text, &fmi2::scene_file_reader(&source.folder)).map_err(bad_input)?;
     Ok(SceneSource { text, scene, ..source })
 }
 
 /// Loads a scene file whose relative file names start from a given folder.
-pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, Failure> {
+pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, CommandError> {
     let name = path.display().to_string();
     let text = fmi2::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
-    let read = scene::read_with_files(&text, &fmi2::files_in(folder));
-    read.map_err(|error| Failure::BadInput(format!("scene {name}: {error}")))
+    let read = scene::read_with_files(&text, &fmi2::scene_file_reader(folder));
+    read.map_err(|error| CommandError::BadInput(format!("scene {name}: {error}")))
 }
 
-fn unreadable_scene(name: &str, error: &std::io::Error) -> Failure {
+fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let hint = scene::did_you_mean(name, known.iter().copied());
-    Failure::BadInput(format!(
+    CommandError::BadInput(format!(
         "scene {name}: found neither a built-in scene nor a readable file ({error}){hint}, expected one of {} or the path of a scene file",
         known.join(", ")
     ))

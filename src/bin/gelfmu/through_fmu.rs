@@ -1,10 +1,10 @@
 //! A run through the packed FMU, as an importer does it.
 
 use crate::interrupt;
-use crate::job::{Ending, Job, Progress, RunError};
+use crate::job::{ProgressCallback, RunEnding, RunError, RunJob};
 use crate::pack::{LIBRARY_PATH, pack};
 use crate::scratch::ScratchFolder;
-use ballistic_gel::fmi2::{self, Causality, Kind, LoadedFmu, Ports, Status, scalars};
+use ballistic_gel::fmi2::{self, CallStatus, Causality, Kind, LoadedFmu, VariablePorts, scalars};
 use ballistic_gel::scene::Scene;
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -14,10 +14,10 @@ use std::path::Path;
 use zip::ZipArchive;
 
 /// An instance of the FMU.
-pub struct Importer {
+pub struct FmuImporter {
     /// The instance.
     pub fmu: LoadedFmu,
-    ports: Ports,
+    ports: VariablePorts,
     /// Where it was unpacked; goes after the instance.
     _folder: ScratchFolder,
 }
@@ -26,24 +26,24 @@ pub struct Importer {
 const INTEGRATED: i32 = 2;
 
 /// Packs the scene, unpacks it as an importer would, and runs it with the projectile integrated inside.
-pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
+pub fn run(job: &RunJob, progress: &mut ProgressCallback<'_>) -> Result<RunEnding, RunError> {
     let scene = job.read_scene()?;
     let (_, name) = placed(job)?;
     let (text, place) = &job.scene;
-    let importer = Importer::new((text, place), &scene, &name)?;
+    let importer = FmuImporter::new((text, place), &scene, &name)?;
     importer.start(job, &scene)?;
     let ending = importer.advance((job, &scene), progress)?;
     importer.check("fmi2Terminate", importer.fmu.terminate())?;
     Ok(ending)
 }
 
-impl Importer {
+impl FmuImporter {
     /// Packs a scene, a text and the folder of its files, and unpacks and instantiates it under a name.
     pub fn new(text: (&str, &Path), scene: &Scene, name: &str) -> Result<Self, RunError> {
         let folder = ScratchFolder::new().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
-        let ports = Ports::of(scene);
+        let ports = VariablePorts::of(scene);
         pack(text, ports, &archive)?;
         let unzipped = File::open(&archive).map_err(zip::result::ZipError::from).and_then(ZipArchive::new);
         unzipped.and_then(|mut zip| zip.extract(&unpacked)).map_err(|e| file("unpack", &archive, e.into()))?;
@@ -56,7 +56,7 @@ impl Importer {
     }
 
     /// Sets the parameters of a run and initializes.
-    fn start(&self, job: &Job, scene: &Scene) -> Result<(), RunError> {
+    fn start(&self, job: &RunJob, scene: &Scene) -> Result<(), RunError> {
         let (directory, _) = placed(job)?;
         let reference = self.reference("output_directory")?;
         self.check("fmi2SetString", self.fmu.set_string(reference, &directory))?;
@@ -75,28 +75,32 @@ impl Importer {
     }
 
     /// Steps to the end, to a step that cannot be completed, or until the user has enough.
-    fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
+    fn advance(
+        &self,
+        (job, scene): (&RunJob, &Scene),
+        progress: &mut ProgressCallback<'_>,
+    ) -> Result<RunEnding, RunError> {
         let mut now = 0.0;
         // Warnings about the scene are no diagnosis of a step; they stand in the summary.
         drop(self.fmu.take_messages());
         if progress(now, scene.scene.end_time).is_break() {
-            return Ok(Ending::Interrupted);
+            return Ok(RunEnding::Interrupted);
         }
         for end in job.times(scene) {
             let status = self.fmu.do_step(now, end - now, true);
-            if status == Status::Discard {
-                return Ok(Ending::Stopped(self.fmu.take_messages()));
+            if status == CallStatus::Discard {
+                return Ok(RunEnding::Stopped(self.fmu.take_messages()));
             }
             self.check("fmi2DoStep", status)?;
             now = end;
             if self.is_over()? {
-                return Ok(Ending::Completed);
+                return Ok(RunEnding::Completed);
             }
             if progress(now, scene.scene.end_time).is_break() {
-                return Ok(Ending::Interrupted);
+                return Ok(RunEnding::Interrupted);
             }
         }
-        Ok(Ending::Completed)
+        Ok(RunEnding::Completed)
     }
 
     /// Returns true if `scene.stop_after_exit` ends the run.
@@ -119,8 +123,8 @@ impl Importer {
     }
 
     /// Anything but success is an error: a warning of this FMU says that files can no longer be written.
-    pub fn check(&self, call: &'static str, status: Status) -> Result<(), RunError> {
-        if status == Status::Ok { Ok(()) } else { Err(component(call, self.fmu.take_messages())) }
+    pub fn check(&self, call: &'static str, status: CallStatus) -> Result<(), RunError> {
+        if status == CallStatus::Ok { Ok(()) } else { Err(component(call, self.fmu.take_messages())) }
     }
 }
 
@@ -145,13 +149,13 @@ pub fn destination(folder: &Path) -> Result<(String, String), String> {
     let text = |part: Option<&OsStr>| part.and_then(OsStr::to_str).map(str::to_owned);
     let (parent, name) = (text(absolute.parent().map(Path::as_os_str)), text(absolute.file_name()));
     let (parent, name) = parent.zip(name).ok_or("a path that does not end with a name of UTF-8 text")?;
-    if name.trim().is_empty() || fmi2::folder_name(&name) != name {
+    if name.trim().is_empty() || fmi2::instance_folder_name(&name) != name {
         return Err(format!("the name {name:?}, which an FMU gives no folder"));
     }
     Ok((parent, name))
 }
 
-fn placed(job: &Job) -> Result<(String, String), RunError> {
+fn placed(job: &RunJob) -> Result<(String, String), RunError> {
     destination(&job.folder).map_err(|found| file("use", &job.folder, std::io::Error::other(found)))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::fmi2::component::ImporterLogger;
 use crate::fmi2::logger::{LogLine, escape_format};
-use crate::fmi2::status::Status;
+use crate::fmi2::status::CallStatus;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
 /// Function that writes a log line: environment, instance, status, category, format and arguments.
@@ -11,7 +11,7 @@ pub type LoggerCallback = unsafe extern "C" fn(*mut c_void, *const c_char, c_int
 /// Callback functions of the importer (`fmi2CallbackFunctions`).
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
-pub struct Callbacks {
+pub struct CallbackFunctions {
     /// Logger; may be absent.
     pub logger: Option<LoggerCallback>,
     /// Unused.
@@ -28,14 +28,14 @@ pub struct Callbacks {
 const SHORTAGE: &CStr =
     c"memory: less than 1 MB is left to this process: nothing was done. Free memory and repeat the call";
 
-impl Callbacks {
+impl CallbackFunctions {
     /// Reports a shortage to the importer without an allocation.
     pub(super) fn report_shortage(&self, name: *const c_char) {
         let Some(callback) = self.logger else { return };
         let name = if name.is_null() { c"".as_ptr() } else { name };
         // SAFETY: the importer's function with its own environment; the format consumes no argument.
         unsafe {
-            callback(self.environment, name, Status::Error as c_int, c"logStatusError".as_ptr(), SHORTAGE.as_ptr());
+            callback(self.environment, name, CallStatus::Error as c_int, c"logStatusError".as_ptr(), SHORTAGE.as_ptr());
         }
     }
 }
@@ -44,7 +44,8 @@ impl ImporterLogger {
     /// Reports a shortage to the importer without an allocation.
     pub(super) fn report_shortage(&self) {
         let Self { callback: logger, environment, ref name } = *self;
-        let none = Callbacks { logger, environment, allocate_memory: None, free_memory: None, step_finished: None };
+        let none =
+            CallbackFunctions { logger, environment, allocate_memory: None, free_memory: None, step_finished: None };
         none.report_shortage(name.as_ptr());
     }
 

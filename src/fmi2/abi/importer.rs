@@ -3,8 +3,8 @@
 //! Existing FMU import crates bring several archive formats, an XML schema and a second standard; the command needs
 //! these calls alone.
 
-use super::{Callbacks, LoggerCallback, OpaquePointer, TextPointer};
-use crate::fmi2::status::Status;
+use super::{CallbackFunctions, LoggerCallback, OpaquePointer, TextPointer};
+use crate::fmi2::status::CallStatus;
 use crate::fmi2::uri;
 use libloading::Library;
 use std::ffi::{CStr, CString, c_int};
@@ -33,8 +33,15 @@ pub enum ImportError {
 type ComponentFunction = unsafe extern "C" fn(OpaquePointer) -> c_int;
 type SetUpFunction = unsafe extern "C" fn(OpaquePointer, c_int, f64, f64, c_int, f64) -> c_int;
 type DoStepFunction = unsafe extern "C" fn(OpaquePointer, f64, f64, c_int) -> c_int;
-type InstantiateFunction =
-    unsafe extern "C" fn(TextPointer, c_int, TextPointer, TextPointer, *const Callbacks, c_int, c_int) -> OpaquePointer;
+type InstantiateFunction = unsafe extern "C" fn(
+    TextPointer,
+    c_int,
+    TextPointer,
+    TextPointer,
+    *const CallbackFunctions,
+    c_int,
+    c_int,
+) -> OpaquePointer;
 type StateFunction = unsafe extern "C" fn(OpaquePointer, *mut OpaquePointer) -> c_int;
 
 /// Imported functions of a library.
@@ -97,7 +104,7 @@ pub struct LoadedFmu {
     functions: ImportedFunctions,
     log: Box<MessageLog>,
     /// Callbacks kept alive for the FMU, which stores a pointer to them.
-    _callbacks: Box<Callbacks>,
+    _callbacks: Box<CallbackFunctions>,
     _library: Library,
 }
 
@@ -123,7 +130,7 @@ impl LoadedFmu {
         let functions = ImportedFunctions::of(&library)?;
         let log = Box::new(MessageLog::default());
         let store_message = store_message as *const ();
-        let callbacks = Box::new(Callbacks {
+        let callbacks = Box::new(CallbackFunctions {
             // SAFETY: fixed arguments are passed alike with and without an ellipsis, and no others are read.
             logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(store_message) }),
             allocate_memory: None,
@@ -151,39 +158,39 @@ impl LoadedFmu {
 
     /// Calls `fmi2SetupExperiment` for the time from 0 to an end, s.
     #[must_use]
-    pub fn set_up_experiment(&self, end: f64) -> Status {
+    pub fn set_up_experiment(&self, end: f64) -> CallStatus {
         // SAFETY: a live component, here and below.
         to_status(unsafe { (self.functions.set_up_experiment)(self.component, 0, 0.0, 0.0, 1, end) })
     }
 
     /// Calls `fmi2EnterInitializationMode`.
     #[must_use]
-    pub fn enter_initialization(&self) -> Status {
+    pub fn enter_initialization(&self) -> CallStatus {
         to_status(unsafe { (self.functions.enter_initialization)(self.component) })
     }
 
     /// Calls `fmi2ExitInitializationMode`.
     #[must_use]
-    pub fn exit_initialization(&self) -> Status {
+    pub fn exit_initialization(&self) -> CallStatus {
         to_status(unsafe { (self.functions.exit_initialization)(self.component) })
     }
 
     /// Calls `fmi2Terminate`.
     #[must_use]
-    pub fn terminate(&self) -> Status {
+    pub fn terminate(&self) -> CallStatus {
         to_status(unsafe { (self.functions.terminate)(self.component) })
     }
 
     /// Calls `fmi2DoStep` from a time over a length, s. The importer never returns to an earlier time, unless
     /// `may_return`.
     #[must_use]
-    pub fn do_step(&self, from: f64, length: f64, may_return: bool) -> Status {
+    pub fn do_step(&self, from: f64, length: f64, may_return: bool) -> CallStatus {
         to_status(unsafe { (self.functions.do_step)(self.component, from, length, c_int::from(!may_return)) })
     }
 
     /// Calls `fmi2GetReal` for as many references as `values` has elements.
     #[must_use]
-    pub fn get_reals(&self, references: &[u32], values: &mut [f64]) -> Status {
+    pub fn get_reals(&self, references: &[u32], values: &mut [f64]) -> CallStatus {
         let n = references.len().min(values.len());
         // SAFETY: both have n items.
         to_status(unsafe { (self.functions.get_real)(self.component, references.as_ptr(), n, values.as_mut_ptr()) })
@@ -191,7 +198,7 @@ impl LoadedFmu {
 
     /// Calls `fmi2GetBoolean` for one variable.
     #[must_use]
-    pub fn get_boolean(&self, reference: u32, value: &mut bool) -> Status {
+    pub fn get_boolean(&self, reference: u32, value: &mut bool) -> CallStatus {
         let mut found = 0;
         // SAFETY: one reference and room for one value.
         let status =
@@ -202,14 +209,14 @@ impl LoadedFmu {
 
     /// Calls `fmi2SetInteger` for one variable.
     #[must_use]
-    pub fn set_integer(&self, reference: u32, value: i32) -> Status {
+    pub fn set_integer(&self, reference: u32, value: i32) -> CallStatus {
         // SAFETY: one reference and one value.
         to_status(unsafe { (self.functions.set_integer)(self.component, &raw const reference, 1, &raw const value) })
     }
 
     /// Calls `fmi2SetString` for one variable; a null byte ends the text.
     #[must_use]
-    pub fn set_string(&self, reference: u32, value: &str) -> Status {
+    pub fn set_string(&self, reference: u32, value: &str) -> CallStatus {
         let text = CString::new(value.split('\0').next().unwrap_or_default()).unwrap_or_default();
         // SAFETY: one reference and one text.
         to_status(unsafe { (self.functions.set_string)(self.component, &raw const reference, 1, &text.as_ptr()) })
@@ -217,39 +224,39 @@ impl LoadedFmu {
 
     /// Calls `fmi2GetFMUstate` into an existing or a new state.
     #[must_use]
-    pub fn get_state(&self, state: &mut LoadedState) -> Status {
+    pub fn get_state(&self, state: &mut LoadedState) -> CallStatus {
         // SAFETY: null, or a state of this FMU, here and below.
         to_status(unsafe { (self.functions.get_state)(self.component, &raw mut state.0) })
     }
 
     /// Calls `fmi2SetFMUstate`.
     #[must_use]
-    pub fn set_state(&self, state: &LoadedState) -> Status {
+    pub fn set_state(&self, state: &LoadedState) -> CallStatus {
         to_status(unsafe { (self.functions.set_state)(self.component, state.0) })
     }
 
     /// Calls `fmi2FreeFMUstate`.
     #[must_use]
-    pub fn free_state(&self, state: &mut LoadedState) -> Status {
+    pub fn free_state(&self, state: &mut LoadedState) -> CallStatus {
         to_status(unsafe { (self.functions.free_state)(self.component, &raw mut state.0) })
     }
 
     /// Calls `fmi2SerializedFMUstateSize`.
     #[must_use]
-    pub fn state_size(&self, state: &LoadedState, size: &mut usize) -> Status {
+    pub fn state_size(&self, state: &LoadedState, size: &mut usize) -> CallStatus {
         to_status(unsafe { (self.functions.state_size)(self.component, state.0, size) })
     }
 
     /// Calls `fmi2SerializeFMUstate` over all of the bytes.
     #[must_use]
-    pub fn write_state(&self, state: &LoadedState, bytes: &mut [u8]) -> Status {
+    pub fn write_state(&self, state: &LoadedState, bytes: &mut [u8]) -> CallStatus {
         // SAFETY: pointer and length of the same slice.
         to_status(unsafe { (self.functions.write_state)(self.component, state.0, bytes.as_mut_ptr(), bytes.len()) })
     }
 
     /// Calls `fmi2DeSerializeFMUstate` into an existing or a new state.
     #[must_use]
-    pub fn read_state(&self, bytes: &[u8], state: &mut LoadedState) -> Status {
+    pub fn read_state(&self, bytes: &[u8], state: &mut LoadedState) -> CallStatus {
         // SAFETY: pointer and length of the same slice.
         to_status(unsafe { (self.functions.read_state)(self.component, bytes.as_ptr(), bytes.len(), &raw mut state.0) })
     }
@@ -285,12 +292,12 @@ unsafe extern "C" fn store_message(
     log.0.lock().unwrap_or_else(PoisonError::into_inner).push(text);
 }
 
-fn to_status(returned: c_int) -> Status {
+fn to_status(returned: c_int) -> CallStatus {
     match returned {
-        0 => Status::Ok,
-        1 => Status::Warning,
-        2 => Status::Discard,
-        4 => Status::Fatal,
-        _ => Status::Error,
+        0 => CallStatus::Ok,
+        1 => CallStatus::Warning,
+        2 => CallStatus::Discard,
+        4 => CallStatus::Fatal,
+        _ => CallStatus::Error,
     }
 }

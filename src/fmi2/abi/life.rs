@@ -2,14 +2,14 @@
 
 use super::environment::HostEnvironment;
 use super::pointers::{slice, text};
-use super::{Callbacks, OpaquePointer, TextPointer, guard, reserve};
+use super::{CallbackFunctions, OpaquePointer, TextPointer, guard, reserve};
 use crate::fmi2::call::CallError;
 use crate::fmi2::component::{Component, ImporterLogger};
 use crate::fmi2::instance::FmuInstance;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::logger::CallLog;
 use crate::fmi2::parameters::PackedScene;
-use crate::fmi2::status::Status;
+use crate::fmi2::status::CallStatus;
 use std::ffi::{CStr, CString, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
@@ -41,7 +41,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
             .iter()
             .map(|&at| unsafe { text(at, name, "categories") });
         let names = texts.map(|t| t.map(str::to_string)).collect::<Result<Vec<String>, CallError>>()?;
-        it.instance.log.select(on != 0, &names).map(|()| Status::Ok)
+        it.instance.log.select(on != 0, &names).map(|()| CallStatus::Ok)
     })
 }
 
@@ -52,7 +52,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     fmu_type: c_int,
     guid: TextPointer,
     resources: TextPointer,
-    functions: *const Callbacks,
+    functions: *const CallbackFunctions,
     _visible: c_int,
     debug: c_int,
 ) -> OpaquePointer {
@@ -150,7 +150,7 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     stop: f64,
 ) -> c_int {
     guard(c, "fmi2SetupExperiment", CallGroup::SetupExperiment, |it| {
-        it.instance.set_up_experiment(start, (stop_defined != 0).then_some(stop)).map(|()| Status::Ok)
+        it.instance.set_up_experiment(start, (stop_defined != 0).then_some(stop)).map(|()| CallStatus::Ok)
     })
 }
 
@@ -159,7 +159,7 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
 pub unsafe extern "C" fn fmi2EnterInitializationMode(c: OpaquePointer) -> c_int {
     guard(c, "fmi2EnterInitializationMode", CallGroup::EnterInitializationMode, |it| {
         it.instance.enter_initialization();
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(c: OpaquePointer) -> c_int 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(c: OpaquePointer) -> c_int {
     guard(c, "fmi2ExitInitializationMode", CallGroup::ExitInitializationMode, |it| {
-        it.instance.exit_initialization().map(|()| Status::Ok)
+        it.instance.exit_initialization().map(|()| CallStatus::Ok)
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::TextPointer;
 use crate::fmi2::call::CallError;
-use crate::fmi2::status::Status;
+use crate::fmi2::status::CallStatus;
 use std::ffi::CStr;
 
 /// Returns the array behind a pointer; empty for length 0, even with a null pointer.
@@ -67,14 +67,14 @@ pub(super) unsafe fn read_each<T>(
     values: *mut T,
     function: &'static str,
     mut read: impl FnMut(u32) -> Result<T, CallError>,
-) -> Result<Status, CallError> {
+) -> Result<CallStatus, CallError> {
     // SAFETY: both arrays have n items.
     let (references, values) =
         unsafe { (slice(references, n, function, "vr")?, slice_mut(values, n, function, "value")?) };
     for (value, &reference) in values.iter_mut().zip(references) {
         *value = read(reference)?;
     }
-    Ok(Status::Ok)
+    Ok(CallStatus::Ok)
 }
 
 /// Writes the answer of a status query.
@@ -82,9 +82,9 @@ pub(super) unsafe fn write_answer<T>(
     at: *mut T,
     function: &'static str,
     value: Result<T, CallError>,
-) -> Result<Status, CallError> {
+) -> Result<CallStatus, CallError> {
     // SAFETY: a pointer to one value.
     let at = unsafe { slice_mut(at, 1, function, "value") }?;
     at[0] = value?;
-    Ok(Status::Ok)
+    Ok(CallStatus::Ok)
 }

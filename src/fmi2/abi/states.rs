@@ -5,7 +5,7 @@ use super::{OpaquePointer, guard};
 use crate::fmi2::call::CallError;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::snapshot::{InstanceSnapshot, SnapshotError};
-use crate::fmi2::status::Status;
+use crate::fmi2::status::CallStatus;
 use std::ffi::c_int;
 use std::ptr;
 
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: OpaquePointer, target: *mut OpaqueP
     let name = "fmi2FreeFMUstate";
     guard(c, name, CallGroup::State, |_| {
         if target.is_null() {
-            return Ok(Status::Ok);
+            return Ok(CallStatus::Ok);
         }
         // SAFETY: a pointer to a pointer; `state_behind` checks the state before it is freed.
         unsafe {
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: OpaquePointer, target: *mut OpaqueP
                 *target = ptr::null_mut();
             }
         }
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: OpaquePointer, from: Opaq
     guard(c, name, CallGroup::State, |_| unsafe {
         let found = state_behind(from, name)?.snapshot.size();
         slice_mut(size, 1, name, "size")?[0] = found;
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
         // SAFETY: `size` bytes; the state is checked by `state_behind`.
         let (state, to) = unsafe { (state_behind(from, name)?, slice_mut(to, size, name, "serializedState")?) };
         state.snapshot.write(to)?;
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -129,7 +129,7 @@ unsafe fn fill_target(
     target: *mut OpaquePointer,
     function: &'static str,
     fill: impl FnOnce(&mut InstanceSnapshot) -> Result<(), SnapshotError>,
-) -> Result<Status, CallError> {
+) -> Result<CallStatus, CallError> {
     // SAFETY: a pointer to a pointer, as the standard wants it.
     let target = &mut unsafe { slice_mut(target, 1, function, "FMUstate") }?[0];
     if target.is_null() {
@@ -140,5 +140,5 @@ unsafe fn fill_target(
         // SAFETY: checked by `state_behind`.
         fill(&mut unsafe { state_behind(*target, function) }?.snapshot)?;
     }
-    Ok(Status::Ok)
+    Ok(CallStatus::Ok)
 }

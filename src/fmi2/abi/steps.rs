@@ -4,7 +4,7 @@ use super::pointers::write_answer;
 use super::{OpaquePointer, TextPointer, guard};
 use crate::fmi2::call::CallError;
 use crate::fmi2::lifecycle::CallGroup;
-use crate::fmi2::status::Status;
+use crate::fmi2::status::CallStatus;
 use std::ffi::c_int;
 
 /// Performs one communication step. States are kept independent of `noSetFMUStatePriorToCurrentPoint`.
@@ -16,7 +16,7 @@ pub unsafe extern "C" fn fmi2DoStep(c: OpaquePointer, current: f64, step: f64, _
 /// Refuses the call: no step runs asynchronously.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(c: OpaquePointer) -> c_int {
-    guard(c, "fmi2CancelStep", CallGroup::CancelStep, |_| Ok(Status::Ok))
+    guard(c, "fmi2CancelStep", CallGroup::CancelStep, |_| Ok(CallStatus::Ok))
 }
 
 /// Returns "not available": no step runs asynchronously.

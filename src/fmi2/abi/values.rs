@@ -5,7 +5,7 @@ use super::{OpaquePointer, TextPointer, guard};
 use crate::fmi2::call::CallError;
 use crate::fmi2::component::Component;
 use crate::fmi2::lifecycle::CallGroup;
-use crate::fmi2::status::Status;
+use crate::fmi2::status::CallStatus;
 use std::ffi::{CString, c_int};
 use std::ptr;
 
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn fmi2SetReal(c: OpaquePointer, vr: *const u32, n: usize,
     guard(c, name, CallGroup::Set, |it| {
         // SAFETY: both arrays have n items.
         let (vr, value) = unsafe { references_and_values(vr, n, value, name) }?;
-        it.instance.set_reals(vr, value).map(|()| Status::Ok)
+        it.instance.set_reals(vr, value).map(|()| CallStatus::Ok)
     })
 }
 
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn fmi2SetInteger(c: OpaquePointer, vr: *const u32, n: usi
     guard(c, name, CallGroup::Set, |it| {
         // SAFETY: both arrays have n items.
         let (vr, value) = unsafe { references_and_values(vr, n, value, name) }?;
-        it.instance.set_integers(vr, value).map(|()| Status::Ok)
+        it.instance.set_integers(vr, value).map(|()| CallStatus::Ok)
     })
 }
 
@@ -82,7 +82,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(c: OpaquePointer, vr: *const u32, n: usi
         // SAFETY: both arrays have n items.
         let (vr, value) = unsafe { references_and_values(vr, n, value, name) }?;
         let values: Vec<bool> = value.iter().map(|value| *value != 0).collect();
-        it.instance.set_booleans(vr, &values).map(|()| Status::Ok)
+        it.instance.set_booleans(vr, &values).map(|()| CallStatus::Ok)
     })
 }
 
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn fmi2SetString(c: OpaquePointer, vr: *const u32, n: usiz
         // SAFETY: both arrays have n items.
         let (vr, value) = unsafe { references_and_values(vr, n, value, name) }?;
         let texts = value.iter().map(|&at| unsafe { text(at, name, "value") });
-        it.instance.set_texts(vr, &texts.collect::<Result<Vec<&str>, CallError>>()?).map(|()| Status::Ok)
+        it.instance.set_texts(vr, &texts.collect::<Result<Vec<&str>, CallError>>()?).map(|()| CallStatus::Ok)
     })
 }
 
@@ -132,7 +132,7 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     guard(c, name, CallGroup::SetRealInputDerivatives, |it| {
         // SAFETY: the three arrays have n items.
         let (asked, value) = unsafe { (orders(vr, order, n, name)?, slice(value, n, name, "value")?) };
-        it.instance.set_input_rates(&asked, value).map(|()| Status::Ok)
+        it.instance.set_input_rates(&asked, value).map(|()| CallStatus::Ok)
     })
 }
 
@@ -152,7 +152,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
         for (value, (reference, order)) in value.iter_mut().zip(asked) {
             *value = it.instance.output_rate(reference, order)?;
         }
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 

@@ -1,6 +1,6 @@
 //! Self-intersection test of a triangulated surface.
 
-use super::surface::Surface;
+use super::surface::TriangleSurface;
 use super::tree::TriangleTree;
 use crate::math::{Tensor3, Vector3};
 
@@ -13,7 +13,7 @@ const ROUND_OFF: f64 = 1e-7;
 /// Candidates are found with boxes along the principal axes of the body. Boxes along the axes of the file would all
 /// overlap for an oblique needle made of triangles of its full length (33 000 of them: 3.5 s, with principal axes 0.3
 /// s).
-pub(super) fn find_crossing(surface: &Surface, inertia: &Tensor3) -> Option<Vector3> {
+pub(super) fn find_crossing(surface: &TriangleSurface, inertia: &Tensor3) -> Option<Vector3> {
     let slack = ROUND_OFF * surface.size();
     let axes = inertia.symmetric_eigen().eigenvectors.transpose();
     let tree = TriangleTree::new(surface.corners().map(|corners| corners.map(|p| axes * p)));

@@ -1,6 +1,6 @@
 //! Inner point of a tip: a point inside the body that a straight line from the tip reaches.
 
-use super::Solid;
+use super::TriangulatedBody;
 use crate::geometry::SignedDistance as _;
 use crate::math::Vector3;
 
@@ -15,7 +15,7 @@ const START: f64 = 1e-3;
 /// Finds the inner point of a tip. It is the centre of mass if the line from the tip to it stays inside, as in a convex
 /// body. Otherwise it is the furthest point reached by a line that follows the deepest points from the tip. `None` if
 /// no line leads inside.
-pub(super) fn inner_point(solid: &Solid, tip: &Vector3, inward: &Vector3) -> Option<Vector3> {
+pub(super) fn inner_point(solid: &TriangulatedBody, tip: &Vector3, inward: &Vector3) -> Option<Vector3> {
     if stays_inside(solid, tip, &Vector3::zeros()) {
         return Some(Vector3::zeros());
     }
@@ -32,7 +32,7 @@ pub(super) fn inner_point(solid: &Solid, tip: &Vector3, inward: &Vector3) -> Opt
 }
 
 /// Direction in which the point at this distance from the tip is deepest, by pattern search from `first`.
-fn deepest_direction(solid: &Solid, tip: &Vector3, first: Vector3, distance: f64) -> Vector3 {
+fn deepest_direction(solid: &TriangulatedBody, tip: &Vector3, first: Vector3, distance: f64) -> Vector3 {
     const SMALLEST: f64 = 1e-3;
     let depth = |direction: &Vector3| -solid.exact(&(tip + direction * distance)).distance;
     let (mut best, mut at, mut step) = (depth(&first), first, 0.5);
@@ -49,7 +49,7 @@ fn deepest_direction(solid: &Solid, tip: &Vector3, first: Vector3, distance: f64
 
 /// Returns true if the segment from a tip to a point stays inside the body; marches by inscribed balls (sphere
 /// tracing).
-fn stays_inside(solid: &Solid, tip: &Vector3, point: &Vector3) -> bool {
+fn stays_inside(solid: &TriangulatedBody, tip: &Vector3, point: &Vector3) -> bool {
     let (line, length) = (point - tip, (point - tip).norm());
     let mut way = START * length;
     while way < length {

@@ -1,6 +1,6 @@
 //! Volume, centre of mass and inertia of a body bounded by a triangulated surface.
 
-use super::surface::Surface;
+use super::surface::TriangleSurface;
 use crate::math::{Tensor3, Vector3};
 
 /// Mass properties of a homogeneous body.
@@ -15,7 +15,7 @@ pub(super) struct MassProperties {
 
 /// Computes the mass properties of a homogeneous body as sums over the tetrahedra from one point to the triangles: ∫dV
 /// = d/6, ∫x dV = d/24 Σa, ∫x xᵀ dV = d/120 (Σa aᵀ + Σa (Σa)ᵀ) with d = a·(b × c).
-pub(super) fn mass_properties(surface: &Surface) -> MassProperties {
+pub(super) fn mass_properties(surface: &TriangleSurface) -> MassProperties {
     let (lower, upper) = surface.bounds();
     let from = (lower + upper) / 2.0;
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Tensor3::zeros());

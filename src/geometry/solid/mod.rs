@@ -11,14 +11,14 @@ mod tips;
 mod tree;
 mod winding;
 
-use super::{Gap, Pole, SignedDistance};
+use super::{Gap, SharpEnd, SignedDistance};
 use crate::math::{Tensor3, Vector3};
 use closest::TriangleFeature;
 use field::DistanceGrid;
 use mass::{MassProperties, mass_properties};
 use normals::PseudoNormals;
 use std::fmt;
-pub use surface::{Surface, SurfaceError};
+pub use surface::{SurfaceError, TriangleSurface};
 use tree::TriangleTree;
 
 /// Body bounded by a closed triangulated surface, its centre of mass at the origin.
@@ -38,8 +38,8 @@ use tree::TriangleTree;
 /// assert!((corner.gap(&Vector3::zeros()).distance + 2.0 / 4.0 / 3.0_f64.sqrt()).abs() < 1e-15);
 /// ```
 #[derive(Clone)]
-pub struct Solid {
-    surface: Surface,
+pub struct TriangulatedBody {
+    surface: TriangleSurface,
     normals: PseudoNormals,
     tree: TriangleTree,
     field: DistanceGrid,
@@ -48,13 +48,13 @@ pub struct Solid {
     inertia: Tensor3,
     centre: Vector3,
     inner_radius: f64,
-    tips: Vec<Pole>,
+    tips: Vec<SharpEnd>,
 }
 
 /// Round-off limit: nearer to an edge or corner than this part of the size, the direction from it is meaningless.
 const ROUND_OFF: f64 = 1e-12;
 
-impl Solid {
+impl TriangulatedBody {
     /// Builds the body with this surface, `scale` metres per unit.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ impl Solid {
     ///
     /// # Panics
     /// If the scale is not positive.
-    pub fn new(mut surface: Surface, scale: f64) -> Result<Self, SurfaceError> {
+    pub fn new(mut surface: TriangleSurface, scale: f64) -> Result<Self, SurfaceError> {
         assert!(scale > 0.0, "the scale of a surface is positive");
         let MassProperties { volume, centre, inertia } = mass_properties(&surface);
         surface.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
@@ -115,7 +115,7 @@ impl Solid {
 
     /// Corners that may be sharper than the mesh.
     #[must_use]
-    pub fn tips(&self) -> &[Pole] {
+    pub fn tips(&self) -> &[SharpEnd] {
         &self.tips
     }
 
@@ -139,7 +139,7 @@ impl Solid {
 }
 
 /// Exact signed distance to a surface of this size, and its gradient.
-fn exact_gap(surface: &Surface, normals: &PseudoNormals, tree: &TriangleTree, p: &Vector3, size: f64) -> Gap {
+fn exact_gap(surface: &TriangleSurface, normals: &PseudoNormals, tree: &TriangleTree, p: &Vector3, size: f64) -> Gap {
     let found = tree.nearest(p);
     let outward = normals.at(surface, found.triangle, found.closest.feature);
     let arm = p - found.closest.point;
@@ -155,7 +155,7 @@ fn exact_gap(surface: &Surface, normals: &PseudoNormals, tree: &TriangleTree, p:
     Gap { distance: sign * distance, normal: arm * (sign / distance) }
 }
 
-impl SignedDistance for Solid {
+impl SignedDistance for TriangulatedBody {
     fn gap(&self, point: &Vector3) -> Gap {
         self.field.far_bound(point).unwrap_or_else(|| self.exact(point))
     }
@@ -186,13 +186,13 @@ impl SignedDistance for Solid {
 }
 
 /// Two bodies are equal if their surfaces are.
-impl PartialEq for Solid {
+impl PartialEq for TriangulatedBody {
     fn eq(&self, other: &Self) -> bool {
         self.surface == other.surface
     }
 }
 
-impl fmt::Debug for Solid {
+impl fmt::Debug for TriangulatedBody {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (triangles, volume) = (self.surface.triangles.len(), self.volume);
         f.debug_struct("Solid").field("triangles", &triangles).field("volume", &volume).finish_non_exhaustive()

@@ -1,7 +1,7 @@
 //! Side of a surface on which a point lies, decided by angle-weighted pseudonormals.
 
 use super::closest::TriangleFeature;
-use super::surface::Surface;
+use super::surface::TriangleSurface;
 use crate::math::Vector3;
 
 /// Angle-weighted pseudonormals (Bærentzen & Aanæs 2005): edges sum the normals of both faces, corners weight them with
@@ -17,7 +17,7 @@ pub(super) struct PseudoNormals {
 
 impl PseudoNormals {
     /// Computes the normals of a surface.
-    pub fn of(surface: &Surface) -> Self {
+    pub fn of(surface: &TriangleSurface) -> Self {
         let unit = |[a, b, c]: [Vector3; 3]| (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
         let faces: Vec<Vector3> = surface.corners().map(unit).collect();
         let sum = |(n, across): (usize, &[u32; 3])| across.map(|other| faces[n] + faces[other as usize]);
@@ -33,7 +33,7 @@ impl PseudoNormals {
     }
 
     /// Pseudonormal, of any length, of a feature of a triangle.
-    pub fn at(&self, surface: &Surface, triangle: u32, feature: TriangleFeature) -> Vector3 {
+    pub fn at(&self, surface: &TriangleSurface, triangle: u32, feature: TriangleFeature) -> Vector3 {
         let n = triangle as usize;
         match feature {
             TriangleFeature::Face => self.faces[n],

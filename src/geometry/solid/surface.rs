@@ -4,7 +4,7 @@ use crate::math::Vector3;
 
 /// Closed triangulated surface, outward oriented.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
+pub struct TriangleSurface {
     pub(super) points: Vec<Vector3>,
     pub(super) triangles: Vec<[u32; 3]>,
     /// Triangle across the edge opposite to each corner.
@@ -107,7 +107,7 @@ const LARGEST: f64 = 1e15;
 /// Volume, in sizes cubed, below which a surface is flat.
 const FLAT: f64 = 1e-9;
 
-impl Surface {
+impl TriangleSurface {
     /// Greatest number of triangles: half a gigabyte, and 7 s to check those of a ball.
     pub const MOST_TRIANGLES: usize = 500_000;
 

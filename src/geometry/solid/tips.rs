@@ -1,8 +1,8 @@
 //! Tips: corners of a body that may be sharper than the mesh.
 
-use super::Solid;
+use super::TriangulatedBody;
 use super::inner::inner_point;
-use crate::geometry::{Pole, SignedDistance as _};
+use crate::geometry::{SharpEnd, SignedDistance as _};
 
 /// Limit of a sharp corner: the depth of a point below it in the body, as a part of its distance from the corner. Cones
 /// of 35° half-angle or more (sin 35° = 0.574; the corner of a cube has 0.577) are stopped by the nodes and facets of a
@@ -19,7 +19,7 @@ const LEVEL: f64 = 1.0 - 1e-5;
 const MOST: usize = 64;
 
 /// Finds the tips: sharp corners that are no nearer to the centre of mass than their neighbours.
-pub(super) fn find_tips(solid: &Solid) -> Vec<Pole> {
+pub(super) fn find_tips(solid: &TriangulatedBody) -> Vec<SharpEnd> {
     let points = solid.points();
     let mut furthest = vec![0.0_f64; points.len()];
     for triangle in solid.triangles() {
@@ -42,11 +42,11 @@ pub(super) fn find_tips(solid: &Solid) -> Vec<Pole> {
 
 /// Returns the corner with its inner point if it is sharp at the scale of the coarsest mesh allowed, or of one up to
 /// eight times finer.
-fn tip(solid: &Solid, corner: usize) -> Option<Pole> {
+fn tip(solid: &TriangulatedBody, corner: usize) -> Option<SharpEnd> {
     let end = solid.points()[corner];
     let inward = -solid.normals.corners[corner].try_normalize(0.0)?;
     let sharp = |depth: f64| -solid.exact(&(end + inward * depth)).distance < BLUNT * depth;
     let sharp = [1.0, 0.5, 0.25, 0.125].iter().any(|part| sharp(part * solid.inner_radius()));
     let inner = sharp.then(|| inner_point(solid, &end, &inward))??;
-    Some(Pole { end, inner })
+    Some(SharpEnd { end, inner })
 }

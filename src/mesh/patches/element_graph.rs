@@ -1,6 +1,6 @@
 //! Dual graph of a mesh: groups of elements with their size and boundary, and the facets that they share.
 
-use super::Patches;
+use super::ElementPatches;
 use crate::math::{Vector, cofactor};
 use crate::mesh::{ElementId, Simplex, edges, signed_volume};
 use std::f64::consts::PI;
@@ -67,7 +67,7 @@ impl<const D: usize> ElementGraph<D> {
     }
 
     /// Contracts the graph: the groups of each patch become one. `patch` names the patch of each group.
-    pub fn contracted(&self, patches: &Patches, patch: &[ElementId]) -> Self {
+    pub fn contracted(&self, patches: &ElementPatches, patch: &[ElementId]) -> Self {
         let mut graph = Self::with_capacity(patches.len(), self.links.len());
         for (p, groups) in (0..).map(ElementId).zip(patches.iter()) {
             let links = groups.iter().flat_map(|&g| self.links(g));
@@ -127,7 +127,7 @@ fn facet_sizes<const D: usize>(edges: &crate::math::Tensor<D>) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{NodeId, Patches, neighbours};
+    use crate::mesh::{ElementPatches, NodeId, face_neighbours};
 
     fn graph_of<const D: usize>(points: &[[f64; D]], elements: &[[u32; 4]]) -> ElementGraph<D> {
         let nodes: Vec<_> = points.iter().map(|point| Vector::<D>::from(*point)).collect();
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn contracted_groups_keep_their_size_and_share_their_facets() {
         let graph = octahedron(2.0);
-        let patches = Patches { start: vec![0, 2, 4], members: (0..4).map(ElementId).collect() };
+        let patches = ElementPatches { start: vec![0, 2, 4], members: (0..4).map(ElementId).collect() };
         let halves = graph.contracted(&patches, &[0, 0, 1, 1].map(ElementId));
         let size = |(measure, surface): (f64, f64)| [measure, surface].map(|x| (x * 1e9).round());
         assert_eq!(

@@ -93,7 +93,7 @@ fn extend_path<const D: usize>(
 mod tests {
     use super::*;
     use crate::math::Vector;
-    use crate::mesh::{NodeId, neighbours};
+    use crate::mesh::{NodeId, face_neighbours};
 
     fn graph_of(nodes: &[Vector<2>], elements: &[[u32; 4]]) -> ElementGraph<2> {
         let elements: Vec<_> = elements.iter().map(|nodes| nodes.map(NodeId)).collect();

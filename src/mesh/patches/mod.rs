@@ -17,7 +17,7 @@ mod element_graph;
 mod matching;
 mod rings;
 
-use super::{ElementId, Mesh, Simplex, neighbours};
+use super::{ElementId, Mesh, Simplex, face_neighbours};
 use crate::math::Vector;
 use element_graph::ElementGraph;
 use rings::EdgeRing;
@@ -26,13 +26,13 @@ use rings::EdgeRing;
 ///
 /// Patches are ordered by their first elements, elements within a patch ascend: the locality of the mesh order is kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Patches {
+pub struct ElementPatches {
     /// Offsets: patch p is `members[start[p]..start[p + 1]]`. Empty where patch p is element p.
     start: Vec<u32>,
     members: Vec<ElementId>,
 }
 
-impl Patches {
+impl ElementPatches {
     /// Returns the trivial partition: one patch per element.
     #[must_use]
     pub fn alone(n_elements: usize) -> Self {
@@ -54,15 +54,15 @@ impl Patches {
     /// ```
     #[must_use]
     pub fn grouped<const D: usize>(mesh: &Mesh<D>) -> Self {
-        Self::among((&mesh.rest, &mesh.elements), &neighbours::<D>(&mesh.elements))
+        Self::grouped_at((&mesh.rest, &mesh.elements), &face_neighbours::<D>(&mesh.elements))
     }
 
-    /// Groups elements at given node positions, with known face neighbours, into patches as [`Patches::grouped`] does.
+    /// Groups elements at given node positions, with known face neighbours, into patches as [`ElementPatches::grouped`] does.
     ///
     /// # Panics
     /// Unless there is one row of neighbours per element.
     #[must_use]
-    pub fn among<const D: usize>(
+    pub fn grouped_at<const D: usize>(
         (nodes, elements): (&[Vector<D>], &[Simplex]),
         across: &[[Option<ElementId>; 4]],
     ) -> Self {
@@ -128,7 +128,7 @@ impl Patches {
 
     /// Returns the mesh with the elements of each patch contiguous, patch by patch, and the patches of that mesh.
     #[must_use]
-    pub fn gathered<const D: usize>(self, mesh: Mesh<D>) -> (Mesh<D>, Self) {
+    pub fn made_contiguous<const D: usize>(self, mesh: Mesh<D>) -> (Mesh<D>, Self) {
         let mesh = mesh.reordered(&self.members);
         let members = (0..self.members.len() as u32).map(ElementId).collect();
         (mesh, Self { start: self.start, members })
@@ -149,7 +149,7 @@ impl Patches {
     /// Restricts the patches to the elements `kept`, ascending, which are renumbered in that order; empty patches are
     /// dropped.
     #[must_use]
-    pub fn left(&self, kept: &[ElementId]) -> Self {
+    pub fn restricted_to(&self, kept: &[ElementId]) -> Self {
         let patch = self.patch_of_elements();
         let mut of = vec![vec![]; self.len()];
         for (new, old) in (0..).map(ElementId).zip(kept) {

@@ -4,7 +4,7 @@ use super::opening::{DepthGrid, GelSection, void_radii};
 use super::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
 use crate::output::files::format_cell;
 use crate::scene::Scene;
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 use std::fmt::Write;
 
 /// Cavity profile: radius against depth at one time.
@@ -38,7 +38,7 @@ pub(in crate::output) struct CavityFigures {
 
 impl CavityProfile {
     /// Computes the profile of a frame.
-    pub(in crate::output) fn of(line: &ShotLine, scene: &Scene, frame: &Frame) -> Self {
+    pub(in crate::output) fn of(line: &ShotLine, scene: &Scene, frame: &MeshFrame) -> Self {
         let per_metre = depths_per_metre(line.gel_depth);
         let depths = DepthGrid { n: (line.gel_depth * per_metre) as usize, per_metre };
         let gel = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };

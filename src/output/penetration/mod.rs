@@ -15,7 +15,7 @@ use super::folder::ResultFolder;
 use super::history::HistoryFile;
 use crate::math::Vector3;
 use crate::scene::Scene;
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
 const DEPTHS_PER_METRE: f64 = 1e3;
@@ -37,7 +37,7 @@ pub(super) struct ShotLine {
 
 impl ShotLine {
     /// Returns the shot line of a bounded projectile with initial motion along −z, otherwise `None`.
-    pub(super) fn of(scene: &Scene, start: &Frame) -> Option<Self> {
+    pub(super) fn of(scene: &Scene, start: &MeshFrame) -> Option<Self> {
         let scenery = AxisAlignedBox::around(start.points.iter().copied());
         let projectile = start.bodies[0];
         let solid = body::body_surface(&scene.shape(0), &projectile, &scenery);

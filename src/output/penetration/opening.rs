@@ -2,7 +2,7 @@
 
 use crate::math::Vector3;
 use crate::scene::{Dimension, Symmetry};
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 use nalgebra::Vector2;
 use std::f64::consts::TAU;
 
@@ -46,7 +46,7 @@ const DIRECTIONS: u32 = 64;
 /// distance of the surface in space. A void is enclosed if gel lies in every direction across the line. The outer
 /// surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
 /// left out, up to the first void that ends at a cavity wall.
-pub(super) fn void_radii(gel: GelSection, frame: &Frame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
+pub(super) fn void_radii(gel: GelSection, frame: &MeshFrame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
     let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
     for nodes in &frame.cells.facets {
         let corners = nodes.map(|node| frame.points[node as usize] - line);
@@ -164,7 +164,7 @@ mod tests {
     use super::{DepthGrid, GelSection, void_radii};
     use crate::math::Vector3;
     use crate::scene::{Dimension, Symmetry};
-    use crate::simulation::{Frame, FrameCells};
+    use crate::simulation::{FrameCells, MeshFrame};
 
     fn section(dimension: Dimension) -> GelSection {
         GelSection { dimension, symmetry: Symmetry::None }
@@ -176,10 +176,10 @@ mod tests {
     }
 
     /// Returns a frame whose surface has these facets.
-    fn frame(dimension: usize, facets: &[&[[f64; 3]]]) -> Frame {
+    fn frame(dimension: usize, facets: &[&[[f64; 3]]]) -> MeshFrame {
         let corners = facets.iter().flat_map(|facet| facet.iter().map(|corner| Vector3::from(*corner)));
         let facet = |i: usize| [0, 1, 2 * (dimension - 2)].map(|k| (dimension * i + k) as u32);
-        Frame {
+        MeshFrame {
             time: 0.0,
             dimension,
             mass: 1.0,

@@ -4,7 +4,7 @@ use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 
 /// Camera with parallel projection of a bounding box.
 #[derive(Debug, Clone)]
@@ -27,7 +27,7 @@ pub(super) struct CameraView<'a> {
 impl Camera {
     /// Returns the camera on the gel of a frame and on a projectile near by. A plane scene is seen straight on, a
     /// scene in space from the front, a little from the right and from above.
-    pub(in crate::output) fn of(frame: &Frame, scene: &Scene) -> Self {
+    pub(in crate::output) fn of(frame: &MeshFrame, scene: &Scene) -> Self {
         let subject = subject_box(frame, scene);
         if scene.scene.dimension != Dimension::Spatial {
             return Self { right: Vector3::x(), up: Vector3::z(), towards_viewer: -Vector3::y(), subject };
@@ -73,7 +73,7 @@ impl CameraView<'_> {
 const FLIGHT_MARGIN: f64 = 0.12;
 
 /// Returns the box of the gel and of the bodies within three quarters of the gel's radius.
-fn subject_box(frame: &Frame, scene: &Scene) -> AxisAlignedBox {
+fn subject_box(frame: &MeshFrame, scene: &Scene) -> AxisAlignedBox {
     let mirrored = scene.scene.dimension == Dimension::Axisymmetric;
     let mirror = |p: &Vector3| Vector3::new(if mirrored { -p.x } else { p.x }, p.y, p.z);
     let gel = AxisAlignedBox::around(frame.points.iter().flat_map(|p| [*p, mirror(p)]));

@@ -13,7 +13,7 @@ pub(super) use camera::Camera;
 pub(super) use colour::{AMBER, ColourMap, SIGNED, SPEED, STEP, png};
 
 use crate::scene::Scene;
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 use raster::{DepthBuffer, PicturePixel};
 use stage::PolygonMaterial;
 
@@ -41,7 +41,7 @@ pub(super) enum PictureField {
 
 impl MeshPicture {
     /// Renders a frame.
-    pub(super) fn take(frame: &Frame, scene: &Scene, camera: &Camera) -> Self {
+    pub(super) fn take(frame: &MeshFrame, scene: &Scene, camera: &Camera) -> Self {
         Self { time: frame.time, pixels: render(frame, scene, camera, PICTURE_SIZE) }
     }
 
@@ -58,18 +58,18 @@ impl MeshPicture {
 
 /// Returns a PNG of a frame, 600 × 450: the gel in amber, cut open in the middle, and the projectile.
 #[must_use]
-pub fn model_picture(frame: &Frame, scene: &Scene) -> Vec<u8> {
+pub fn model_picture(frame: &MeshFrame, scene: &Scene) -> Vec<u8> {
     let pixels = render(frame, scene, &Camera::of(frame, scene), MODEL_SIZE);
     png(MODEL_SIZE, pixels.iter().map(|pixel| pixel.colour(AMBER)))
 }
 
 /// Returns the bodies of a plane frame as polygons, x and z, m.
-pub(super) fn sections(frame: &Frame, scene: &Scene) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn sections(frame: &MeshFrame, scene: &Scene) -> Vec<Vec<[f64; 2]>> {
     let bodies = stage::polygons(frame, scene).into_iter().filter(|polygon| polygon.material == PolygonMaterial::Body);
     bodies.map(|polygon| polygon.corners.iter().map(|corner| [corner.at.x, corner.at.z]).collect()).collect()
 }
 
-fn render(frame: &Frame, scene: &Scene, camera: &Camera, size: [usize; 2]) -> Vec<PicturePixel> {
+fn render(frame: &MeshFrame, scene: &Scene, camera: &Camera, size: [usize; 2]) -> Vec<PicturePixel> {
     let mut canvas = DepthBuffer::new(size);
     for polygon in stage::polygons(frame, scene) {
         canvas.draw(&polygon, &camera.sized(size));

@@ -5,7 +5,7 @@ use crate::math::Vector3;
 use crate::output::body::{self, BodySurface};
 use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::Frame;
+use crate::simulation::MeshFrame;
 use std::collections::HashMap;
 
 /// Material of a polygon.
@@ -30,7 +30,7 @@ pub(super) struct VisiblePolygon {
 /// Returns the polygons of a frame. A plane scene shows its elements, an axisymmetric scene also their mirror images.
 /// A scene in space shows surface and section of the gel behind a cut through the middle of the projectile, and
 /// bounded bodies as a whole.
-pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<VisiblePolygon> {
+pub(super) fn polygons(frame: &MeshFrame, scene: &Scene) -> Vec<VisiblePolygon> {
     let scenery = AxisAlignedBox::around(frame.points.iter().copied());
     let plane = CutPlane { y: frame.bodies[0].kinematics.position.y, tolerance: 1e-9 * scenery.radius() };
     // Bodies first: of overlapping polygons in the plane of the picture, the first drawn is seen.
@@ -51,15 +51,15 @@ pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<VisiblePolygon> {
     polygons
 }
 
-fn gel_polygon(frame: &Frame, element: usize, corners: Vec<PolygonCorner>) -> VisiblePolygon {
+fn gel_polygon(frame: &MeshFrame, element: usize, corners: Vec<PolygonCorner>) -> VisiblePolygon {
     VisiblePolygon { corners, material: PolygonMaterial::Gel { step: frame.cells.step[element] } }
 }
 
-fn node_corner(frame: &Frame, node: u32) -> PolygonCorner {
+fn node_corner(frame: &MeshFrame, node: u32) -> PolygonCorner {
     PolygonCorner { at: frame.points[node as usize], speed: frame.velocities[node as usize].norm() }
 }
 
-fn element_polygons(frame: &Frame) -> Vec<VisiblePolygon> {
+fn element_polygons(frame: &MeshFrame) -> Vec<VisiblePolygon> {
     let corners = |nodes: &[u32; 4]| nodes[..3].iter().map(|node| node_corner(frame, *node)).collect();
     frame.cells.nodes.iter().enumerate().map(|(element, nodes)| gel_polygon(frame, element, corners(nodes))).collect()
 }
@@ -74,7 +74,7 @@ fn mirrored(mut polygons: Vec<VisiblePolygon>) -> Vec<VisiblePolygon> {
 }
 
 /// Returns the boundary of the gel behind the plane, and its section.
-fn cut_gel(frame: &Frame, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
+fn cut_gel(frame: &MeshFrame, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
     let facet_elements = facet_elements(frame);
     let boundary = frame.cells.facets.iter().zip(facet_elements).filter_map(move |(facet, owner)| {
         Some(gel_polygon(frame, owner?, plane.clip(&facet.map(|node| node_corner(frame, node)))))
@@ -86,7 +86,7 @@ fn cut_gel(frame: &Frame, plane: CutPlane) -> impl Iterator<Item = VisiblePolygo
 }
 
 /// Returns the element of each boundary facet.
-fn facet_elements(frame: &Frame) -> Vec<Option<usize>> {
+fn facet_elements(frame: &MeshFrame) -> Vec<Option<usize>> {
     let sorted = |mut facet: [u32; 3]| {
         facet.sort_unstable();
         facet

@@ -7,14 +7,14 @@ mod panels;
 use super::files::OutputError;
 use super::folder::ResultFolder;
 use crate::mesh::least_angle;
-use crate::remesh::{Defects, Quality};
+use crate::remesh::{ConservationDefects, MeshQuality};
 use crate::scene::{RemeshMethod, Scene};
-use crate::simulation::{Rehearsal, Successor};
+use crate::simulation::{PreviewMesh, RemeshPreview};
 use serde::Serialize;
 
 /// Figures of one remeshing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Figures {
+pub struct RemeshFigures {
     /// Time of the remeshing, s.
     pub time: f64,
     /// Number of elements of the old mesh.
@@ -63,9 +63,9 @@ pub struct MeshChange {
     pub unchanged: f64,
 }
 
-impl Figures {
-    fn of(preview: &Rehearsal) -> Self {
-        let outcome = |(method, new): &(RemeshMethod, Result<Successor, _>)| MethodOutcome {
+impl RemeshFigures {
+    fn of(preview: &RemeshPreview) -> Self {
+        let outcome = |(method, new): &(RemeshMethod, Result<PreviewMesh, _>)| MethodOutcome {
             method: *method,
             refused: new.as_ref().err().map(ToString::to_string),
             mesh: new.as_ref().ok().map(MeshChange::of),
@@ -80,9 +80,9 @@ impl Figures {
 }
 
 impl MeshChange {
-    fn of(new: &Successor) -> Self {
-        let Successor { attempt, quality: Quality { least, change, .. }, stored, ref defects, .. } = *new;
-        let Defects { before, after, .. } = defects;
+    fn of(new: &PreviewMesh) -> Self {
+        let PreviewMesh { attempt, quality: MeshQuality { least, change, .. }, stored, ref defects, .. } = *new;
+        let ConservationDefects { before, after, .. } = defects;
         let angles = new.elements.iter().map(|nodes| least_angle(&new.points, nodes));
         Self {
             attempt,
@@ -103,14 +103,14 @@ impl MeshChange {
 ///
 /// # Errors
 /// [`OutputError`] if a file cannot be written.
-pub fn draw(folder: &mut ResultFolder, scene: &Scene, preview: &Rehearsal) -> Result<Figures, OutputError> {
+pub fn draw(folder: &mut ResultFolder, scene: &Scene, preview: &RemeshPreview) -> Result<RemeshFigures, OutputError> {
     let panels = panels::panels(preview, scene);
     for (panel, number) in panels.iter().zip(1..) {
         for (view, picture) in [("whole", &panel.whole), ("close", &panel.close)] {
             folder.write(&page::picture_file(number, panel.text.name, view), picture)?;
         }
     }
-    let figures = Figures::of(preview);
+    let figures = RemeshFigures::of(preview);
     folder.write("index.html", page::page(scene, &panels, &figures).as_bytes())?;
     Ok(figures)
 }

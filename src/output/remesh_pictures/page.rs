@@ -1,7 +1,7 @@
 //! `index.html`: the steps of a remeshing in order.
 
 use super::panels::{PanelScale, PicturePanel};
-use super::{Figures, MeshChange};
+use super::{MeshChange, RemeshFigures};
 use crate::output::report::{STYLE, escape, format_tick, quantity, ratio};
 use crate::scene::{RemeshMethod, Scene};
 
@@ -11,7 +11,7 @@ pub(super) fn picture_file(number: usize, name: &str, view: &str) -> String {
 }
 
 /// Returns the page as HTML.
-pub(super) fn page(scene: &Scene, panels: &[PicturePanel], figures: &Figures) -> String {
+pub(super) fn page(scene: &Scene, panels: &[PicturePanel], figures: &RemeshFigures) -> String {
     let (name, title) = (escape(&scene.scene.name), escape(&scene.scene.title));
     let sections: String = panels.iter().zip(1..).map(|(panel, number)| section(panel, number)).collect();
     format!(
@@ -73,7 +73,7 @@ const ROWS: [FigureRow; 10] = [
 ];
 
 /// Returns the table with the figures of both methods side by side.
-fn table(figures: &Figures) -> String {
+fn table(figures: &RemeshFigures) -> String {
     let named = |method: RemeshMethod| match method {
         RemeshMethod::Retained => "retained",
         RemeshMethod::Immersed => "immersed",

@@ -4,9 +4,9 @@ use super::drawing::{LinePen, PictureCanvas, PictureWindow, PlanePoint, RgbColou
 use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex};
 use crate::output::picture::{AMBER, ColourMap, SIGNED, SPEED, STEP, sections};
-use crate::remesh::Steps;
+use crate::remesh::ImmersionSteps;
 use crate::scene::{RemeshMethod, Scene};
-use crate::simulation::{Rehearsal, Successor};
+use crate::simulation::{PreviewMesh, RemeshPreview};
 
 /// Texts of a panel.
 pub(super) struct PanelText {
@@ -54,7 +54,7 @@ struct DrawnTriangles {
 
 /// Data common to all panels of a remeshing.
 struct PanelSource<'a> {
-    preview: &'a Rehearsal,
+    preview: &'a RemeshPreview,
     old: DrawnTriangles,
     /// Boundary edges of the old mesh.
     outline: Vec<[PlanePoint; 2]>,
@@ -63,7 +63,7 @@ struct PanelSource<'a> {
 }
 
 /// Returns the panels in order.
-pub(super) fn panels(preview: &Rehearsal, scene: &Scene) -> Vec<PicturePanel> {
+pub(super) fn panels(preview: &RemeshPreview, scene: &Scene) -> Vec<PicturePanel> {
     let source = PanelSource::new(preview, scene);
     let mut panels = vec![source.distorted_mesh(), source.curvature_indicator(), source.target_sizes()];
     if let Ok(steps) = &preview.steps {
@@ -105,7 +105,7 @@ impl DrawnTriangles {
 }
 
 impl<'a> PanelSource<'a> {
-    fn new(preview: &'a Rehearsal, scene: &Scene) -> Self {
+    fn new(preview: &'a RemeshPreview, scene: &Scene) -> Self {
         let frame = &preview.frame;
         let points: Vec<PlanePoint> = frame.points.iter().map(|p| [p.x, p.z]).collect();
         let corners = frame.cells.nodes.iter().map(|nodes| [0, 1, 2].map(|k| nodes[k] as usize)).collect();
@@ -180,7 +180,7 @@ impl<'a> PanelSource<'a> {
         )
     }
 
-    fn quadtree_cells(&self, steps: &Steps) -> PicturePanel {
+    fn quadtree_cells(&self, steps: &ImmersionSteps) -> PicturePanel {
         self.panel(
             PanelText {
                 name: "quadtree",
@@ -202,7 +202,7 @@ impl<'a> PanelSource<'a> {
         )
     }
 
-    fn delaunay_triangulation(&self, steps: &Steps) -> PicturePanel {
+    fn delaunay_triangulation(&self, steps: &ImmersionSteps) -> PicturePanel {
         let triangles = DrawnTriangles::of(&steps.background.points, steps.background.triangles.clone());
         self.panel(
             PanelText {
@@ -218,7 +218,7 @@ impl<'a> PanelSource<'a> {
         )
     }
 
-    fn signed_distance(&self, steps: &Steps) -> PicturePanel {
+    fn signed_distance(&self, steps: &ImmersionSteps) -> PicturePanel {
         let triangles = DrawnTriangles::of(&steps.background.points, steps.background.triangles.clone());
         let reach = 2.0 * self.windows[1].half;
         let scale = PanelScale { low: -reach, high: reach, unit: "m", map: &SIGNED };
@@ -238,7 +238,7 @@ impl<'a> PanelSource<'a> {
         )
     }
 
-    fn immersed_mesh(&self, steps: &Steps) -> PicturePanel {
+    fn immersed_mesh(&self, steps: &ImmersionSteps) -> PicturePanel {
         let immersed = &steps.immersed;
         let triangles = DrawnTriangles::of(&immersed.points, immersed.triangles.clone());
         let has = |e: usize, is: &dyn Fn(f64) -> bool| triangles.corners[e].iter().any(|p| is(immersed.distance[*p]));
@@ -269,7 +269,7 @@ impl<'a> PanelSource<'a> {
         )
     }
 
-    fn carved_mesh(&self, steps: &Steps) -> PicturePanel {
+    fn carved_mesh(&self, steps: &ImmersionSteps) -> PicturePanel {
         let triangles = DrawnTriangles::of_mesh(&steps.proposal.position, &steps.proposal.elements);
         self.panel(
             PanelText {
@@ -303,7 +303,7 @@ impl<'a> PanelSource<'a> {
         )
     }
 
-    fn velocity(&self, method: RemeshMethod, new: &Successor) -> PicturePanel {
+    fn velocity(&self, method: RemeshMethod, new: &PreviewMesh) -> PicturePanel {
         let triangles = DrawnTriangles::of_mesh(&new.points, &new.elements);
         let values: Vec<f64> = new.velocity.iter().map(|v| v[1]).collect();
         let scale = self.velocity_scale();

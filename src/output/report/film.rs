@@ -49,7 +49,7 @@ impl ColourScale {
     }
 }
 
-/// Returns the section of pictures, open at the time `moment`, s; empty without pictures.
+/// Returns the section of pictures, open at the time `tick_context`, s; empty without pictures.
 pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
     if shots.is_empty() {
         return String::new();

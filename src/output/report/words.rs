@@ -3,7 +3,7 @@
 use super::escape;
 use super::number::{count, percent, quantity};
 use crate::math::Vector3;
-use crate::output::summary::{Interface, RunSummary};
+use crate::output::summary::{DriverInterface, RunSummary};
 use crate::scene::{Dimension, Scene};
 use std::fmt::Write;
 
@@ -200,8 +200,8 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
 /// Returns the footer with version, interface and state digest.
 pub(super) fn origin(summary: &RunSummary) -> String {
     let way = match summary.interface {
-        Interface::Fmi2 => "through its FMI 2.0 interface",
-        Interface::Direct => "as a library",
+        DriverInterface::Fmi2 => "through its FMI 2.0 interface",
+        DriverInterface::Direct => "as a library",
     };
     format!(
         "<footer><p>ballistic-gel {}, driven {way}. State digest <code>{}</code>. The numbers behind this page are in \

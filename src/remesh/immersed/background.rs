@@ -2,7 +2,7 @@
 
 use super::super::bounds::BoundingBox;
 use super::super::quadtree::{RootSquare, leaves};
-use super::super::{Moved, RemeshError, delaunay};
+use super::super::{DeformedMesh, RemeshError, delaunay};
 use super::whole;
 use crate::math::Vector;
 
@@ -36,14 +36,14 @@ const MARGIN: f64 = 2.0;
 ///
 /// # Errors
 /// [`RemeshError::TooMany`] if there would be more than `most` cells.
-pub fn cells(old: &Moved<'_, 2>, (size, most): (&[f64], usize)) -> Result<Vec<BackgroundCell>, RemeshError> {
+pub fn cells(old: &DeformedMesh<'_, 2>, (size, most): (&[f64], usize)) -> Result<Vec<BackgroundCell>, RemeshError> {
     let part = whole(old, size);
     let tree = leaves(&square(old, size), |middle, half| part.least(middle, half).or(Some(f64::INFINITY)), most)?;
     Ok(tree.into_iter().map(|(middle, edge)| BackgroundCell { middle, edge }).collect())
 }
 
 /// Square about the centre of the body.
-fn square(old: &Moved<'_, 2>, size: &[f64]) -> RootSquare {
+fn square(old: &DeformedMesh<'_, 2>, size: &[f64]) -> RootSquare {
     let BoundingBox { low, high } = BoundingBox::around(old.position);
     let [least, greatest] = [size.iter().copied().fold(f64::MAX, f64::min), size.iter().copied().fold(0.0, f64::max)];
     let wanted = (high - low).max() + 2.0 * MARGIN * greatest;

@@ -3,7 +3,7 @@
 use super::super::bounds::BoundingBox;
 use super::super::box_tree::BoxTree;
 use super::super::triangle::{PlanarPoint, clearance, cross, do_cross};
-use super::super::{Moved, NodeOrigin};
+use super::super::{DeformedMesh, NodeOrigin};
 use crate::mesh::NodeId;
 
 /// Edges of the deformed boundary, the body on their left.
@@ -21,7 +21,7 @@ pub(super) struct BoundaryLocation {
 }
 
 impl<'a> ImmersedBoundary<'a> {
-    pub fn of(old: &Moved<'a, 2>) -> Self {
+    pub fn of(old: &DeformedMesh<'a, 2>) -> Self {
         let edges: Vec<[usize; 2]> = old.mesh.facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
         Self { x: old.position, near: BoxTree::segments(&edges, old.position), edges }
     }

@@ -1,7 +1,7 @@
 //! Cutting of the body out of its background mesh along the zero level of the signed distance.
 
 use super::super::triangle::{PlanarPoint, quality};
-use super::super::{NodeOrigin, Proposal};
+use super::super::{NodeOrigin, ProposedMesh};
 use super::boundary::{BoundaryLocation, ImmersedBoundary};
 use super::snap::ImmersedMesh;
 use crate::mesh::{NodeId, Simplex};
@@ -19,7 +19,7 @@ struct MeshCutter<'a> {
 }
 
 /// See [`super::cut_out`].
-pub(super) fn cut_out(boundary: &ImmersedBoundary<'_>, immersed: &ImmersedMesh) -> Proposal<2> {
+pub(super) fn cut_out(boundary: &ImmersedBoundary<'_>, immersed: &ImmersedMesh) -> ProposedMesh<2> {
     let (points, origin) = (immersed.points.clone(), immersed.origin.clone());
     let mut cutting = MeshCutter { boundary, immersed, points, origin, cuts: BTreeMap::new(), elements: vec![] };
     for triangle in &immersed.triangles {
@@ -105,7 +105,7 @@ impl MeshCutter<'_> {
     }
 
     /// Builds the mesh from the points used, in their order.
-    fn mesh(self) -> Proposal<2> {
+    fn mesh(self) -> ProposedMesh<2> {
         let mut number = vec![None; self.points.len()];
         self.elements.iter().flatten().for_each(|p| number[*p] = Some(0));
         let used: Vec<usize> = (0..number.len()).filter(|p| number[*p].is_some()).collect();
@@ -114,7 +114,7 @@ impl MeshCutter<'_> {
             let [a, b, c] = nodes.map(|p| NodeId(number[p].unwrap_or_default()));
             [a, b, c, NodeId::default()]
         };
-        Proposal {
+        ProposedMesh {
             position: used.iter().map(|p| self.points[*p]).collect(),
             origin: used.iter().map(|p| self.origin[*p]).collect(),
             elements: self.elements.iter().map(simplex).collect(),

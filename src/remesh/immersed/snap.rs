@@ -4,7 +4,7 @@ use super::super::boundary_loops::{BoundaryFeature, features};
 use super::super::bounds::BoundingBox;
 use super::super::box_tree::BoxTree;
 use super::super::triangle::{PlanarPoint, distance as apart};
-use super::super::{Moved, NodeOrigin, RemeshError, delaunay};
+use super::super::{DeformedMesh, NodeOrigin, RemeshError, delaunay};
 use super::background::BackgroundMesh;
 use super::boundary::{BoundaryLocation, ImmersedBoundary};
 use crate::math::Vector;
@@ -45,7 +45,7 @@ struct SnapCandidate {
 /// # Errors
 /// [`RemeshError`] if a point is beyond exact predicates.
 pub fn snapped(
-    (old, size): (&Moved<'_, 2>, &[f64]),
+    (old, size): (&DeformedMesh<'_, 2>, &[f64]),
     background: &BackgroundMesh,
     distance: &[f64],
 ) -> Result<ImmersedMesh, RemeshError> {
@@ -70,7 +70,7 @@ pub fn snapped(
 /// Candidate locations on the boundary: features of any mesh, then corners of the current configuration, then the
 /// nearest locations of the close points.
 fn snap_candidates(
-    (old, size): (&Moved<'_, 2>, &[f64]),
+    (old, size): (&DeformedMesh<'_, 2>, &[f64]),
     background: &BackgroundMesh,
     close: &[usize],
 ) -> Vec<SnapCandidate> {

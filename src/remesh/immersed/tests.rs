@@ -1,7 +1,7 @@
 //! Properties of an immersed mesh of any body.
 
 use super::super::test_meshes::{held, moved, rings, square};
-use super::super::{Acceptance, NodeOrigin, Quality, Rejected, graded, judge};
+use super::super::{AcceptanceLimits, MeshQuality, MeshRejected, NodeOrigin, check_acceptance, graded};
 use super::*;
 use crate::math::Vector;
 use crate::mesh::{boundary, least_angle, signed_volume};
@@ -13,10 +13,10 @@ fn at(x: f64, y: f64) -> Vector<2> {
 }
 
 /// Mesh with these sizes and its acceptance; the area may change by as much as cutting allows.
-fn made(old: &Moved<'_, 2>, sizes: &[f64]) -> (Steps, Result<Quality, Rejected>) {
-    let steps = immerse(old, sizes, &Rules::default()).unwrap();
-    let limits = Acceptance { measure: rounding(old, sizes) + 1e-12, quality: 0.0 };
-    let found = judge(old, &steps.proposal, &limits);
+fn made(old: &DeformedMesh<'_, 2>, sizes: &[f64]) -> (ImmersionSteps, Result<MeshQuality, MeshRejected>) {
+    let steps = immerse(old, sizes, &RemeshRules::default()).unwrap();
+    let limits = AcceptanceLimits { measure: rounding(old, sizes) + 1e-12, quality: 0.0 };
+    let found = check_acceptance(old, &steps.proposal, &limits);
     (steps, found)
 }
 
@@ -47,9 +47,9 @@ fn straight_bodies_keep_their_area_and_are_well_shaped_however_they_lie() {
             let mesh = square(n);
             let position = moved(&mesh, turned(angle));
             let (steps, found) =
-                made(&Moved { mesh: &mesh, position: &position }, &vec![1.0 / n as f64; position.len()]);
+                made(&DeformedMesh { mesh: &mesh, position: &position }, &vec![1.0 / n as f64; position.len()]);
             let found = found.unwrap();
-            let Proposal { position: x, elements, .. } = &steps.proposal;
+            let ProposedMesh { position: x, elements, .. } = &steps.proposal;
             let least = elements.iter().map(|nodes| least_angle(x, nodes)).fold(180.0, f64::min);
             assert!(found.least > 0.35 && least > 13.0, "{n} cells turned by {angle}: {found:?}, {least}°");
             assert!(found.change.abs() < 1e-13, "{n} cells turned by {angle}: {found:?}");
@@ -60,7 +60,7 @@ fn straight_bodies_keep_their_area_and_are_well_shaped_however_they_lie() {
 #[test]
 fn holes_and_parts_are_kept() {
     let mesh = rings(2, 0.25);
-    let (_, found) = made(&Moved { mesh: &mesh, position: &mesh.rest }, &vec![0.2; mesh.rest.len()]);
+    let (_, found) = made(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, &vec![0.2; mesh.rest.len()]);
     let found = found.unwrap();
     assert_eq!((found.parts, found.loops), (2, 4));
     assert!(found.change.abs() < 1e-12);
@@ -70,7 +70,7 @@ fn holes_and_parts_are_kept() {
 fn a_round_boundary_changes_its_area_by_the_square_of_the_size() {
     let mesh = square(64);
     let position = moved(&mesh, |x| wavy(x, 5.0, 0.2));
-    let old = Moved { mesh: &mesh, position: &position };
+    let old = DeformedMesh { mesh: &mesh, position: &position };
     let change = |size: f64| made(&old, &vec![size; position.len()]).1.unwrap().change;
     let [coarse, fine] = [change(0.2), change(0.05)];
     assert!(coarse.abs() > 4.0 * fine.abs(), "{coarse} and {fine}");
@@ -81,7 +81,7 @@ fn a_round_boundary_changes_its_area_by_the_square_of_the_size() {
 fn every_step_is_what_it_says() {
     let mesh = square(16);
     let position = moved(&mesh, |x| wavy(x, 3.0, 0.3));
-    let old = Moved { mesh: &mesh, position: &position };
+    let old = DeformedMesh { mesh: &mesh, position: &position };
     let (steps, found) = made(&old, &vec![0.09; position.len()]);
     found.unwrap();
     let whole: f64 = steps.cells.iter().map(|cell| cell.edge * cell.edge).sum();
@@ -107,7 +107,7 @@ fn every_step_is_what_it_says() {
 fn all_of_the_new_boundary_comes_from_the_old_one() {
     let mesh = square(24);
     let position = moved(&mesh, |x| wavy(x, 4.0, 0.25));
-    let old = Moved { mesh: &mesh, position: &position };
+    let old = DeformedMesh { mesh: &mesh, position: &position };
     let (steps, _) = made(&old, &vec![0.07; position.len()]);
     let new = &steps.proposal;
     let mut n_edges = 0;
@@ -131,7 +131,7 @@ fn corners_ends_of_what_is_held_and_the_axis_stay() {
     let pinned = |x: &Vector<2>| x[1] == 1.0 && (0.24..0.76).contains(&x[0]);
     (0..mesh.rest.len()).filter(|&n| pinned(&mesh.rest[n])).for_each(|n| mesh.held[n] = [true; 2]);
     for size in [0.13, 0.031] {
-        let (steps, found) = made(&Moved { mesh: &mesh, position: &mesh.rest }, &vec![size; mesh.rest.len()]);
+        let (steps, found) = made(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, &vec![size; mesh.rest.len()]);
         found.unwrap();
         for corner in [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0), at(0.25, 1.0), at(0.75, 1.0)] {
             assert!(steps.proposal.position.contains(&corner), "{corner}");
@@ -148,7 +148,7 @@ fn corners_ends_of_what_is_held_and_the_axis_stay() {
 fn a_corner_pulled_straight_stays_a_node() {
     let mesh = square(24);
     let position = moved(&mesh, |x| x - 0.5 * x[0].powi(8) * x[1].powi(8) * at(1.0, 1.0));
-    let (steps, found) = made(&Moved { mesh: &mesh, position: &position }, &vec![0.1; position.len()]);
+    let (steps, found) = made(&DeformedMesh { mesh: &mesh, position: &position }, &vec![0.1; position.len()]);
     found.unwrap();
     assert!(steps.proposal.position.contains(&at(0.5, 0.5)));
 }
@@ -157,7 +157,7 @@ fn a_corner_pulled_straight_stays_a_node() {
 fn the_same_body_gives_the_same_bits() {
     let mesh = square(16);
     let position = moved(&mesh, |x| wavy(x, 3.0, 0.3));
-    let old = Moved { mesh: &mesh, position: &position };
+    let old = DeformedMesh { mesh: &mesh, position: &position };
     let sizes: Vec<f64> = position.iter().map(|x| 0.03 + 0.1 * x.norm()).collect();
     let [one, two] = [0, 1].map(|_| made(&old, &sizes).0);
     assert!(one == two && one.proposal.elements.iter().all(|e| signed_volume(&one.proposal.position, e) > 0.0));
@@ -177,7 +177,7 @@ proptest! {
         let (s, c) = angle.sin_cos();
         let place = |p: &Vector<2>| at(c * p[0] - s * p[1] + x, s * p[0] + c * p[1] + y);
         let position = moved(&mesh, |p| place(&wavy(p, f64::from(waves), height)));
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let size = graded(&old, (0..position.len()).map(|n| seeds[n % seeds.len()]).collect(), growth);
         let (_, found) = made(&old, &size);
         prop_assert!(found.is_ok_and(|found| found.least > 0.05), "{:?}", found);
@@ -202,12 +202,12 @@ proptest! {
             if round == 0.0 { d } else { d * (square / round * radius(d[1].atan2(d[0]).rem_euclid(TAU))) }
         };
         let position = moved(&mesh, star);
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let size = graded(&old, (0..position.len()).map(|n| seeds[n % seeds.len()]).collect(), growth);
         let (steps, found) = made(&old, &size);
         let upright = |e: &crate::mesh::Simplex| signed_volume(&steps.proposal.position, e) > 0.0;
         prop_assert!(steps.proposal.elements.iter().all(upright));
-        let too_coarse = matches!(found, Err(Rejected::Measure { .. } | Rejected::Parts { .. } | Rejected::Loops { .. }));
+        let too_coarse = matches!(found, Err(MeshRejected::Measure { .. } | MeshRejected::Parts { .. } | MeshRejected::Loops { .. }));
         prop_assert!(found.is_ok() || too_coarse, "{:?}", found);
     }
 }

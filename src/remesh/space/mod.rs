@@ -3,7 +3,7 @@
 //!
 //! Every operation preserves the topology of the body, so that nothing is welded or torn and the boundary stays known.
 //! Good elements are untouched and keep their bits. The surface changes only where it is flat, now and at rest, to
-//! within [`Rules::sag`] of a target length.
+//! within [`RemeshRules::sag`] of a target length.
 
 mod collapse;
 mod edge_star;
@@ -20,7 +20,7 @@ mod tests;
 mod tet_mesh;
 mod volume_correction;
 
-use super::{Moved, Proposal, Rules};
+use super::{DeformedMesh, ProposedMesh, RemeshRules};
 use crate::math::{Vector, ordered_sum};
 use crate::mesh::signed_volume;
 use surface_criteria::SurfaceCriteria;
@@ -53,11 +53,11 @@ const ROUNDS: usize = 6;
 /// Proposes a mesh of a body in space with these target sizes, m, by node. The old mesh stays where it is good and of
 /// these sizes. New surface points are projected by `cleared` if the tetrahedra around them stay good enough.
 pub(super) fn propose(
-    old: &Moved<'_, 3>,
+    old: &DeformedMesh<'_, 3>,
     size: &[f64],
-    rules: &Rules,
+    rules: &RemeshRules,
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
-) -> Proposal<3> {
+) -> ProposedMesh<3> {
     let (sag, slide, planes) = (rules.sag, rules.slide, rules.rests);
     let stays_clear = (!rules.rests).then_some(cleared);
     let flat = SurfaceCriteria { sag, slide, planes, volume: VOLUME * volume(old), swept: 0.0, cleared: stays_clear };
@@ -214,7 +214,7 @@ impl MeshImprover<'_> {
     }
 }
 
-fn volume(old: &Moved<'_, 3>) -> f64 {
+fn volume(old: &DeformedMesh<'_, 3>) -> f64 {
     ordered_sum(old.mesh.elements.len(), 0.0, |e| signed_volume(old.position, &old.mesh.elements[e]))
 }
 

@@ -148,7 +148,7 @@ pub(super) fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {
 mod tests {
     use super::*;
     use crate::mesh::{Mesh, NodeId};
-    use crate::remesh::Moved;
+    use crate::remesh::DeformedMesh;
 
     /// A point among four of a plane, of which one is in a bay of the others; and one beside the plane.
     #[test]
@@ -165,7 +165,7 @@ mod tests {
             let position = points(place);
             for is_held in [true, false] {
                 mesh.held = (0..6).map(|point| [is_held && point < 5, false, false]).collect();
-                let complex = TetMesh::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 6]);
+                let complex = TetMesh::new(&DeformedMesh { mesh: &mesh, position: &position }, &[1.0; 6]);
                 let can_collapse = |to: u32| flat.can_collapse(&complex, 4, to);
                 assert_eq!((can_collapse(1), can_collapse(2)), (false, is_held || !is_turned), "{place:?} {is_held}");
             }
@@ -180,7 +180,7 @@ mod tests {
             let position = points.map(Vector::<3>::from).to_vec();
             let elements = [[0, 3, 1, 4], [0, 1, 2, 4]].map(|nodes| nodes.map(NodeId)).to_vec();
             let mesh = Mesh::<3>::new(position.clone(), elements);
-            let complex = TetMesh::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 5]);
+            let complex = TetMesh::new(&DeformedMesh { mesh: &mesh, position: &position }, &[1.0; 5]);
             let beneath = |x: &Vector<3>| Vector::<3>::new(x[0], x[1], x[2].min(-depth));
             let stays_clear: Option<&dyn Fn(&Vector<3>) -> Vector<3>> = Some(&beneath);
             let can_flip_edge =

@@ -1,11 +1,15 @@
 //! Random bodies with random target sizes: properties of every new mesh, and of a second one with the same sizes.
 
 use super::super::test_bodies::TestRandom;
-use super::super::{Acceptance, Moved, NodeOrigin, Proposal, Quality, Rules, graded, judge, rest_positions};
+use super::super::{
+    AcceptanceLimits, DeformedMesh, MeshQuality, NodeOrigin, ProposedMesh, RemeshRules, check_acceptance, graded,
+    rest_positions,
+};
 use super::propose;
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{
-    Block, Face, Hold, Mesh, NodeId, Split, block, boundary, cylinder, facet_measure, shape_quality, uniform,
+    BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, NodeId, block, boundary, cylinder, facet_measure,
+    shape_quality, uniform,
 };
 use std::f64::consts::TAU;
 
@@ -23,16 +27,16 @@ const FAIR: [f64; 2] = [0.3, 0.45];
 fn body(random: &mut TestRandom) -> (Mesh<3>, bool) {
     let is_box = random.next() < 0.5;
     let count = |random: &mut TestRandom| 4 + (3.0 * random.next()) as usize;
-    let hold = if random.next() < 0.5 { Hold::All } else { Hold::Normal };
-    let split = if random.next() < 0.7 { Split::Centred } else { Split::Kuhn };
+    let hold = if random.next() < 0.5 { FaceConstraint::All } else { FaceConstraint::Normal };
+    let split = if random.next() < 0.7 { CellSplit::Centred } else { CellSplit::Kuhn };
     let axis = |n: usize| uniform(0.0, 1.0, 1.0 / n as f64);
     if is_box {
-        let faces = (0..3).filter(|_| random.next() < 0.5).map(|axis| Face { axis, high: false, hold }).collect();
-        return (block(Block { planes: [(); 3].map(|()| axis(count(random))), split, faces }), true);
+        let faces = (0..3).filter(|_| random.next() < 0.5).map(|axis| HeldFace { axis, high: false, hold }).collect();
+        return (block(BlockSpec { planes: [(); 3].map(|()| axis(count(random))), split, faces }), true);
     }
     let across = || uniform(-0.5, 0.5, 0.25);
-    let face = Face { axis: if random.next() < 0.5 { 0 } else { 2 }, high: false, hold };
-    let square = Block { planes: [across(), across(), axis(count(random))], split, faces: vec![face] };
+    let face = HeldFace { axis: if random.next() < 0.5 { 0 } else { 2 }, high: false, hold };
+    let square = BlockSpec { planes: [across(), across(), axis(count(random))], split, faces: vec![face] };
     (cylinder(0.5, square), false)
 }
 
@@ -72,7 +76,7 @@ fn map(random: &mut TestRandom) -> impl Fn(&Vector<3>) -> Vector<3> {
 }
 
 /// Sizes that vary by up to a factor of three around the edges of the mesh.
-fn sizes(old: &Moved<'_, 3>, random: &mut TestRandom) -> Vec<f64> {
+fn sizes(old: &DeformedMesh<'_, 3>, random: &mut TestRandom) -> Vec<f64> {
     let volume: f64 = old.mesh.elements.iter().map(|e| crate::mesh::signed_volume(old.position, e)).sum();
     let edge = (6.0 * 2.0_f64.sqrt() * volume / old.mesh.elements.len() as f64).cbrt();
     let (waves, whole) = (RandomWaves::new(random), edge * (0.7 + 0.8 * random.next()));
@@ -81,7 +85,7 @@ fn sizes(old: &Moved<'_, 3>, random: &mut TestRandom) -> Vec<f64> {
 }
 
 /// Sizes of the old nodes nearest to the new ones.
-fn nearest(old: &Moved<'_, 3>, size: &[f64], new: &[Vector<3>]) -> Vec<f64> {
+fn nearest(old: &DeformedMesh<'_, 3>, size: &[f64], new: &[Vector<3>]) -> Vec<f64> {
     let distance = |i: usize, x: &Vector<3>| (old.position[i] - x).norm_squared();
     let of = |x: &Vector<3>| (0..size.len()).min_by(|a, b| distance(*a, x).total_cmp(&distance(*b, x)));
     new.iter().map(|x| size[of(x).expect("a mesh has nodes")]).collect()
@@ -92,7 +96,7 @@ fn worst(x: &[Vector<3>], mesh: &Mesh<3>) -> f64 {
 }
 
 /// Mesh of a proposal, with the rest positions of its surface interpolated.
-fn settled(old: &Moved<'_, 3>, new: &Proposal<3>) -> Mesh<3> {
+fn settled(old: &DeformedMesh<'_, 3>, new: &ProposedMesh<3>) -> Mesh<3> {
     let rest = |(origin, x): (&NodeOrigin, &Vector<3>)| match origin {
         NodeOrigin::Kept(node) => old.mesh.rest[node.index()],
         NodeOrigin::Surface(nodes, weights) => {
@@ -129,9 +133,9 @@ fn held_area(mesh: &Mesh<3>) -> f64 {
 }
 
 /// New mesh and its accepted quality, or a description of the failure.
-fn remeshed(old: &Moved<'_, 3>, size: &[f64], quality: f64) -> Result<(Proposal<3>, Quality), String> {
-    let new = propose(old, size, &Rules::default(), &|x| *x);
-    let judged = judge(old, &new, &Acceptance { measure: CHANGE, quality });
+fn remeshed(old: &DeformedMesh<'_, 3>, size: &[f64], quality: f64) -> Result<(ProposedMesh<3>, MeshQuality), String> {
+    let new = propose(old, size, &RemeshRules::default(), &|x| *x);
+    let judged = check_acceptance(old, &new, &AcceptanceLimits { measure: CHANGE, quality });
     let moved =
         |(origin, x): (&NodeOrigin, &Vector<3>)| matches!(origin, NodeOrigin::Kept(n) if old.position[n.index()] != *x);
     if new.origin.iter().zip(&new.position).any(moved) {
@@ -165,13 +169,13 @@ fn case(seed: u64) -> Result<(), String> {
     let (mesh, is_box) = body(&mut random);
     let map = map(&mut random);
     let position: Vec<Vector<3>> = mesh.rest.iter().map(map).collect();
-    let old = Moved { mesh: &mesh, position: &position };
+    let old = DeformedMesh { mesh: &mesh, position: &position };
     let (size, first) = (sizes(&old, &mut random), worst(&position, &mesh));
     let (new, quality) = remeshed(&old, &size, first.min(FAIR[0])).map_err(|why| format!("first: {why}"))?;
     let next = settled(&old, &new);
     keeps_its_shape(&mesh, &next, is_box)?;
     let own = nearest(&old, &size, &new.position);
-    let once = Moved { mesh: &next, position: &new.position };
+    let once = DeformedMesh { mesh: &next, position: &new.position };
     let twice = remeshed(&once, &own, quality.least.min(FAIR[1])).map_err(|why| format!("second: {why}"))?;
     keeps_its_shape(&next, &settled(&once, &twice.0), is_box)?;
     let count = |elements: &[crate::mesh::Simplex]| elements.len();

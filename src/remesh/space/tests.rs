@@ -1,13 +1,13 @@
-use super::super::{Moved, NodeOrigin, Proposal, Rules};
+use super::super::{DeformedMesh, NodeOrigin, ProposedMesh, RemeshRules};
 use super::propose;
 use super::tet_mesh::{TetMesh, Tetrahedron};
 use crate::math::Vector;
-use crate::mesh::{Block, Mesh, NodeId, Split, block, boundary, shape_quality, signed_volume, uniform};
+use crate::mesh::{BlockSpec, CellSplit, Mesh, NodeId, block, boundary, shape_quality, signed_volume, uniform};
 use std::time::Instant;
 
-fn cube(n: usize, split: Split) -> Mesh<3> {
+fn cube(n: usize, split: CellSplit) -> Mesh<3> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
-    block(Block { planes: [axis(), axis(), axis()], split, faces: vec![] })
+    block(BlockSpec { planes: [axis(), axis(), axis()], split, faces: vec![] })
 }
 
 /// Star of `n` tetrahedra around an edge from point n to n + 1, two of four such points nearer to it; `more` adds
@@ -22,7 +22,7 @@ pub(super) fn around_an_edge(n: u32, more: &[Tetrahedron]) -> TetMesh {
     let around = (0..n).map(|k| [k, (k + 1) % n, n, n + 1]);
     let elements = around.chain(more.iter().copied()).map(|tet| tet.map(NodeId)).collect();
     let mesh = Mesh::new(rest, elements);
-    TetMesh::new(&Moved { mesh: &mesh, position: &mesh.rest }, &vec![1.0; mesh.rest.len()])
+    TetMesh::new(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, &vec![1.0; mesh.rest.len()])
 }
 
 fn volume(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
@@ -34,7 +34,7 @@ fn worst(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
 }
 
 /// Checks all properties of a new mesh and returns its least quality.
-fn check(old: &Moved<'_, 3>, new: &Proposal<3>, tolerance: f64) -> f64 {
+fn check(old: &DeformedMesh<'_, 3>, new: &ProposedMesh<3>, tolerance: f64) -> f64 {
     assert!(new.elements.iter().all(|e| signed_volume(&new.position, e) > 0.0));
     let [before, after] = [volume(old.position, &old.mesh.elements), volume(&new.position, &new.elements)];
     assert!((after / before - 1.0).abs() < tolerance, "volume {before} {after}");
@@ -61,10 +61,10 @@ fn check(old: &Moved<'_, 3>, new: &Proposal<3>, tolerance: f64) -> f64 {
 
 #[test]
 fn a_good_mesh_of_the_right_size_stays() {
-    for split in [Split::Centred, Split::Kuhn] {
+    for split in [CellSplit::Centred, CellSplit::Kuhn] {
         let mesh = cube(5, split);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let new = propose(&old, &vec![0.2; mesh.rest.len()], &Rules::default(), &|x| *x);
+        let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
+        let new = propose(&old, &vec![0.2; mesh.rest.len()], &RemeshRules::default(), &|x| *x);
         assert_eq!(new.elements, mesh.elements);
         assert_eq!(new.position, mesh.rest);
     }
@@ -72,10 +72,10 @@ fn a_good_mesh_of_the_right_size_stays() {
 
 #[test]
 fn finer_and_coarser_meshes_have_the_sizes_asked_for() {
-    let mesh = cube(6, Split::Centred);
-    let old = Moved { mesh: &mesh, position: &mesh.rest };
+    let mesh = cube(6, CellSplit::Centred);
+    let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
     for (size, least, most) in [(0.08, 4.0, 14.0), (0.35, 0.05, 0.6)] {
-        let new = propose(&old, &vec![size; mesh.rest.len()], &Rules::default(), &|x| *x);
+        let new = propose(&old, &vec![size; mesh.rest.len()], &RemeshRules::default(), &|x| *x);
         let quality = check(&old, &new, 1e-12);
         let ratio = new.elements.len() as f64 / mesh.elements.len() as f64;
         println!("size {size}: {ratio} times the elements, quality {quality}");
@@ -87,11 +87,11 @@ fn finer_and_coarser_meshes_have_the_sizes_asked_for() {
 #[ignore = "a measurement: cargo test --lib --release local::tests::speed -- --ignored --nocapture"]
 fn speed() {
     for (n, amount) in [(24, 0.0), (24, 1.0), (24, 2.5), (44, 2.5)] {
-        let mesh = cube(n, Split::Centred);
+        let mesh = cube(n, CellSplit::Centred);
         let position: Vec<Vector<3>> = mesh.rest.iter().map(|x| swirled(x, amount)).collect();
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let start = Instant::now();
-        let new = propose(&old, &vec![1.0 / n as f64; mesh.rest.len()], &Rules::default(), &|x| *x);
+        let new = propose(&old, &vec![1.0 / n as f64; mesh.rest.len()], &RemeshRules::default(), &|x| *x);
         let seconds = start.elapsed().as_secs_f64();
         println!(
             "{} tetrahedra, worst {:.2} -> {:.2}: {seconds:.3} s, {:.0} tetrahedra/s",
@@ -114,17 +114,17 @@ fn swirled(x: &Vector<3>, angle: f64) -> Vector<3> {
 
 #[test]
 fn a_mesh_that_is_stirred_stays_good() {
-    let mut mesh = cube(8, Split::Centred);
+    let mut mesh = cube(8, CellSplit::Centred);
     let mut remeshes = 0;
     for step in 0..120 {
         let position: Vec<Vector<3>> = mesh.rest.iter().map(|x| swirled(x, 0.05)).collect();
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let before = worst(&position, &mesh.elements);
         if before > 0.3 {
             mesh.rest = position;
             continue;
         }
-        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default(), &|x| *x);
+        let new = propose(&old, &vec![0.125; mesh.rest.len()], &RemeshRules::default(), &|x| *x);
         let after = check(&old, &new, 1e-9);
         println!("step {step}: {before:.3} -> {after:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
         assert!(after > 0.34);
@@ -145,14 +145,14 @@ fn pressed(x: &Vector<3>, depth: f64) -> Vector<3> {
 
 #[test]
 fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
-    let mut mesh = cube(8, Split::Centred);
+    let mut mesh = cube(8, CellSplit::Centred);
     let mut position = mesh.rest.clone();
     let mut last = f64::NAN;
     for _ in 0..12 {
         position = position.iter().map(|x| pressed(x, 0.06)).collect();
-        let old = Moved { mesh: &mesh, position: &position };
+        let old = DeformedMesh { mesh: &mesh, position: &position };
         let before = worst(&position, &mesh.elements);
-        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default(), &|x| *x);
+        let new = propose(&old, &vec![0.125; mesh.rest.len()], &RemeshRules::default(), &|x| *x);
         last = check(&old, &new, 1e-5);
         println!("{before:.3} -> {last:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
         let rest = new.origin.iter().zip(&new.position).map(|(origin, x)| match origin {
@@ -176,13 +176,13 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
 
 #[test]
 fn a_point_that_was_pushed_along_the_surface_slides_back_and_the_volume_stays() {
-    let mesh = cube(4, Split::Kuhn);
+    let mesh = cube(4, CellSplit::Kuhn);
     let middle = mesh.rest.iter().position(|x| *x == Vector::<3>::new(0.5, 0.5, 1.0)).unwrap();
     let mut position = mesh.rest.clone();
     position[middle] += Vector::<3>::new(0.23, 0.1, 0.0);
-    let old = Moved { mesh: &mesh, position: &position };
+    let old = DeformedMesh { mesh: &mesh, position: &position };
     let made = |slide: f64| {
-        let rules = Rules { sag: 0.0, slide, ..Rules::default() };
+        let rules = RemeshRules { sag: 0.0, slide, ..RemeshRules::default() };
         check(&old, &propose(&old, &vec![0.25; position.len()], &rules, &|x| *x), 1e-12)
     };
     let [held, slid] = [0.0, 0.1].map(made);
@@ -206,8 +206,8 @@ fn on_a_plane_of_symmetry_facets_that_are_turned_over_are_joined_anew() {
         let position = points(over);
         for (is_held, is_mended) in [(true, true), (false, over > 0.0)] {
             mesh.held = (0..6).map(|point| [is_held && point < 5, false, false]).collect();
-            let old = Moved { mesh: &mesh, position: &position };
-            let new = propose(&old, &[1.0; 6], &Rules::default(), &|x| *x);
+            let old = DeformedMesh { mesh: &mesh, position: &position };
+            let new = propose(&old, &[1.0; 6], &RemeshRules::default(), &|x| *x);
             let kept = volume(&new.position, &new.elements) / volume(&position, &elements);
             assert_eq!(new.elements.len() == 4 && worst(&new.position, &new.elements) > 0.3, is_mended);
             assert!((kept - 1.0).abs() < 1e-14 || !is_mended, "{kept}");
@@ -230,8 +230,8 @@ fn what_is_flat_at_the_surface_is_cut_off() {
     (mesh.held[3], mesh.held[4]) = ([true; 3], [false; 3]);
     for over in [0.01, -0.02] {
         let position = points(over);
-        let old = Moved { mesh: &mesh, position: &position };
-        let made = |sag: f64| propose(&old, &[1.0; 5], &Rules { sag, ..Rules::default() }, &|x| *x);
+        let old = DeformedMesh { mesh: &mesh, position: &position };
+        let made = |sag: f64| propose(&old, &[1.0; 5], &RemeshRules { sag, ..RemeshRules::default() }, &|x| *x);
         let new = made(0.06);
         assert_eq!(new.elements.len(), 2);
         assert!(new.elements.iter().all(|e| signed_volume(&new.position, e) > 0.0));

@@ -4,7 +4,7 @@ use super::{EDGES, FAIR, LONG, SHORT, cube};
 use crate::math::{CLOSE, Vector};
 use crate::mesh::{ElementId, FACES, NodeId, Simplex};
 use crate::remesh::bounds::BoundingBox;
-use crate::remesh::{Moved, NodeOrigin, Proposal, load_markers};
+use crate::remesh::{DeformedMesh, NodeOrigin, ProposedMesh, load_markers};
 
 /// Tetrahedron by its points, positively oriented.
 pub(super) type Tetrahedron = [u32; 4];
@@ -82,7 +82,7 @@ pub(super) fn shape(corners: [&Vector<3>; 4]) -> f64 {
 
 impl TetMesh {
     /// Builds the mesh from a deformed old mesh with target sizes by node.
-    pub fn new(old: &Moved<'_, 3>, size: &[f64]) -> Self {
+    pub fn new(old: &DeformedMesh<'_, 3>, size: &[f64]) -> Self {
         let ends = load_markers::ends(old.mesh);
         let point = |n: usize| MeshPoint {
             x: old.position[n],
@@ -324,7 +324,7 @@ impl TetMesh {
 
     /// Proposes the mesh: kept nodes in their old order, then surface points, then interior points; kept elements in
     /// their old order, then new ones.
-    pub fn proposal(&self) -> Proposal<3> {
+    pub fn proposal(&self) -> ProposedMesh<3> {
         let rank = |p: &u32| match self.points[*p as usize].origin {
             NodeOrigin::Kept(_) => 0,
             NodeOrigin::Surface(..) => 1,
@@ -335,7 +335,7 @@ impl TetMesh {
         used.sort_by_key(rank);
         let mut number = vec![NodeId::default(); self.points.len()];
         used.iter().zip(0..).for_each(|(&point, n)| number[point as usize] = NodeId(n));
-        Proposal {
+        ProposedMesh {
             position: used.iter().map(|&point| *self.x(point)).collect(),
             origin: used.iter().map(|&point| self.points[point as usize].origin).collect(),
             elements: self.tets.iter().flatten().map(|tet| tet.map(|point| number[point as usize])).collect(),

@@ -1,9 +1,9 @@
 //! Memory bandwidth: STREAM triad a(i) = b(i) + s c(i) (McCalpin) on arrays beyond every cache, 24 bytes per item.
 
 use super::Measurement;
-use super::settings::Settings;
+use super::settings::BenchSettings;
 use super::spent::{MeasuredTime, RepeatPolicy};
-use super::table::Row;
+use super::table::BenchRow;
 use crate::options::SectionName;
 use std::hint::black_box;
 
@@ -14,7 +14,7 @@ const QUICK_LENGTH: usize = 1 << 22;
 const BYTES_PER_ITEM: usize = 24;
 
 /// Plans one measurement for each number of threads.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let length = if settings.quick { QUICK_LENGTH } else { LENGTH };
     let policy = settings.policy;
     let measurement = |threads: usize| Measurement {
@@ -26,11 +26,11 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
     settings.thread_counts().into_iter().map(measurement).collect()
 }
 
-fn measure(length: usize, threads: usize, policy: RepeatPolicy) -> Row {
+fn measure(length: usize, threads: usize, policy: RepeatPolicy) -> BenchRow {
     let (mut a, b, c) = (vec![0.0; length], vec![1.0; length], vec![2.0; length]);
     let spent = MeasuredTime::least(policy, || (), |()| triad(&mut a, &b, &c, threads));
     assert!(a.iter().all(|a| *a == 7.0), "the triad was computed");
-    Row::default()
+    BenchRow::default()
         .with("threads", threads)
         .with("gigabytes_per_s", (length * BYTES_PER_ITEM) as f64 / spent.wall / 1e9)
         .and("bytes_of_an_array", length * size_of::<f64>())

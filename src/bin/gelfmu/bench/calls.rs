@@ -2,14 +2,14 @@
 
 use super::Measurement;
 use super::scenes::{cell_size, drifting_gel, new_override};
-use super::settings::Settings;
+use super::settings::BenchSettings;
 use super::spent::{MeasuredTime, RepeatPolicy};
-use super::table::Row;
-use crate::failure::Failure;
+use super::table::BenchRow;
+use crate::failure::CommandError;
 use crate::job::RunError;
 use crate::options::SectionName;
 use crate::source;
-use crate::through_fmu::Importer;
+use crate::through_fmu::FmuImporter;
 use ballistic_gel::fmi2::LoadedState;
 use ballistic_gel::scene::Override;
 use serde_json::Value;
@@ -23,18 +23,18 @@ const SETTLING_TIME: f64 = 1e-4;
 
 /// FMU instance and its current time, s.
 struct FmuInstance {
-    importer: Importer,
+    importer: FmuImporter,
     now: f64,
 }
 
 /// Plans the measurements of an idle and of a moving gel.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let (n, policy) = (
         if settings.quick { settings.largest() } else { settings.elements[settings.elements.len() / 2] },
         settings.policy,
     );
     let cost = if settings.quick { 1.0 } else { 10.0 };
-    let measurement = |what: &str, go: fn(usize, RepeatPolicy) -> Result<Vec<Row>, Failure>| Measurement {
+    let measurement = |what: &str, go: fn(usize, RepeatPolicy) -> Result<Vec<BenchRow>, CommandError>| Measurement {
         section: SectionName::Calls,
         what: format!("{what}, {n} elements"),
         cost,
@@ -44,7 +44,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
 }
 
 /// Measures steps and outputs of a gel at rest, far from the ball.
-fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
+fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, CommandError> {
     let far = new_override("projectile.position", "[0.0, 0.0, 1.0]");
     let at_rest = new_override("projectile.velocity", "[0.0, 0.0, 0.0]");
     let mut instance = FmuInstance::new(&[cell_size(n), far, at_rest])?;
@@ -68,10 +68,10 @@ fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
 }
 
 /// Measures saving and restoring the state of a moving gel.
-fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
+fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, CommandError> {
     let mut instance = FmuInstance::new(&[cell_size(n), drifting_gel()])?;
     instance.step(SETTLING_TIME)?;
-    let Importer { fmu, .. } = &instance.importer;
+    let FmuImporter { fmu, .. } = &instance.importer;
     let check = |call, status| instance.importer.check(call, status);
     let mut kept = LoadedState::default();
     check("fmi2GetFMUstate", fmu.get_state(&mut kept))?;
@@ -99,9 +99,9 @@ fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
 }
 
 impl FmuInstance {
-    fn new(overrides: &[Override]) -> Result<Self, Failure> {
+    fn new(overrides: &[Override]) -> Result<Self, CommandError> {
         let source = source::load("sphere-block", overrides)?;
-        let importer = Importer::new((&source.text, &source.folder), &source.scene, "bench")?;
+        let importer = FmuImporter::new((&source.text, &source.folder), &source.scene, "bench")?;
         importer.initialize(1, END_TIME)?;
         Ok(Self { importer, now: 0.0 })
     }
@@ -124,9 +124,9 @@ fn time_call(policy: RepeatPolicy, mut call: impl FnMut() -> Result<(), RunError
     outcome.map(|()| spent)
 }
 
-fn row(call: &str, spent: MeasuredTime, bytes: Option<usize>) -> Row {
+fn row(call: &str, spent: MeasuredTime, bytes: Option<usize>) -> BenchRow {
     let rate = bytes.map_or(Value::Null, |bytes| (bytes as f64 / spent.cpu / 1e9).into());
-    Row::default()
+    BenchRow::default()
         .with("call", call)
         .with("cpu_us", spent.cpu * 1e6)
         .with("wall_us", spent.wall * 1e6)

@@ -1,17 +1,17 @@
 //! Element updates per second of each kernel on each instruction set, in cache and from memory.
 
 use super::Measurement;
-use super::settings::Settings;
+use super::settings::BenchSettings;
 use super::spent::{MeasuredTime, RepeatPolicy};
 use super::stand::{KERNELS, Kernel, Stand, block, levels, section};
-use super::table::Row;
+use super::table::BenchRow;
 use crate::options::SectionName;
 use ballistic_gel::fem::Section;
 use fearless_simd::Level;
 use std::hint::black_box;
 
 /// Plans one measurement for each kernel.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let (n, policy) = (settings.largest(), settings.policy);
     let measurement = |(name, kernel): (&'static str, Kernel)| Measurement {
         section: SectionName::Kernels,
@@ -23,7 +23,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
     KERNELS.into_iter().filter(is_wanted).map(measurement).collect()
 }
 
-fn measure_kernel(name: &'static str, kernel: Kernel, n_elements: usize, policy: RepeatPolicy) -> Vec<Row> {
+fn measure_kernel(name: &'static str, kernel: Kernel, n_elements: usize, policy: RepeatPolicy) -> Vec<BenchRow> {
     match kernel.section {
         Section::Spatial => rows(name, Stand::new(&block(n_elements), kernel), policy),
         Section::Planar { .. } | Section::Axisymmetric => rows(name, Stand::new(&section(n_elements), kernel), policy),
@@ -31,9 +31,9 @@ fn measure_kernel(name: &'static str, kernel: Kernel, n_elements: usize, policy:
 }
 
 /// Measures a kernel on every instruction set, and its reference implementation.
-fn rows<const D: usize>(name: &'static str, mut stand: Stand<D>, policy: RepeatPolicy) -> Vec<Row> {
+fn rows<const D: usize>(name: &'static str, mut stand: Stand<D>, policy: RepeatPolicy) -> Vec<BenchRow> {
     let simd = |(instructions, level)| measure_simd(name, instructions, level, &mut stand, policy);
-    let mut rows: Vec<Row> = levels().into_iter().map(simd).collect();
+    let mut rows: Vec<BenchRow> = levels().into_iter().map(simd).collect();
     rows.push(measure_reference(name, &mut stand, policy));
     rows
 }
@@ -45,7 +45,7 @@ fn measure_simd<const D: usize>(
     level: Level,
     stand: &mut Stand<D>,
     policy: RepeatPolicy,
-) -> Row {
+) -> BenchRow {
     let (run, n_in_cache) = stand.some_run();
     stand.load(run);
     let cached = MeasuredTime::per_turn(policy, || stand.sweep(level, run));
@@ -62,7 +62,7 @@ fn measure_simd<const D: usize>(
 }
 
 /// Measures the scalar reference implementation.
-fn measure_reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, policy: RepeatPolicy) -> Row {
+fn measure_reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, policy: RepeatPolicy) -> BenchRow {
     let (n_patches, n) = (stand.n_patches(), stand.n_elements());
     let some = (stand.some_run().1 / stand.depth()).clamp(1, n_patches);
     let cached = MeasuredTime::per_turn(policy, || {
@@ -99,8 +99,8 @@ impl SweepTime {
 }
 
 /// Returns a row with the rates in cache and from memory.
-fn row(element: &str, form: &str, depth: usize, cached: SweepTime, all: SweepTime) -> Row {
-    Row::default()
+fn row(element: &str, form: &str, depth: usize, cached: SweepTime, all: SweepTime) -> BenchRow {
+    BenchRow::default()
         .with("element", element)
         .with("in_a_patch", depth)
         .with("form", form)

@@ -4,10 +4,10 @@
 
 use super::Measurement;
 use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_simulation, step_to};
-use super::settings::{BenchMesh, Settings};
+use super::settings::{BenchMesh, BenchSettings};
 use super::spent::MeasuredTime;
-use super::table::Row;
-use crate::failure::Failure;
+use super::table::BenchRow;
+use crate::failure::CommandError;
 use crate::job::RunError;
 use crate::options::SectionName;
 use serde_json::Value;
@@ -22,9 +22,9 @@ const SHOWN: [&str; 5] =
 const KEPT: [&str; 3] = ["engine_bytes", "process_bytes", "build_wall_s"];
 
 /// Plans one measurement for each mesh.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let meshes = settings.meshes();
-    let is_alone = meshes.len() == 1 && settings.is_chosen(SectionName::Memory);
+    let is_alone = meshes.len() == 1 && settings.is_named(SectionName::Memory);
     let measurement = |mesh: BenchMesh| Measurement {
         section: SectionName::Memory,
         what: mesh.describe(),
@@ -35,7 +35,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
 }
 
 /// Measures a gel in this process.
-fn measure_here(mesh: BenchMesh) -> Result<Row, Failure> {
+fn measure_here(mesh: BenchMesh) -> Result<BenchRow, CommandError> {
     let scene = load_scene("sphere-block", &[drifting_gel(), cell_size(mesh.n_elements), element_kind(mesh.kind)])?;
     let (before, mut built) = (resident_bytes(), None);
     let spent = MeasuredTime::measure(|| built = Some(new_simulation(&scene, 1)));
@@ -55,7 +55,7 @@ fn measure_here(mesh: BenchMesh) -> Result<Row, Failure> {
 }
 
 /// Measures a gel in a separate process.
-fn measure_in_process(mesh: BenchMesh) -> Result<Row, Failure> {
+fn measure_in_process(mesh: BenchMesh) -> Result<BenchRow, CommandError> {
     let program = std::env::current_exe().map_err(|error| start_failure(PathBuf::from("gelfmu"), error))?;
     let size = mesh.n_elements.to_string();
     let arguments =
@@ -71,13 +71,13 @@ fn measure_in_process(mesh: BenchMesh) -> Result<Row, Failure> {
     Ok(row(SHOWN.map(figure), KEPT.map(figure)))
 }
 
-fn row(shown: [Value; 5], kept: [Value; 3]) -> Row {
-    let row = SHOWN.into_iter().zip(shown).fold(Row::default(), |row, (name, value)| row.with(name, value));
+fn row(shown: [Value; 5], kept: [Value; 3]) -> BenchRow {
+    let row = SHOWN.into_iter().zip(shown).fold(BenchRow::default(), |row, (name, value)| row.with(name, value));
     KEPT.into_iter().zip(kept).fold(row, |row, (name, value)| row.and(name, value))
 }
 
-fn start_failure(path: PathBuf, source: std::io::Error) -> Failure {
-    Failure::Run(RunError::File { verb: "measure memory with", path, source })
+fn start_failure(path: PathBuf, source: std::io::Error) -> CommandError {
+    CommandError::Run(RunError::File { verb: "measure memory with", path, source })
 }
 
 /// Returns the resident set of the process, bytes, where the system reports it.

@@ -16,15 +16,15 @@ mod table;
 mod threads;
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::interrupt;
 use crate::options::{BenchOptions, SectionName};
 use crate::pack::PackedLibrary;
-use crate::progress::Bar;
+use crate::progress::ProgressDisplay;
 use ballistic_gel::fmi2;
 use serde_json::{Map, Value, json};
-use settings::Settings;
-use table::Row;
+use settings::BenchSettings;
+use table::BenchRow;
 
 /// One thing to measure.
 struct Measurement {
@@ -33,26 +33,26 @@ struct Measurement {
     what: String,
     /// What it is thought to take, s: how far the progress goes with it.
     cost: f64,
-    go: Box<dyn FnOnce() -> Result<Vec<Row>, Failure>>,
+    go: Box<dyn FnOnce() -> Result<Vec<BenchRow>, CommandError>>,
 }
 
 /// What was measured of one section.
-struct Section {
+struct BenchSection {
     name: SectionName,
-    rows: Vec<Row>,
+    rows: Vec<BenchRow>,
 }
 
 const WAITING: &str =
     "interrupted: what was measured so far is printed after this measurement; Ctrl-C again ends at once";
 
 /// Measures, prints, and says with which status to end.
-pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, Failure> {
-    let settings = Settings::of(options);
+pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, CommandError> {
+    let settings = BenchSettings::of(options);
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will print nothing: {error}"));
     }
     let mut plan = plan(&settings);
-    let wanted = settings.wants(SectionName::Calls) && !settings.is_chosen(SectionName::Calls);
+    let wanted = settings.wants(SectionName::Calls) && !settings.is_named(SectionName::Calls);
     if wanted && let Err(error) = PackedLibrary::find() {
         plan.retain(|measurement| measurement.section != SectionName::Calls);
         console.note(&format!("calls are left out: {error}"));
@@ -63,7 +63,7 @@ pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, Failure> {
 }
 
 /// Everything that is wanted, in order. Memory comes first: what other sections leave behind would hide its growth.
-fn plan(settings: &Settings) -> Vec<Measurement> {
+fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let all = [
         memory::plan,
         bandwidth::plan,
@@ -78,19 +78,19 @@ fn plan(settings: &Settings) -> Vec<Measurement> {
     all.into_iter().flat_map(|plan| plan(settings)).filter(wanted).collect()
 }
 
-fn measure(plan: Vec<Measurement>, console: &Console) -> Result<Vec<Section>, Failure> {
-    let bar = Bar::new(console);
+fn measure(plan: Vec<Measurement>, console: &Console) -> Result<Vec<BenchSection>, CommandError> {
+    let bar = ProgressDisplay::new(console);
     let (all, mut done) = (plan.iter().map(|measurement| measurement.cost).sum::<f64>(), 0.0);
-    let mut sections: Vec<Section> = vec![];
+    let mut sections: Vec<BenchSection> = vec![];
     for Measurement { section, what, cost, go } in plan {
         if interrupt::asked() {
             break;
         }
-        bar.show_part(&format!("{}: {what}", section.as_str()), done / all);
+        bar.show_task(&format!("{}: {what}", section.as_str()), done / all);
         let rows = go()?;
         match sections.last_mut() {
             Some(last) if last.name == section => last.rows.extend(rows),
-            Some(_) | None => sections.push(Section { name: section, rows }),
+            Some(_) | None => sections.push(BenchSection { name: section, rows }),
         }
         done += cost;
     }
@@ -98,9 +98,9 @@ fn measure(plan: Vec<Measurement>, console: &Console) -> Result<Vec<Section>, Fa
     Ok(sections)
 }
 
-fn to_json(settings: &Settings, sections: &[Section]) -> Value {
-    let of = |section: &Section| {
-        let rows: Vec<Value> = section.rows.iter().map(Row::to_json).collect();
+fn to_json(settings: &BenchSettings, sections: &[BenchSection]) -> Value {
+    let of = |section: &BenchSection| {
+        let rows: Vec<Value> = section.rows.iter().map(BenchRow::to_json).collect();
         (section.name.as_str().to_owned(), json!({ "about": section.name.about(), "rows": rows }))
     };
     let mut all: Map<String, Value> = sections.iter().map(of).collect();
@@ -108,8 +108,8 @@ fn to_json(settings: &Settings, sections: &[Section]) -> Value {
     Value::Object(all)
 }
 
-fn to_text(settings: &Settings, sections: &[Section], console: &Console) -> String {
-    let of = |section: &Section| {
+fn to_text(settings: &BenchSettings, sections: &[BenchSection], console: &Console) -> String {
+    let of = |section: &BenchSection| {
         let (name, about) = (console.heading(section.name.as_str()), section.name.about());
         format!("{name}: {about}\n\n{}\n", table::text(&section.rows))
     };

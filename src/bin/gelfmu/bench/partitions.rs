@@ -6,11 +6,11 @@
 
 use super::Measurement;
 use super::scenes::{cell_size, drifting_gel, load_scene, new_simulation, step_to};
-use super::settings::Settings;
-use super::table::Row;
-use crate::failure::Failure;
+use super::settings::BenchSettings;
+use super::table::BenchRow;
+use crate::failure::CommandError;
 use crate::options::SectionName;
-use ballistic_gel::integrator::Run;
+use ballistic_gel::integrator::BlockLayout;
 
 /// Numbers of partitions.
 const PART_COUNTS: [usize; 6] = [2, 4, 8, 16, 32, 64];
@@ -28,7 +28,7 @@ struct WorkDivision {
 }
 
 /// Plans one measurement for each mesh.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let uniform = settings.elements.iter().map(|n| ("sphere-block", Some(*n)));
     let graded =
         GRADED_SCENES.iter().map(|name| (*name, None)).take(if settings.quick { 1 } else { GRADED_SCENES.len() });
@@ -41,14 +41,14 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
     uniform.chain(graded).map(measurement).collect()
 }
 
-fn measure(name: &'static str, n_elements: Option<usize>) -> Result<Vec<Row>, Failure> {
+fn measure(name: &'static str, n_elements: Option<usize>) -> Result<Vec<BenchRow>, CommandError> {
     let overrides: Vec<_> = n_elements.map(cell_size).into_iter().chain([drifting_gel()]).collect();
     let mut simulation = new_simulation(&load_scene(name, &overrides)?, 1)?;
     step_to(&mut simulation, MEASURED_TIME)?;
     let (runs, cost) = (simulation.runs(), simulation.observe().cost);
     let row = |parts: usize| {
         let WorkDivision { imbalance, shared } = divide_work(&runs, parts, cost.nodes);
-        Row::default()
+        BenchRow::default()
             .with("mesh", name)
             .with("elements", cost.elements)
             .with("runs", runs.len())
@@ -63,7 +63,7 @@ fn measure(name: &'static str, n_elements: Option<usize>) -> Result<Vec<Row>, Fa
 }
 
 /// Divides runs among partitions in proportion to their work.
-fn divide_work(runs: &[Run<'_>], parts: usize, n_nodes: usize) -> WorkDivision {
+fn divide_work(runs: &[BlockLayout<'_>], parts: usize, n_nodes: usize) -> WorkDivision {
     let whole: f64 = runs.iter().map(|run| run.rate).sum();
     let (mut work, mut owner) = (vec![0.0; parts], vec![None; n_nodes]);
     let (mut shared, mut before) = (vec![false; n_nodes], 0.0);
@@ -82,24 +82,25 @@ fn divide_work(runs: &[Run<'_>], parts: usize, n_nodes: usize) -> WorkDivision {
 
 #[cfg(test)]
 mod tests {
-    use super::{Run, WorkDivision, divide_work};
+    use super::{BlockLayout, WorkDivision, divide_work};
     use ballistic_gel::mesh::NodeId;
 
     #[test]
     fn even_runs_make_even_parts_that_share_their_interface_nodes() {
         let nodes: Vec<NodeId> = (0..9).map(NodeId).collect();
         // Four runs along a line with three nodes each; neighbours share an end node.
-        let run = |i: usize, rate| Run {
+        let run = |i: usize, rate| BlockLayout {
             nodes: &nodes[2 * i..2 * i + 3],
             groups: i..i + 1,
             n_elements: 2,
             rate,
             was_swept: true,
         };
-        let even: Vec<Run<'_>> = (0..4).map(|i| run(i, 5.0)).collect();
+        let even: Vec<BlockLayout<'_>> = (0..4).map(|i| run(i, 5.0)).collect();
         assert_eq!(divide_work(&even, 2, 9), WorkDivision { imbalance: 1.0, shared: 1 });
         assert_eq!(divide_work(&even, 4, 9), WorkDivision { imbalance: 1.0, shared: 3 });
-        let uneven: Vec<Run<'_>> = [6.0, 1.0, 1.0, 2.0].into_iter().enumerate().map(|(i, rate)| run(i, rate)).collect();
+        let uneven: Vec<BlockLayout<'_>> =
+            [6.0, 1.0, 1.0, 2.0].into_iter().enumerate().map(|(i, rate)| run(i, rate)).collect();
         assert_eq!(divide_work(&uneven, 2, 9), WorkDivision { imbalance: 1.2, shared: 1 });
     }
 }

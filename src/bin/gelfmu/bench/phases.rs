@@ -1,12 +1,12 @@
 //! Time of a step by phase, ns per element update on one thread: differences of separately measured parts.
 
 use super::Measurement;
-use super::settings::{BenchMesh, Settings};
+use super::settings::{BenchMesh, BenchSettings};
 use super::spent::{MeasuredTime, RepeatPolicy};
 use super::stand::{self, Kernel, Stand, levels};
 use super::steps::{self, MeasuredBlock};
-use super::table::Row;
-use crate::failure::Failure;
+use super::table::BenchRow;
+use crate::failure::CommandError;
 use crate::options::SectionName;
 use ballistic_gel::fem::{LANES, Section};
 use serde_json::Value;
@@ -24,7 +24,7 @@ struct ElementPhaseTimes {
 }
 
 /// Plans one measurement for each mesh.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let policy = settings.policy;
     let measurement = |mesh: BenchMesh| {
         let block = MeasuredBlock::new(mesh, settings);
@@ -38,7 +38,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
     settings.meshes().into_iter().map(measurement).collect()
 }
 
-fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<Row, Failure> {
+fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<BenchRow, CommandError> {
     let patched = block.kind.is_patch();
     let mut stand =
         Stand::new(&stand::block(block.n_elements), Kernel { section: Section::Spatial, patched, flows: false });
@@ -48,7 +48,7 @@ fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<Row, Failure> 
     let whole = measure_whole_step(block, policy)?;
     let without_ball = measure_whole_step(&block.without_ball(), policy)?;
     let waiting = elements.unshared.map_or(Value::Null, |unshared| (elements.cached - unshared).into());
-    Ok(Row::default()
+    Ok(BenchRow::default()
         .with("elements", n_elements)
         .with("element", block.kind.as_str())
         .with("whole_step_ns", whole)
@@ -62,7 +62,7 @@ fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<Row, Failure> 
 }
 
 /// Measures the whole step on one thread, ns per update.
-fn measure_whole_step(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<f64, Failure> {
+fn measure_whole_step(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<f64, CommandError> {
     let timings = steps::measure(block, &[1], policy)?;
     Ok(timings.iter().map(|timing| timing.spent.cpu / timing.updates * 1e9).sum())
 }

@@ -1,7 +1,7 @@
 //! Scenes of the benchmark: built-in scenes with some keys replaced.
 
 use super::stand;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::RunError;
 use crate::options::ElementName;
 use crate::source;
@@ -14,7 +14,7 @@ pub fn new_override(key: &str, value: impl Into<String>) -> Override {
 }
 
 /// Loads a built-in scene with overrides.
-pub fn load_scene(name: &str, overrides: &[Override]) -> Result<Scene, Failure> {
+pub fn load_scene(name: &str, overrides: &[Override]) -> Result<Scene, CommandError> {
     Ok(source::load(name, overrides)?.scene)
 }
 
@@ -34,14 +34,14 @@ pub fn element_kind(kind: ElementName) -> Override {
 }
 
 /// Builds the simulation of a scene that integrates its ball.
-pub fn new_simulation(scene: &Scene, threads: usize) -> Result<Simulation, Failure> {
+pub fn new_simulation(scene: &Scene, threads: usize) -> Result<Simulation, CommandError> {
     Ok(Simulation::new(scene, CouplingMode::Integrated, threads).map_err(RunError::from)?)
 }
 
 /// Steps to a time, s, without external loads on the ball.
-pub fn step_to(simulation: &mut Simulation, end: f64) -> Result<(), Failure> {
+pub fn step_to(simulation: &mut Simulation, end: f64) -> Result<(), CommandError> {
     let inputs = simulation.inputs();
     simulation
         .step(&inputs, end)
-        .map_err(|error| Failure::Run(RunError::Component { call: "Simulation::step", reason: error.to_string() }))
+        .map_err(|error| CommandError::Run(RunError::Component { call: "Simulation::step", reason: error.to_string() }))
 }

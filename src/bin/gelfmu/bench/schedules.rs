@@ -2,10 +2,10 @@
 
 use super::Measurement;
 use super::scenes::{load_scene, new_override, new_simulation, step_to};
-use super::settings::Settings;
+use super::settings::BenchSettings;
 use super::spent::{MeasuredTime, RepeatPolicy};
-use super::table::Row;
-use crate::failure::Failure;
+use super::table::BenchRow;
+use crate::failure::CommandError;
 use crate::options::SectionName;
 
 /// Fraction of the stable step for all schedules.
@@ -22,7 +22,7 @@ const MESHES: [(&str, f64); 4] =
 const SCHEDULES: [&str; 3] = ["bins", "queue", "global"];
 
 /// Plans one measurement for each mesh and schedule.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let meshes = if settings.quick { &MESHES[..2] } else { &MESHES[..] };
     let end = if settings.quick { QUICK_END } else { END };
     let pairs = meshes.iter().flat_map(|mesh| SCHEDULES.map(|schedule| (*mesh, schedule)));
@@ -36,7 +36,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
     pairs.map(measurement).collect()
 }
 
-fn measure(mesh: &'static str, schedule: &'static str, end: f64) -> Result<Row, Failure> {
+fn measure(mesh: &'static str, schedule: &'static str, end: f64) -> Result<BenchRow, CommandError> {
     let overrides =
         [new_override("integrator.schedule", format!("{schedule:?}")), new_override("integrator.cfl", CFL.to_string())];
     let scene = load_scene(mesh, &overrides)?;
@@ -52,7 +52,7 @@ fn measure(mesh: &'static str, schedule: &'static str, end: f64) -> Result<Row, 
     });
     ended?;
     let cost = last.expect("a run that has ended was looked at").cost;
-    Ok(Row::default()
+    Ok(BenchRow::default()
         .with("mesh", mesh)
         .with("elements", cost.elements)
         .with("schedule", schedule)

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 /// Settings from the command line.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct BenchSettings {
     /// True for a short benchmark.
     pub quick: bool,
     /// Number of threads to compare with one thread.
@@ -42,7 +42,7 @@ impl BenchMesh {
 const SIZES: [usize; 3] = [26_000, 165_000, 1_000_000];
 const QUICK_SIZES: [usize; 1] = [7_000];
 
-impl Settings {
+impl BenchSettings {
     /// Fills in the defaults of the options.
     pub fn of(options: &BenchOptions) -> Self {
         let sizes = if options.quick { QUICK_SIZES.to_vec() } else { SIZES.to_vec() };
@@ -62,7 +62,7 @@ impl Settings {
     }
 
     /// Returns true if the user has named the section.
-    pub fn is_chosen(&self, section: SectionName) -> bool {
+    pub fn is_named(&self, section: SectionName) -> bool {
         self.only.contains(&section)
     }
 

@@ -1,21 +1,22 @@
 //! Elements on a stand: the engine's own layout and kernels, without its steps.
 
-use ballistic_gel::constitutive::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
-use ballistic_gel::contact::{Body, BodyState, Freedom, Law};
+use ballistic_gel::constitutive::{BulkViscosity, EquationOfState, Material, NeoHookean, Viscoplastic, YieldLaw};
+use ballistic_gel::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{
-    Accumulated, Answer, At, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power,
-    Recall, Row, Section, Simplices, Whereabouts,
+    DEPTH, ElementBatches, ElementResponse, GroupKick, GroupKicks, GroupResponse, HistoryLanes, HistoryVariables,
+    LANES, MAX_NODES, NodeAccumulator, NodeCache, NodeMotion, NodeRow, NodeSource, Potential, ReportPower, Section,
+    Simplices,
 };
-use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::geometry::{ShapeGeometry, Sphere};
+use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Vector, Vector3};
-use ballistic_gel::mesh::{self, Block, ElementId, Mesh, NodeId, Patches, Split};
-use ballistic_gel::state::{Clock, Tick};
+use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, NodeId};
+use ballistic_gel::state::{GroupClock, Tick};
 use fearless_simd::Level;
 use std::ops::Range;
 
 /// Length of a kick, s: any will do.
-const KICK: Kick = Kick { length: 1e-6, elapsed: 1e-6 };
+const KICK: GroupKick = GroupKick { length: 1e-6, elapsed: 1e-6 };
 /// Elements of a patch that is none.
 const PLAIN: usize = 1;
 
@@ -49,21 +50,21 @@ pub const KERNELS: [(&str, Kernel); 12] = [
 /// Elements, where their nodes are, and room for what they answer.
 pub struct Stand<const D: usize> {
     engine: Engine<D, Simplices<D>>,
-    runs: Vec<Run>,
-    local: Local,
+    runs: Vec<BlockLayout>,
+    local: NodeCache,
     stiffness: Vec<f64>,
-    answers: Vec<GroupAnswer>,
+    answers: Vec<GroupResponse>,
     /// What they remember in lanes, and one after the other.
-    memory: Vec<Recall>,
-    remembered: Vec<Memory<D>>,
+    memory: Vec<HistoryLanes>,
+    remembered: Vec<HistoryVariables<D>>,
 }
 
 /// A run of the engine with what it gives to its nodes.
-struct Run {
+struct BlockLayout {
     nodes: Vec<NodeId>,
     groups: Range<usize>,
     n_elements: usize,
-    part: Vec<Accumulated>,
+    part: Vec<NodeAccumulator>,
 }
 
 /// The instruction sets of this machine, the widest first.
@@ -83,7 +84,7 @@ pub fn levels() -> Vec<(&'static str, Level)> {
 pub fn block(n_elements: usize) -> Mesh<3> {
     let size = cell_of_block(n_elements);
     let planes = [mesh::uniform(-0.05, 0.05, size), mesh::uniform(-0.05, 0.05, size), mesh::uniform(-0.05, 0.0, size)];
-    mesh::block(Block { planes, split: Split::Centred, faces: vec![] })
+    mesh::block(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] })
 }
 
 /// Cells of that block, m: at 5 mm it has 51 200 tetrahedra.
@@ -96,24 +97,25 @@ pub fn section(n_elements: usize) -> Mesh<2> {
     let (width, height) = (0.05, 0.05);
     let size = (4.0 * width * height / n_elements as f64).sqrt();
     let planes = [mesh::uniform(0.0, width, size), mesh::uniform(-height, 0.0, size)];
-    mesh::block(Block { planes, split: Split::Centred, faces: vec![] })
+    mesh::block(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] })
 }
 
 impl<const D: usize> Stand<D> {
     /// The elements of a mesh, strained by some per cent.
     pub fn new(mesh: &Mesh<D>, kernel: Kernel) -> Self {
         let engine = engine(mesh, kernel);
-        let own = |run: ballistic_gel::integrator::Run<'_>| Run {
+        let own = |run: ballistic_gel::integrator::BlockLayout<'_>| BlockLayout {
             nodes: run.nodes.to_vec(),
             groups: run.groups,
             n_elements: run.n_elements,
             part: vec![[0.0; 4]; run.nodes.len()],
         };
-        let runs: Vec<Run> = engine.runs().into_iter().map(own).collect();
+        let runs: Vec<BlockLayout> = engine.runs().into_iter().map(own).collect();
         let n_groups = runs.last().map_or(0, |run| run.groups.end);
-        let (stiffness, answers) = (vec![0.0; engine.state().stiffness.len()], vec![GroupAnswer::default(); n_groups]);
+        let (stiffness, answers) =
+            (vec![0.0; engine.state().stiffness.len()], vec![GroupResponse::default(); n_groups]);
         let (memory, remembered) = (lanes(&engine).memory(), engine.state().memory.clone());
-        Self { engine, runs, local: Local::new(0.0), stiffness, answers, memory, remembered }
+        Self { engine, runs, local: NodeCache::new(0.0), stiffness, answers, memory, remembered }
     }
 
     /// Elements in all.
@@ -148,7 +150,7 @@ impl<const D: usize> Stand<D> {
         let rows = lanes.depth() * lanes.rows();
         let memory = &mut self.memory[groups.start * rows..groups.end * rows];
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
-        lanes.sweep(level, (groups, Kicks::Same(KICK), Power::Untold), &mut self.local, found);
+        lanes.sweep(level, (groups, GroupKicks::Same(KICK), ReportPower::Untold), &mut self.local, found);
     }
 
     /// Loads the nodes of every run.
@@ -161,7 +163,7 @@ impl<const D: usize> Stand<D> {
         for run in 0..self.runs.len() {
             self.load(run);
             self.sweep(level, run);
-            let Run { nodes, part, .. } = &mut self.runs[run];
+            let BlockLayout { nodes, part, .. } = &mut self.runs[run];
             part.copy_from_slice(self.local.accumulated(nodes.len()));
         }
     }
@@ -169,7 +171,7 @@ impl<const D: usize> Stand<D> {
     /// The reference form over some patches: one element after the other.
     pub fn evaluate(&mut self, patches: Range<usize>) -> f64 {
         let (potential, x) = (&self.engine.gel().potential, &self.engine.state().position);
-        let mut answers = [Answer::default(); DEPTH];
+        let mut answers = [ElementResponse::default(); DEPTH];
         let mut advance =
             |patch| potential.advance(patch, x, (KICK.elapsed, &mut self.remembered), &mut answers).energy;
         patches.map(&mut advance).sum()
@@ -196,20 +198,21 @@ impl<const D: usize> Stand<D> {
     pub fn bytes_per_update(&self) -> f64 {
         let remembered = size_of_val(self.memory.as_slice());
         let lanes = lanes(&self.engine).bytes() + remembered + size_of_val(self.stiffness.as_slice());
-        let groups = self.answers.len() * (size_of::<GroupAnswer>() + size_of::<Clock>());
-        let of_node = 3 * size_of::<Vector<D>>() + size_of::<Tick>() + size_of::<NodeId>() + size_of::<Accumulated>();
+        let groups = self.answers.len() * (size_of::<GroupResponse>() + size_of::<GroupClock>());
+        let of_node =
+            3 * size_of::<Vector<D>>() + size_of::<Tick>() + size_of::<NodeId>() + size_of::<NodeAccumulator>();
         let nodes: usize = self.runs.iter().map(|run| run.nodes.len()).sum();
         (lanes + groups + nodes * of_node) as f64 / self.n_elements() as f64
     }
 
     /// Bytes of the nodes of some run while it is swept.
     pub fn bytes_in_cache(&self) -> usize {
-        self.runs[self.some_run().0].nodes.len() * (size_of::<Row>() + size_of::<Accumulated>())
+        self.runs[self.some_run().0].nodes.len() * (size_of::<NodeRow>() + size_of::<NodeAccumulator>())
     }
 
     /// As many plain elements as in a run with nodes of their own, so that no sum waits for that of a neighbour; about as
     /// many nodes in all as a run has.
-    pub fn apart(&self) -> Lanes<D> {
+    pub fn apart(&self) -> ElementBatches<D> {
         /// Elements after which the numbers of the nodes begin again.
         const PERIOD: usize = 64;
         let n_elements = self.n_elements().min(self.some_run().1) / LANES * LANES;
@@ -221,11 +224,11 @@ impl<const D: usize> Stand<D> {
     }
 
     /// The kernel over lanes by themselves; how many elements that were.
-    pub fn sweep_alone(&mut self, level: Level, lanes: &Lanes<D>, n_elements: usize) {
+    pub fn sweep_alone(&mut self, level: Level, lanes: &ElementBatches<D>, n_elements: usize) {
         let groups = n_elements / LANES;
         let memory = &mut self.memory[..groups * lanes.rows()];
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
-        lanes.sweep(level, (0..groups, Kicks::Same(KICK), Power::Untold), &mut self.local, found);
+        lanes.sweep(level, (0..groups, GroupKicks::Same(KICK), ReportPower::Untold), &mut self.local, found);
     }
 }
 
@@ -237,29 +240,29 @@ struct Nodes<'a, const D: usize> {
     rest: &'a [Vector<D>],
 }
 
-impl<const D: usize> Whereabouts<D> for Nodes<'_, D> {
+impl<const D: usize> NodeSource<D> for Nodes<'_, D> {
     #[inline]
-    fn of(&self, node: NodeId) -> At<'_, D> {
+    fn of(&self, node: NodeId) -> NodeMotion<'_, D> {
         let a = node.index();
-        At { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed: 0.0 }
+        NodeMotion { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed: 0.0 }
     }
 }
 
-fn lanes<const D: usize>(engine: &Engine<D, Simplices<D>>) -> &Lanes<D> {
+fn lanes<const D: usize>(engine: &Engine<D, Simplices<D>>) -> &ElementBatches<D> {
     engine.lanes().expect("simplices in bins have lanes")
 }
 
 fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices<D>> {
     let n = mesh.elements.len();
-    let patches = if kernel.patched { Patches::grouped(mesh) } else { Patches::alone(n) };
+    let patches = if kernel.patched { ElementPatches::grouped(mesh) } else { ElementPatches::alone(n) };
     let simplices = Simplices::in_patches(mesh, patches, (material(kernel), kernel.section));
     let mass = simplices.lumped_masses(mesh, 1030.0);
-    let surface = Surface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
-    let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
-    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
+    let surface = ContactSurface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    let law = ImpulseLaw::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
+    let rules = IntegratorSettings { schedule: SteppingSchedule::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     let shear = |x: &Vector<D>| Vector::<D>::from_fn(|i, _| 0.02 * x[(i + 1) % D]);
     let nodes = mesh.rest.iter().map(|x| (x + shear(x), shear(x))).collect();
-    Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)
+    Engine::new(DiscreteGel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)
 }
 
 /// What the elements are made of. The gel that flows gives way so slowly that it does so at each of any number of updates.
@@ -268,10 +271,10 @@ fn material(kernel: Kernel) -> Material {
     if !kernel.flows {
         return NeoHookean::new(shear_modulus, bulk_modulus).into();
     }
-    Material::Flowing(Flowing {
+    Material::Flowing(Viscoplastic {
         shear_modulus,
         state: EquationOfState::new(bulk_modulus, 0.0, 2e6),
-        strength: Some(Strength::new(1.0, 0.95, 1e6).from_rate(1e-9)),
+        strength: Some(YieldLaw::new(1.0, 0.95, 1e6).with_reference_rate(1e-9)),
         softening: None,
         viscosity: BulkViscosity { linear: 0.06, quadratic: 0.0 },
         density: 1030.0,
@@ -279,7 +282,7 @@ fn material(kernel: Kernel) -> Material {
 }
 
 /// A body that is not there.
-fn nobody() -> (Body, BodyState) {
-    let state = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
-    (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), state)
+fn nobody() -> (RigidBody, BodyState) {
+    let state = BodyState { active: false, ..BodyState::at_start(Vector3::zeros(), Vector3::zeros()) };
+    (RigidBody::fixed(ShapeGeometry::Sphere(Sphere { radius: 1.0 }), FreeDirections::SPATIAL), state)
 }

@@ -2,11 +2,11 @@
 
 use super::Measurement;
 use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_override, new_simulation, step_to};
-use super::settings::{BenchMesh, Settings};
+use super::settings::{BenchMesh, BenchSettings};
 use super::spent::{MeasuredTime, RepeatPolicy};
-use super::table::Row;
+use super::table::BenchRow;
 use super::threads::ThreadTimes;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::options::{ElementName, SectionName};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Simulation;
@@ -33,7 +33,7 @@ pub struct MeasuredBlock {
 
 impl MeasuredBlock {
     /// Creates a block with the ball.
-    pub fn new(mesh: BenchMesh, settings: &Settings) -> Self {
+    pub fn new(mesh: BenchMesh, settings: &BenchSettings) -> Self {
         let from = if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT };
         Self { n_elements: mesh.n_elements, kind: mesh.kind, from, with_ball: true }
     }
@@ -43,7 +43,7 @@ impl MeasuredBlock {
         Self { with_ball: false, ..self }
     }
 
-    fn scene(&self) -> Result<Scene, Failure> {
+    fn scene(&self) -> Result<Scene, CommandError> {
         let ball = new_override("projectile.active", self.with_ball.to_string());
         let overrides = [drifting_gel(), cell_size(self.n_elements), element_kind(self.kind), ball];
         load_scene("sphere-block", &overrides)
@@ -69,7 +69,7 @@ pub struct StepTiming {
 }
 
 /// Plans one measurement for each mesh.
-pub fn plan(settings: &Settings) -> Vec<Measurement> {
+pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
     let (policy, counts) = (settings.policy, settings.thread_counts());
     let measurement = |mesh: BenchMesh| {
         let (block, counts) = (MeasuredBlock::new(mesh, settings), counts.clone());
@@ -84,7 +84,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
 }
 
 /// Measures the same steps from the same state by each number of threads in turn, repeatedly.
-pub fn measure(block: &MeasuredBlock, counts: &[usize], policy: RepeatPolicy) -> Result<Vec<StepTiming>, Failure> {
+pub fn measure(block: &MeasuredBlock, counts: &[usize], policy: RepeatPolicy) -> Result<Vec<StepTiming>, CommandError> {
     let scene = block.scene()?;
     let mut all =
         counts.iter().map(|threads| new_simulation(&scene, *threads)).collect::<Result<Vec<Simulation>, _>>()?;
@@ -117,7 +117,7 @@ impl StepTiming {
     }
 }
 
-fn measure_once(simulation: &mut Simulation, threads: usize, end: f64) -> Result<StepTiming, Failure> {
+fn measure_once(simulation: &mut Simulation, threads: usize, end: f64) -> Result<StepTiming, CommandError> {
     let before = simulation.observe().cost.element_updates;
     let mut ended = Ok(());
     let threads_before = ThreadTimes::now();
@@ -136,14 +136,14 @@ fn measure_once(simulation: &mut Simulation, threads: usize, end: f64) -> Result
     })
 }
 
-fn restore_failure(error: &ballistic_gel::simulation::RestoreError) -> Failure {
-    Failure::Run(crate::job::RunError::Component { call: "Simulation::restore", reason: error.to_string() })
+fn restore_failure(error: &ballistic_gel::simulation::RestoreError) -> CommandError {
+    CommandError::Run(crate::job::RunError::Component { call: "Simulation::restore", reason: error.to_string() })
 }
 
-fn rows(kind: ElementName, all: &[StepTiming]) -> Vec<Row> {
+fn rows(kind: ElementName, all: &[StepTiming]) -> Vec<BenchRow> {
     let first = &all[0];
     let row = |timing: &StepTiming| {
-        Row::default()
+        BenchRow::default()
             .with("elements", timing.n_elements)
             .with("element", kind.as_str())
             .with("threads", timing.threads)

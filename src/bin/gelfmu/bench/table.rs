@@ -5,12 +5,12 @@ use serde_json::{Map, Value};
 
 /// Measured row: names with their units, and values.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Row {
+pub struct BenchRow {
     shown: Vec<(&'static str, Value)>,
     kept: Vec<(&'static str, Value)>,
 }
 
-impl Row {
+impl BenchRow {
     /// Adds a column.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
@@ -33,7 +33,7 @@ impl Row {
 }
 
 /// Formats rows with the same columns as a table.
-pub fn text(rows: &[Row]) -> String {
+pub fn text(rows: &[BenchRow]) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_content_arrangement(ContentArrangement::Dynamic);
@@ -76,7 +76,7 @@ fn format_four_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Row, format_four_digits, text};
+    use super::{BenchRow, format_four_digits, text};
 
     #[test]
     fn numbers_have_four_digits() {
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_table_shows_columns_and_json_has_all() {
-        let row = Row::default().with("mesh", "cube").with("wall_s", 0.5).and("cpu_s", 0.25);
+        let row = BenchRow::default().with("mesh", "cube").with("wall_s", 0.5).and("cpu_s", 0.25);
         let shown = text(std::slice::from_ref(&row));
         assert!(shown.contains("wall s") && shown.contains("0.5000") && !shown.contains("cpu"), "{shown}");
         assert_eq!(row.to_json(), serde_json::json!({ "mesh": "cube", "wall_s": 0.5, "cpu_s": 0.25 }));

@@ -1,7 +1,7 @@
 //! Simulation of one shot until its projectile stops.
 
 use super::search::ShotOutcome;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job;
 use crate::options::CalibrateOptions;
 use ballistic_gel::scene::Scene;
@@ -19,12 +19,12 @@ pub fn run(
     mut scene: Scene,
     options: &CalibrateOptions,
     watch: &mut ShotCallback<'_>,
-) -> Result<Option<ShotOutcome>, Failure> {
+) -> Result<Option<ShotOutcome>, CommandError> {
     scene.scene.end_time *= END_TIME_FACTOR;
     let mut simulation = job::build_simulation(&scene, CouplingMode::Integrated, options.threads)?;
     let thickness = -simulation.frame().points.iter().map(|point| point.z).fold(0.0, f64::min);
     if let Some(why) = explain_excess_depth(options.depth, thickness) {
-        return Err(Failure::BadInput(format!("--depth: {why}")));
+        return Err(CommandError::BadInput(format!("--depth: {why}")));
     }
     let step = scene.scene.communication_step;
     let n_steps = (scene.scene.end_time / step).ceil() as u64;

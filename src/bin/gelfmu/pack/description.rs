@@ -1,6 +1,6 @@
 //! `modelDescription.xml`.
 
-use ballistic_gel::fmi2::{self, Causality, Kind, Ports, Scalar, Start};
+use ballistic_gel::fmi2::{self, Causality, Kind, ScalarVariable, Start, VariablePorts};
 use ballistic_gel::scene::Scene;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -9,8 +9,8 @@ use std::io;
 type Xml = Writer<Vec<u8>>;
 
 /// The description of the FMU with this scene packed, these ports and this GUID, made by a tool of this name and version.
-pub fn xml(scene: &Scene, ports: Ports, guid: &str, tool: &str) -> io::Result<String> {
-    let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<Scalar>>());
+pub fn xml(scene: &Scene, ports: VariablePorts, guid: &str, tool: &str) -> io::Result<String> {
+    let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<ScalarVariable>>());
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     xml.create_element("fmiModelDescription")
@@ -116,13 +116,13 @@ fn experiment(xml: &mut Xml, scene: &Scene) -> io::Result<()> {
     Ok(())
 }
 
-fn variables(xml: &mut Xml, scalars: &[Scalar], scene: &toml::Table) -> io::Result<()> {
+fn variables(xml: &mut Xml, scalars: &[ScalarVariable], scene: &toml::Table) -> io::Result<()> {
     xml.create_element("ModelVariables")
         .write_inner_content(|xml| scalars.iter().try_for_each(|scalar| variable(xml, scalar, scene)))?;
     Ok(())
 }
 
-fn variable(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
+fn variable(xml: &mut Xml, scalar: &ScalarVariable, scene: &toml::Table) -> io::Result<()> {
     let of = scalar.variable;
     let (name, description, reference) = (scalar.name(), scalar.description(), scalar.reference().to_string());
     let (causality, initial) = role(of.causality);
@@ -140,7 +140,7 @@ fn variable(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<(
     Ok(())
 }
 
-fn kind(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
+fn kind(xml: &mut Xml, scalar: &ScalarVariable, scene: &toml::Table) -> io::Result<()> {
     let of = scalar.variable;
     let element = match of.kind {
         Kind::Real => "Real",
@@ -161,7 +161,7 @@ fn kind(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
     Ok(())
 }
 
-fn start(scalar: &Scalar, scene: &toml::Table) -> Option<String> {
+fn start(scalar: &ScalarVariable, scene: &toml::Table) -> Option<String> {
     match scalar.variable.start {
         Some(Start::Integer(_)) => scalar.start(scene).map(|value| format!("{value:.0}")),
         Some(Start::Text(value)) => Some(value.to_owned()),
@@ -172,9 +172,10 @@ fn start(scalar: &Scalar, scene: &toml::Table) -> Option<String> {
 
 /// Nothing feeds through within a step, but the carrier of the directional derivative; what is there at first comes from
 /// the parameters alone.
-fn structure(xml: &mut Xml, scalars: &[Scalar]) -> io::Result<()> {
-    let moves = |s: &Scalar| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s);
-    let fed = |of: &Scalar| match of.variable.name {
+fn structure(xml: &mut Xml, scalars: &[ScalarVariable]) -> io::Result<()> {
+    let moves =
+        |s: &ScalarVariable| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s);
+    let fed = |of: &ScalarVariable| match of.variable.name {
         "contact.linear_force" => indices(scalars, |s| s.body == of.body && moves(s)),
         _ => String::new(),
     };
@@ -193,16 +194,16 @@ fn structure(xml: &mut Xml, scalars: &[Scalar]) -> io::Result<()> {
 }
 
 /// Whether the state at the start depends on a variable: on the scene and what overrides it.
-fn shapes_the_start(scalar: &Scalar) -> bool {
+fn shapes_the_start(scalar: &ScalarVariable) -> bool {
     let runs_it = matches!(scalar.variable.name, "threads" | "output_directory");
     scalar.variable.causality == Causality::Parameter && !runs_it
 }
 
 fn unknowns(
     xml: &mut Xml,
-    scalars: &[Scalar],
+    scalars: &[ScalarVariable],
     wanted: impl Fn(Causality) -> bool,
-    dependencies: impl Fn(&Scalar) -> String,
+    dependencies: impl Fn(&ScalarVariable) -> String,
 ) -> io::Result<()> {
     for (index, scalar) in scalars.iter().enumerate().filter(|(_, s)| wanted(s.variable.causality)) {
         let (index, dependencies) = ((index + 1).to_string(), dependencies(scalar));
@@ -212,12 +213,12 @@ fn unknowns(
     Ok(())
 }
 
-fn indices(scalars: &[Scalar], wanted: impl Fn(&Scalar) -> bool) -> String {
+fn indices(scalars: &[ScalarVariable], wanted: impl Fn(&ScalarVariable) -> bool) -> String {
     let found = scalars.iter().enumerate().filter(|(_, s)| wanted(s)).map(|(index, _)| (index + 1).to_string());
     found.collect::<Vec<String>>().join(" ")
 }
 
-fn is_input(scalar: &Scalar) -> bool {
+fn is_input(scalar: &ScalarVariable) -> bool {
     scalar.variable.causality == Causality::Input
 }
 

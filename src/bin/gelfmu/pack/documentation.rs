@@ -1,7 +1,7 @@
 //! `documentation/index.html`: how to wire the FMU, in which frames, within which limits, and every variable.
 
 use super::requirement;
-use ballistic_gel::fmi2::{self, Causality, Kind, Ports, Variable};
+use ballistic_gel::fmi2::{self, Causality, Kind, Variable, VariablePorts};
 use ballistic_gel::scene::{Dimension, Scene};
 use std::fmt::Write as _;
 
@@ -112,7 +112,7 @@ torque, and on the rates of height and radius of a dome. Output derivatives are 
 ";
 
 /// The page of the FMU with this scene packed and these ports.
-pub fn page(scene: &Scene, ports: Ports, library: &[u8]) -> String {
+pub fn page(scene: &Scene, ports: VariablePorts, library: &[u8]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
@@ -165,8 +165,8 @@ fn packed(scene: &Scene) -> String {
     )
 }
 
-fn table(ports: Ports) -> String {
-    let (mut rows, Ports { fragments, sensors }) = (String::from("<h2>Variables</h2>\n"), ports);
+fn table(ports: VariablePorts) -> String {
+    let (mut rows, VariablePorts { fragments, sensors }) = (String::from("<h2>Variables</h2>\n"), ports);
     if fragments > 0 {
         let _ = writeln!(
             rows,
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let page = page(&scene, Ports { fragments: 0, sensors: 1 }, b"\0GLIBC_2.4\0");
+        let page = page(&scene, VariablePorts { fragments: 0, sensors: 1 }, b"\0GLIBC_2.4\0");
         for variable in fmi2::VARIABLES {
             assert!(page.contains(variable.name), "{}", variable.name);
         }

@@ -1,8 +1,8 @@
 //! The files that a scene names, as they go into the archive.
 
 use crate::job::RunError;
-use ballistic_gel::fmi2::Manifest;
-use ballistic_gel::scene::{self, Files, Override, Scene};
+use ballistic_gel::fmi2::ArchiveManifest;
+use ballistic_gel::scene::{self, FileSource, Override, Scene};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -10,7 +10,10 @@ use std::path::PathBuf;
 ///
 /// A name that leads down from the folder of the scene keeps its folders, with `/` between them; another becomes the last part
 /// of it, in the text too. No name has a character that a system forbids, and no two differ by case alone.
-pub fn of((text, scene): (&str, &Scene), files: &Files<'_>) -> Result<(String, BTreeMap<String, Vec<u8>>), RunError> {
+pub fn of(
+    (text, scene): (&str, &Scene),
+    files: &FileSource<'_>,
+) -> Result<(String, BTreeMap<String, Vec<u8>>), RunError> {
     let (mut carried, mut changes) = (BTreeMap::new(), vec![]);
     for (key, name) in scene.files() {
         let bytes = files(name).map_err(|source| RunError::File { verb: "pack", path: PathBuf::from(name), source })?;
@@ -55,7 +58,7 @@ fn free(name: &str, bytes: &[u8], taken: &BTreeMap<String, Vec<u8>>) -> String {
     if let Some((known, true)) = taken.iter().find_map(same) {
         return known;
     }
-    let reserved = || ["scene.toml", Manifest::FILE].into_iter();
+    let reserved = || ["scene.toml", ArchiveManifest::FILE].into_iter();
     let all = || reserved().chain(taken.keys().map(String::as_str));
     let (folder, last) = name.rsplit_once('/').map_or(("", name), |(folder, last)| (folder, last));
     // A folder that has the name of a file is no place for it.

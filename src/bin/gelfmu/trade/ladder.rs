@@ -3,7 +3,7 @@
 use super::importer::CouplingVariant;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::scene::{
-    ContactLaw, Dimension, ElementKind, GelShape, Grading, Lattice, Override, Remesh, RemeshMethod, Scene,
+    CellLattice, ContactLaw, Dimension, ElementKind, GelShape, GradingSpec, Override, RemeshMethod, RemeshSpec, Scene,
     ScheduleKind, Tree,
 };
 
@@ -150,14 +150,14 @@ fn scale_mesh(scene: &Scene, f: f64) -> Vec<Override> {
         return vec![];
     }
     let mut all = vec![new_override("mesh.size", round_length(f * scene.mesh.size))];
-    if let Some(Grading { growth, largest, .. }) = scene.mesh.grading {
+    if let Some(GradingSpec { growth, largest, .. }) = scene.mesh.grading {
         all.push(new_override("mesh.grading.growth", round_length(growth.powf(f))));
         all.push(new_override("mesh.grading.largest", round_length(f * largest)));
     }
     if let Some(Tree { slope, .. }) = scene.mesh.tree {
         all.push(new_override("mesh.tree.slope", round_length(f * slope)));
     }
-    if let Some(Remesh { smallest, tip, growth, .. }) = &scene.remesh {
+    if let Some(RemeshSpec { smallest, tip, growth, .. }) = &scene.remesh {
         all.extend(smallest.map(|smallest| new_override("remesh.smallest", round_length(f * smallest))));
         all.extend(tip.map(|tip| new_override("remesh.tip", round_length(f * tip))));
         all.push(new_override("remesh.growth", round_length((f * growth).min(1.0))));
@@ -246,7 +246,7 @@ fn element_rungs(scene: &Scene) -> Vec<LadderRung> {
         ElementKind::Patch => ("plain", -0.125),
     };
     let round = scene.scene.dimension == Dimension::Spatial && matches!(scene.gel.shape, GelShape::Cylinder { .. });
-    let plain = scene.mesh.tree.is_none() && scene.mesh.lattice == Lattice::Centred && !round;
+    let plain = scene.mesh.tree.is_none() && scene.mesh.lattice == CellLattice::Centred && !round;
     let lattice = plain.then(|| single_rung("lattice", -1.0, vec![new_override("mesh.lattice", "kuhn")], 0.5));
     // Three sizes tell an accurate element from one that meets the limit by chance on one mesh.
     let sizes = [-1.0, 0.0, 1.0].map(|finer: f64| (refinement + finer, 2f64.powf(-0.5 * finer)));

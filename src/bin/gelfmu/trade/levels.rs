@@ -2,16 +2,16 @@
 
 use super::curve::{AssessedRun, TradeCurve, TradeRun};
 use super::ladder::{MESH, REMESHED};
-use ballistic_gel::scene::{Fidelity, Level};
+use ballistic_gel::scene::{FidelityKind, Level};
 
 /// Returns the cost limit of a level, in element updates of the unmodified scene.
-fn cost_limit(fidelity: Fidelity) -> f64 {
+fn cost_limit(fidelity: FidelityKind) -> f64 {
     match fidelity {
-        Fidelity::Draft => 0.15,
-        Fidelity::Coarse => 0.4,
-        Fidelity::Standard => 1.0,
-        Fidelity::Fine => 4.0,
-        Fidelity::Reference => 16.0,
+        FidelityKind::Draft => 0.15,
+        FidelityKind::Coarse => 0.4,
+        FidelityKind::Standard => 1.0,
+        FidelityKind::Fine => 4.0,
+        FidelityKind::Reference => 16.0,
     }
 }
 
@@ -32,17 +32,17 @@ struct CostedRun<'a> {
 /// scene, the standard.
 ///
 /// A more expensive level is always more accurate.
-pub fn choose_levels(curve: &TradeCurve) -> Vec<(Fidelity, Level)> {
+pub fn choose_levels(curve: &TradeCurve) -> Vec<(FidelityKind, Level)> {
     let Some(base) = curve.runs.iter().find(|assessed| assessed.run.rung.knob.is_empty()) else { return vec![] };
     let Some(standard) = costed_run(base) else { return vec![] };
-    let mut chosen: Vec<(Fidelity, CostedRun<'_>)> = vec![(Fidelity::Standard, standard)];
-    for fidelity in [Fidelity::Coarse, Fidelity::Draft] {
+    let mut chosen: Vec<(FidelityKind, CostedRun<'_>)> = vec![(FidelityKind::Standard, standard)];
+    for fidelity in [FidelityKind::Coarse, FidelityKind::Draft] {
         let above = chosen[0].1;
         let budget = cost_limit(fidelity) * standard.cost;
         let fits = |run: &CostedRun<'_>| run.cost <= budget && run.cost < above.cost && run.error > above.error;
         chosen.splice(0..0, most_accurate(curve, fits).map(|run| (fidelity, run)));
     }
-    for fidelity in [Fidelity::Fine, Fidelity::Reference] {
+    for fidelity in [FidelityKind::Fine, FidelityKind::Reference] {
         let below = chosen[chosen.len() - 1].1;
         let budget = cost_limit(fidelity) * standard.cost;
         let fits = |run: &CostedRun<'_>| run.cost <= budget && run.cost > below.cost && run.error < below.error;
@@ -87,9 +87,9 @@ fn round_to_three(value: f64) -> f64 {
 }
 
 /// Formats the levels as tables of a scene file.
-pub fn scene_lines(levels: &[(Fidelity, Level)]) -> String {
+pub fn scene_lines(levels: &[(FidelityKind, Level)]) -> String {
     let number = |name: &str, value: Option<f64>| value.map_or(String::new(), |value| format!("{name} = {value:?}\n"));
-    let table = |(fidelity, level): &(Fidelity, Level)| {
+    let table = |(fidelity, level): &(FidelityKind, Level)| {
         let figures = [("error", level.error), ("updates", level.updates), ("cpu_seconds", level.cpu_seconds)];
         let figures: String = figures.into_iter().map(|(name, value)| number(name, value)).collect();
         format!("[fidelity.{}]\nset = {:?}\n{figures}", fidelity.as_str(), level.set)
@@ -103,9 +103,9 @@ mod tests {
     use crate::trade::curve::tests::run;
     use crate::trade::curve::{TradeCurve, TradeRun};
     use crate::trade::ladder::MESH;
-    use ballistic_gel::scene::{Fidelity, Levels};
+    use ballistic_gel::scene::{FidelityKind, FidelityLevels};
 
-    fn levels(sizes: &[f64]) -> Vec<(Fidelity, f64)> {
+    fn levels(sizes: &[f64]) -> Vec<(FidelityKind, f64)> {
         let of = |size: &f64| {
             run(if *size == 1.0 { "" } else { MESH }, (1.0 - size).signum() * (1.0 / size).ln().abs(), *size)
         };
@@ -117,7 +117,7 @@ mod tests {
     fn a_level_is_the_best_for_its_cost() {
         let found = levels(&[6.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.8, 0.7, 0.5, 0.4, 0.3]);
         let expected = [0.02, 0.015, 0.01, 0.007, 0.004];
-        assert_eq!(found, Fidelity::ALL.into_iter().zip(expected).collect::<Vec<_>>());
+        assert_eq!(found, FidelityKind::ALL.into_iter().zip(expected).collect::<Vec<_>>());
     }
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
         let mesh = [run("", 0.0, 1.0), run(MESH, 1.0, 0.7), run(MESH, 2.0, 0.5)];
         let fine = |more: &[TradeRun]| {
             let levels = choose_levels(&TradeCurve::assess(&[mesh.as_slice(), more].concat()));
-            levels.into_iter().find(|level| level.0 == Fidelity::Fine).unwrap().1.error
+            levels.into_iter().find(|level| level.0 == FidelityKind::Fine).unwrap().1.error
         };
         assert_eq!(fine(&[run("grading", 1.0, 0.65)]), Some(0.007));
         assert_eq!(fine(&[run("grading", 1.0, 0.65), run("grading", 2.0, 0.6)]), Some(0.0065));
@@ -136,7 +136,7 @@ mod tests {
         let found = levels(&[1.4, 1.0, 0.8, 0.7]);
         assert_eq!(
             found.iter().map(|level| level.0).collect::<Vec<_>>(),
-            [Fidelity::Coarse, Fidelity::Standard, Fidelity::Fine]
+            [FidelityKind::Coarse, FidelityKind::Standard, FidelityKind::Fine]
         );
     }
 
@@ -144,7 +144,7 @@ mod tests {
     fn the_lines_are_the_table_of_a_scene() {
         let chosen = choose_levels(&crate::trade::curve::tests::curve());
         let text = scene_lines(&chosen).replace("[fidelity.", "[");
-        let read: Levels = toml::from_str(&text).unwrap();
+        let read: FidelityLevels = toml::from_str(&text).unwrap();
         assert_eq!(read.known().map(|(fidelity, level)| (fidelity, level.clone())).collect::<Vec<_>>(), chosen);
         assert!(read.standard.is_some_and(|level| level.set.is_empty()));
     }

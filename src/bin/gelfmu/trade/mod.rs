@@ -17,11 +17,11 @@ pub use importer::CouplingVariant;
 pub use row::print_row;
 
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::interrupt;
 use crate::job::RunError;
 use crate::options::TradeOptions;
-use crate::progress::Bar;
+use crate::progress::ProgressDisplay;
 use crate::results;
 use crate::source;
 use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPolicy};
@@ -37,7 +37,7 @@ const COMMAND: &str = "trade";
 const WAITING: &str = "interrupted: finished runs are kept, the others are left; the same command goes on from there";
 
 /// Measures the error-cost curve, writes it and returns the exit status.
-pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
+pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, CommandError> {
     let task = TradeTask::read(options)?;
     let mut folder = task.claim()?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
@@ -72,14 +72,14 @@ struct TradeTask<'a> {
 }
 
 impl<'a> TradeTask<'a> {
-    fn read(options: &'a TradeOptions) -> Result<Self, Failure> {
+    fn read(options: &'a TradeOptions) -> Result<Self, CommandError> {
         let scene = source::load(&options.scene, &options.set)?.scene;
         let own = || Path::new("gelfmu-out").join(format!("{}-trade", scene.scene.name));
         let folder = options.out.clone().unwrap_or_else(own);
         let knobs = ladder::knobs(&scene);
         if let Some(unknown) = options.only.iter().find(|name| !knobs.contains(&name.as_str())) {
             let expected = format!("one of the knobs of this scene: {}", knobs.join(", "));
-            return Err(Failure::BadInput(format!(
+            return Err(CommandError::BadInput(format!(
                 "--only {unknown}: found no knob of this name, expected {expected}"
             )));
         }
@@ -92,9 +92,9 @@ impl<'a> TradeTask<'a> {
         folder: &mut ResultFolder,
         console: &Console,
         repeats: usize,
-        work: impl FnOnce(&mut RunQueue<'_>) -> Result<Vec<TradeRun>, Failure>,
-    ) -> Result<Vec<TradeRun>, Failure> {
-        let bar = Bar::new(console);
+        work: impl FnOnce(&mut RunQueue<'_>) -> Result<Vec<TradeRun>, CommandError>,
+    ) -> Result<Vec<TradeRun>, CommandError> {
+        let bar = ProgressDisplay::new(console);
         if self.options.afresh {
             folder.remove_all(work::ROWS_FOLDER).map_err(RunError::from)?;
         }
@@ -104,7 +104,7 @@ impl<'a> TradeTask<'a> {
     }
 
     /// Runs the unmodified scene, then its ladder.
-    fn run_ladder(&self, queue: &mut RunQueue<'_>) -> Result<Vec<TradeRun>, Failure> {
+    fn run_ladder(&self, queue: &mut RunQueue<'_>) -> Result<Vec<TradeRun>, CommandError> {
         let mut runs = queue.run_all(self.with_scenes(vec![LadderRung::unmodified()]))?;
         let failed = runs.iter().any(|run| run.row.as_ref().map_or(true, |row| row.failure.is_some()));
         let has_failed = if failed { HasFailed::Yes } else { HasFailed::No };
@@ -116,7 +116,7 @@ impl<'a> TradeTask<'a> {
     }
 
     /// Claims the folder; kept rows of an earlier `trade` are continued.
-    fn claim(&self) -> Result<ResultFolder, Failure> {
+    fn claim(&self) -> Result<ResultFolder, CommandError> {
         let files: &[&str] = if self.options.options { &[switches::FILE] } else { &paper::FILES };
         let needs: Vec<String> = files.iter().map(|file| (*file).to_owned()).collect();
         let source = source::load(&self.options.scene, &self.options.set)?;
@@ -130,7 +130,7 @@ impl<'a> TradeTask<'a> {
     }
 
     /// Completes the folder and returns the exit status.
-    fn finish(&self, mut folder: ResultFolder, console: &Console) -> Result<u8, Failure> {
+    fn finish(&self, mut folder: ResultFolder, console: &Console) -> Result<u8, CommandError> {
         let state = if interrupt::asked() { FolderState::Interrupted } else { FolderState::Complete };
         folder.begin().and_then(|()| folder.mark(state)).map_err(RunError::from)?;
         if state == FolderState::Complete {

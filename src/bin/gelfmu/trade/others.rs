@@ -1,7 +1,7 @@
 //! Runs of other codes from a CSV file, assessed with our reference values.
 
 use super::curve::{QUANTITIES, ReferenceValue, TradeCurve};
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use ballistic_gel::fmi2;
 use std::path::Path;
 
@@ -24,9 +24,9 @@ const COST_COLUMN: &str = "cpu_seconds";
 
 /// Reads a table with the columns `run`, `cpu_seconds` and any of `trade.csv`, e.g. `peak_depth`; further columns are
 /// ignored.
-pub fn read_peers(path: &Path, curve: &TradeCurve) -> Result<Vec<PeerRun>, Failure> {
+pub fn read_peers(path: &Path, curve: &TradeCurve) -> Result<Vec<PeerRun>, CommandError> {
     let refuse = |place: &str, found: &str, expected: &str| {
-        Failure::BadInput(format!("--with {}: {place}found {found}, expected {expected}", path.display()))
+        CommandError::BadInput(format!("--with {}: {place}found {found}, expected {expected}", path.display()))
     };
     let text =
         fmi2::read_limited_text(path, MOST_BYTES).map_err(|error| refuse("", &error.to_string(), "a CSV file"))?;

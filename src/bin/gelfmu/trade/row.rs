@@ -2,7 +2,7 @@
 
 use super::importer::{self, CouplingVariant};
 use crate::console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::{self, RunError};
 use crate::options::TradeRowOptions;
 use crate::source;
@@ -48,7 +48,7 @@ pub struct TradeRow {
 }
 
 /// Runs a scene file on one thread and prints its row as JSON; the least times of all repetitions count.
-pub fn print_row(options: &TradeRowOptions) -> Result<(), Failure> {
+pub fn print_row(options: &TradeRowOptions) -> Result<(), CommandError> {
     let scene = source::load_file(&options.scene, &options.folder)?;
     let mut row = run_scene(&scene, options.importer)?;
     for _ in 1..options.repeat {
@@ -57,11 +57,12 @@ pub fn print_row(options: &TradeRowOptions) -> Result<(), Failure> {
         row.wall_seconds = row.wall_seconds.min(again.wall_seconds);
     }
     let text = serde_json::to_string(&row).expect("numbers and text can be written");
-    console::print(&text)
-        .map_err(|source| Failure::Run(RunError::File { verb: "write to", path: "standard output".into(), source }))
+    console::print(&text).map_err(|source| {
+        CommandError::Run(RunError::File { verb: "write to", path: "standard output".into(), source })
+    })
 }
 
-fn run_scene(scene: &Scene, importer: CouplingVariant) -> Result<TradeRow, Failure> {
+fn run_scene(scene: &Scene, importer: CouplingVariant) -> Result<TradeRow, CommandError> {
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
     let mut simulation = job::build_simulation(scene, importer.mode(), 1)?;
     let failure = importer::run_simulation(&mut simulation, scene, importer).err().map(|error| error.to_string());

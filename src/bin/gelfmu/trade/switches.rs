@@ -5,7 +5,7 @@ use super::curve::TradeRun;
 use super::ladder::LadderRung;
 use super::row::TradeRow;
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::job::RunError;
 use ballistic_gel::output::ResultFolder;
 use ballistic_gel::scene::{BodyShape, MaterialModel, Override, Scene};
@@ -132,9 +132,9 @@ pub fn report(
     runs: &[TradeRun],
     folder: &mut ResultFolder,
     console: &Console,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     let Some(base) = runs.first().and_then(|run| run.row.as_ref().ok()) else {
-        return Err(Failure::Stopped("the scene as it comes cannot be run".to_owned()));
+        return Err(CommandError::Stopped("the scene as it comes cannot be run".to_owned()));
     };
     let lines: Vec<Vec<String>> = runs.iter().map(|run| table_cells(run, base)).collect();
     let mut table = Table::new();

@@ -3,14 +3,14 @@
 use super::curve::TradeRun;
 use super::ladder::LadderRung;
 use super::row::TradeRow;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::interrupt;
 use crate::job::RunError;
-use crate::progress::Bar;
+use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
 use ballistic_gel::fmi2;
 use ballistic_gel::output::ResultFolder;
-use ballistic_gel::scene::Levels;
+use ballistic_gel::scene::FidelityLevels;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -30,7 +30,7 @@ pub struct RunQueue<'a> {
     /// Repetitions of each run; the least CPU time counts.
     pub repeats: usize,
     /// Progress bar.
-    pub bar: &'a Bar,
+    pub bar: &'a ProgressDisplay,
 }
 
 /// Rung with its scene, or the reason why the scene cannot be run.
@@ -38,7 +38,7 @@ pub struct PreparedRung {
     /// Rung of the ladder.
     pub rung: LadderRung,
     /// Scene of the rung.
-    pub source: Result<SceneSource, Failure>,
+    pub source: Result<SceneSource, CommandError>,
 }
 
 /// Name of the rows' folder inside that of the curve.
@@ -56,7 +56,7 @@ struct RowTask {
 
 impl RunQueue<'_> {
     /// Runs every rung without a kept row; interrupted runs are not returned.
-    pub fn run_all(&mut self, rungs: Vec<PreparedRung>) -> Result<Vec<TradeRun>, Failure> {
+    pub fn run_all(&mut self, rungs: Vec<PreparedRung>) -> Result<Vec<TradeRun>, CommandError> {
         let (mut runs, mut tasks) = (vec![], vec![]);
         for (index, PreparedRung { rung, source }) in rungs.into_iter().enumerate() {
             match source {
@@ -77,7 +77,7 @@ impl RunQueue<'_> {
     }
 
     /// Reads the row of an earlier run from the folder; `None` without a valid row file.
-    fn read_kept_row(&self, name: &str) -> Result<Option<Result<TradeRow, String>>, Failure> {
+    fn read_kept_row(&self, name: &str) -> Result<Option<Result<TradeRow, String>>, CommandError> {
         if !self.folder.owns(name) {
             return Ok(None);
         }
@@ -97,7 +97,7 @@ impl RunQueue<'_> {
         rung: LadderRung,
         file: String,
         source: &SceneSource,
-    ) -> Result<RowTask, Failure> {
+    ) -> Result<RowTask, CommandError> {
         let name = file.replace(".json", ".toml");
         self.folder.write(&name, source.text.as_bytes()).map_err(RunError::from)?;
         let text = self.folder.place(&name);
@@ -105,7 +105,7 @@ impl RunQueue<'_> {
     }
 
     /// Runs the tasks in concurrent processes, until all are done or the user interrupts them.
-    fn run_tasks(&mut self, tasks: Vec<RowTask>) -> Result<Vec<(usize, TradeRun)>, Failure> {
+    fn run_tasks(&mut self, tasks: Vec<RowTask>) -> Result<Vec<(usize, TradeRun)>, CommandError> {
         let (total, mut done) = (tasks.iter().map(|task| task.rung.expected_cost).sum::<f64>(), 0.0);
         let (mut waiting, mut going, mut runs) = (tasks.into_iter(), Vec::<(RowTask, Child)>::new(), vec![]);
         loop {
@@ -125,7 +125,7 @@ impl RunQueue<'_> {
                 return Ok(runs);
             }
             let names: Vec<String> = going.iter().map(|(task, _)| task.rung.label()).collect();
-            self.bar.show_part(&names.join(" | "), done / total);
+            self.bar.show_task(&names.join(" | "), done / total);
             for (task, mut child) in std::mem::take(&mut going) {
                 let ended = child.try_wait().map_err(file_failure("wait for", &task.text))?;
                 if ended.is_none() {
@@ -142,7 +142,7 @@ impl RunQueue<'_> {
 
 impl RunQueue<'_> {
     /// Reads the outcome of a process and keeps its row in the folder, unless the process was killed.
-    fn collect_row(&mut self, task: &RowTask, child: &mut Child) -> Result<Result<TradeRow, String>, Failure> {
+    fn collect_row(&mut self, task: &RowTask, child: &mut Child) -> Result<Result<TradeRow, String>, CommandError> {
         let row = match task.read_outcome(child)? {
             RowOutcome::Made(row) => row,
             RowOutcome::Lost(how) => return Ok(Err(how)),
@@ -158,9 +158,9 @@ impl RunQueue<'_> {
 fn row_hash(rung: &LadderRung, source: &SceneSource, repeats: usize) -> u128 {
     let mut scene = source.scene.clone();
     // Measured accuracy levels do not change a run.
-    scene.fidelity = Levels::default();
+    scene.fidelity = FidelityLevels::default();
     let scene = serde_json::to_string(&scene).expect("a scene consists of tables, numbers and text");
-    let read = fmi2::files_in(&source.folder);
+    let read = fmi2::scene_file_reader(&source.folder);
     let files: Vec<Vec<u8>> = source.scene.files().iter().filter_map(|(_, name)| read(name).ok()).collect();
     let again = if repeats == 1 { String::new() } else { repeats.to_string() };
     let all = format!("{}{again} {} {scene} {files:?}", env!("CARGO_PKG_VERSION"), rung.importer.as_str());
@@ -169,7 +169,7 @@ fn row_hash(rung: &LadderRung, source: &SceneSource, repeats: usize) -> u128 {
 
 impl RowTask {
     /// Starts `gelfmu trade-row` for the scene file.
-    fn start_process(&self) -> Result<Child, Failure> {
+    fn start_process(&self) -> Result<Child, CommandError> {
         let program = std::env::current_exe().map_err(file_failure("find", Path::new("gelfmu")))?;
         let mut command = Command::new(program);
         command.arg("trade-row").arg(&self.text).arg("--folder").arg(self.folder.join("."));
@@ -179,7 +179,7 @@ impl RowTask {
     }
 
     /// Reads the output of the process.
-    fn read_outcome(&self, child: &mut Child) -> Result<RowOutcome, Failure> {
+    fn read_outcome(&self, child: &mut Child) -> Result<RowOutcome, CommandError> {
         let (mut out, mut complaint) = (String::new(), String::new());
         for (pipe, to) in [
             (child.stdout.as_mut().map(|p| p as &mut dyn Read), &mut out),
@@ -213,7 +213,7 @@ fn kill_process(child: &mut Child) {
 }
 
 /// Converts an I/O error into a failure that names the file.
-pub fn file_failure(verb: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Failure {
+pub fn file_failure(verb: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> CommandError {
     let path = path.to_path_buf();
-    move |source| Failure::Run(RunError::File { verb, path, source })
+    move |source| CommandError::Run(RunError::File { verb, path, source })
 }
