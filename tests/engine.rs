@@ -137,7 +137,7 @@ fn check_reference<const D: usize>(case: Case) {
         energy[0].damage - energy[1].damage,
     ];
     assert!(differences.iter().all(|difference| difference.abs() < 1e-12), "{case:?}: {differences:?}");
-    let flown = fast.memory.iter().filter(|memory| memory.plastic > 1e-3 && memory.restricted_to < 1.0).count();
+    let flown = fast.memory.iter().filter(|memory| memory.plastic > 1e-3 && memory.left < 1.0).count();
     assert_eq!(flown > 10, case.gel == Made::Flowing, "{case:?}: {flown} elements have flowed");
     assert_eq!(fast.ledger.energy.viscous < -1e-5, case.gel != Made::Elastic, "{case:?}: {:?}", fast.ledger.energy);
     for (own, other) in fast.memory.iter().zip(&reference.memory) {

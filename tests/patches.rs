@@ -114,7 +114,7 @@ fn nodes<const D: usize>(mesh: &Mesh<D>, elements: &[ElementId]) -> BTreeSet<Nod
 
 /// What holds on every mesh.
 fn check<const D: usize>(mesh: &Mesh<D>, patches: &ElementPatches) {
-    let (most, across) = (if D == 2 { 2 } else { 4 }, neighbours::<D>(&mesh.elements));
+    let (most, across) = (if D == 2 { 2 } else { 4 }, face_neighbours::<D>(&mesh.elements));
     let mut members: Vec<ElementId> = patches.iter().flatten().copied().collect();
     members.sort_unstable();
     assert!(

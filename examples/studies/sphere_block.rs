@@ -3,7 +3,7 @@
 mod richardson;
 
 use super::run::{Run, run, scene};
-use richardson::{Limit, limit};
+use richardson::{MeshValue, RefinementLimit, extrapolate_limit};
 use std::io::Write as _;
 
 /// Cells along the edge of 0.1 m of the block; its height of 0.05 m has half as many. With fewer than 16 the ball of 20 mm
@@ -22,10 +22,10 @@ pub fn study() {
     println!("|---|---|---|---|");
     for three in centred.windows(3) {
         for (name, pick) in [("depth, mm", 0), ("v at 10 ms, m/s", 1)] {
-            let values = [three[0], three[1], three[2]].map(|f| (f.size, f.values[pick]));
-            let sizes = values.map(|v| format!("{:.2}", 1e3 * v.0)).join(" ");
-            match limit(values, None) {
-                Ok(Limit { order, value, .. }) => println!("| {sizes} | {name} | {order:.2} | {value:.3} |"),
+            let values = [three[0], three[1], three[2]].map(|f| MeshValue { size: f.size, value: f.values[pick] });
+            let sizes = values.map(|v| format!("{:.2}", 1e3 * v.size)).join(" ");
+            match extrapolate_limit(values, None) {
+                Ok(RefinementLimit { order, value, .. }) => println!("| {sizes} | {name} | {order:.2} | {value:.3} |"),
                 Err(why) => println!("| {sizes} | {name} | {why} | – |"),
             }
         }

@@ -87,7 +87,7 @@ mod tests {
     fn relaxation_of_two_steps_is_that_of_their_sum() {
         let branch = MaxwellBranch { shear_modulus: 1.0, time: 3e-3 };
         let left = |step: f64| branch.relaxation_factors(step).iter().product::<f64>();
-        assert!((restricted_to(1e-3) * restricted_to(4e-3) / restricted_to(5e-3) - 1.0).abs() < 1e-15);
+        assert!((left(1e-3) * left(4e-3) / left(5e-3) - 1.0).abs() < 1e-15);
         assert_eq!(branch.relaxation_factors(0.0), [1.0; 2]);
     }
 

@@ -465,7 +465,7 @@ mod tests {
         for step in 1..=200 {
             let x = waved(&mesh, 0.25 * (f64::from(step) * 0.0314).sin());
             simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
-            assert!(memory.iter().zip(left).all(|(memory, left)| memory.restricted_to <= left && memory.left > 0.05));
+            assert!(memory.iter().zip(left).all(|(memory, left)| memory.left <= left && memory.left > 0.05));
             left = [memory[0].left, memory[1].left];
         }
         assert!(left.iter().all(|left| *left < 0.3), "{left:?}");

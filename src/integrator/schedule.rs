@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn bins_are_active_at_the_multiples_of_their_step() {
         let active = |step| (1..=8).filter(|tick| SteppingSchedule::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
-        assert_eq!((active_nodes(1).len(), active_nodes(2), active_nodes(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
+        assert_eq!((active(1).len(), active(2), active(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
     }
 
     #[test]

@@ -6,11 +6,11 @@ use crate::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
 use crate::fem::{Potential, Section, Simplices};
 use crate::geometry::{ShapeGeometry, Sphere};
 use crate::math::Vector3;
-use crate::mesh::{CellSplit, ElementBlock, ElementPatches, Mesh, block, graded};
+use crate::mesh::{BlockSpec, CellSplit, ElementPatches, Mesh, block, graded};
 
 /// Creates a mesh of cells between the same planes along each axis, m.
 pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
-    block(ElementBlock { planes: std::array::from_fn(|_| planes.to_vec()), split: CellSplit::Centred, faces: vec![] })
+    block(BlockSpec { planes: std::array::from_fn(|_| planes.to_vec()), split: CellSplit::Centred, faces: vec![] })
 }
 
 /// Returns a pseudo-random number from −1 to 1.

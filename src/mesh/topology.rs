@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(facets.len(), 6);
         assert!(!facets.iter().any(|f| sorted::<3>(*f) == [NodeId(1), NodeId(2), NodeId(3)]));
         assert_eq!(
-            neighbours::<3>(&elements),
+            face_neighbours::<3>(&elements),
             [[Some(ElementId(1)), None, None, None], [None, None, None, Some(ElementId(0))]]
         );
         let star = NodeIncidence::new(5, elements.iter().map(|e| &e[..]));

@@ -72,9 +72,9 @@ mod tests {
     /// Checks that the updated adjacency equals one built from scratch, and returns the number of unchanged elements.
     fn check<const D: usize>(mesh: &Mesh<D>, new: &ProposedMesh<D>) -> usize {
         let pairing = MeshCorrespondence::of(mesh, new);
-        let found = neighbours_after::<D>(&new.elements, &pairing, &neighbours::<D>(&mesh.elements));
-        assert!(found == neighbours::<D>(&new.elements), "neighbours differ");
-        assert_eq!(outer::<D>(&new.elements, &found), boundary::<D>(&new.elements));
+        let found = neighbours_after::<D>(&new.elements, &pairing, &face_neighbours::<D>(&mesh.elements));
+        assert!(found == face_neighbours::<D>(&new.elements), "face_neighbours differ");
+        assert_eq!(boundary_from_neighbours::<D>(&new.elements, &found), boundary::<D>(&new.elements));
         pairing.same.iter().flatten().count()
     }
 

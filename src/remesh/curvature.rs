@@ -254,7 +254,7 @@ mod tests {
             RectilinearGrid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(CellSplit::Kuhn);
         let mesh = Mesh::new(points, elements);
         let old = DeformedMesh { mesh: &mesh, position: &mesh.rest };
-        let across = neighbours::<3>(&mesh.elements);
+        let across = face_neighbours::<3>(&mesh.elements);
         for steep in [1e-3, 0.1, 1.0, 20.0] {
             let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
             // One distant node reduces the others to a small part of the range.

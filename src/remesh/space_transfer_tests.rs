@@ -56,7 +56,7 @@ fn a_mesh_that_is_the_same_keeps_every_bit() {
     body.mesh.held[3] = [false, true, false];
     body.velocity[3].y = 0.0;
     let mut new = body.again();
-    new.elements.apply_reversal();
+    new.elements.reverse();
     // Turned about a corner, about the middles of two edges, and left.
     for (nodes, way) in new.elements.iter_mut().zip([0, 1, 2].into_iter().cycle()) {
         let [a, b, c, d] = *nodes;

@@ -129,7 +129,7 @@ mod tests {
     fn a_thin_fin_on_a_block_in_space_breaks_off_and_nothing_else() {
         let mesh = finned(0.02);
         let moved = DeformedMesh { mesh: &mesh, position: &mesh.rest };
-        let surface = (&mesh.facets[..], &neighbours::<3>(&mesh.elements)[..]);
+        let surface = (&mesh.facets[..], &face_neighbours::<3>(&mesh.elements)[..]);
         let gone = thin_elements(&moved, surface, 0.05);
         let reaches = |e: usize, z: f64| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > z);
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
@@ -150,7 +150,7 @@ mod tests {
         let of = |to: f64| {
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| if through(x) { Vector::<2>::new(to, 0.75) } else { *x }).collect();
-            let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
+            let surface = (&mesh.facets[..], &face_neighbours::<2>(&mesh.elements)[..]);
             thin_elements(&DeformedMesh { mesh: &mesh, position: &position }, surface, 1e-6)
         };
         assert!(!of(0.25).contains(&true) && !of(0.01).contains(&true));

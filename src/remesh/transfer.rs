@@ -165,7 +165,7 @@ mod tests {
             body.mesh.held[3] = [false, true];
             body.velocity[3][1] = 0.0;
             let mut new = body.again();
-            new.elements.apply_reversal();
+            new.elements.reverse();
             for nodes in new.elements.iter_mut().step_by(2) {
                 *nodes = [nodes[1], nodes[2], nodes[0], nodes[1]];
             }

@@ -132,7 +132,7 @@ mod tests {
     fn graph_of<const D: usize>(points: &[[f64; D]], elements: &[[u32; 4]]) -> ElementGraph<D> {
         let nodes: Vec<_> = points.iter().map(|point| Vector::<D>::from(*point)).collect();
         let elements: Vec<_> = elements.iter().map(|nodes| nodes.map(NodeId)).collect();
-        ElementGraph::new(&nodes, &elements, &neighbours::<D>(&elements))
+        ElementGraph::new(&nodes, &elements, &face_neighbours::<D>(&elements))
     }
 
     /// A regular octahedron of four tetrahedra around the z axis.

@@ -97,7 +97,7 @@ mod tests {
 
     fn graph_of(nodes: &[Vector<2>], elements: &[[u32; 4]]) -> ElementGraph<2> {
         let elements: Vec<_> = elements.iter().map(|nodes| nodes.map(NodeId)).collect();
-        ElementGraph::new(nodes, &elements, &neighbours::<2>(&elements))
+        ElementGraph::new(nodes, &elements, &face_neighbours::<2>(&elements))
     }
 
     /// A strip of four triangles, the two in the middle a square.
