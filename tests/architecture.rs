@@ -133,7 +133,8 @@ fn names_of_types_are_unique() {
     let mut places = std::collections::BTreeMap::<String, Vec<String>>::new();
     for file in rust_files("src") {
         let code = code::without_tests(&code::without_comments(&text(&file)));
-        for name in code::types(&code) {
+        // One type of a name for each of some platforms is one type.
+        for name in code::types(&code).into_iter().collect::<std::collections::BTreeSet<_>>() {
             places.entry(name).or_default().push(file.display().to_string());
         }
     }

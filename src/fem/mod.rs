@@ -28,7 +28,7 @@ use crate::mesh::{ElementId, ElementPatches, NodeId};
 pub(crate) use batch::on;
 pub use batch::{ElementBatch, LANES};
 pub use facet_pressure::{FacetPressure, push};
-pub use history::HistoryLanes;
+pub use history::{HistoryLanes, HistoryVariables};
 pub use layout::{
     DEPTH, ElementBatches, ElementCorner, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput,
     max_patch_size,
@@ -38,7 +38,7 @@ pub use node_cache::{
 };
 pub use simplex::{ReferenceShape, Section};
 pub use simplices::Simplices;
-pub use viscoplastic::{Dissipation, HistoryVariables};
+pub use viscoplastic::Dissipation;
 
 /// Inversion margin: a step may take J at most this far below 0, by extrapolation of the rate at its start.
 ///

@@ -1,48 +1,10 @@
 //! Viscoplastic elements, F = F_e F_p: radial return onto the yield surface (Simo & Hughes 1998, numerics A16).
 
 use super::simplex::{DeformationGradient, ElasticCauchyGreen, ElementKinematics};
-use super::{DEPTH, ElementResponse, Section, Simplices};
+use super::{DEPTH, ElementResponse, HistoryVariables, Section, Simplices};
 use crate::constitutive::{Material, StressReturn, Viscoplastic, VolumetricEnergy, VolumetricResponse};
 use crate::math::{Tensor, Vector, cube_root, det};
 use crate::mesh::ElementId;
-
-/// History variables of a viscoplastic element, or of one branch of a viscoelastic element.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HistoryVariables<const D: usize> {
-    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of unit determinant together with `out`, initially 1; C̄_i⁻¹ of a branch.
-    pub inverse: Tensor<D>,
-    /// Out-of-plane component of C̄_p⁻¹; 1 in space.
-    pub out: f64,
-    /// Equivalent plastic strain ε_p.
-    pub plastic: f64,
-    /// J at the last tick of the patch.
-    pub jacobian: f64,
-    /// Rate of ε_p at the last plastic step, 1/s.
-    pub rate: f64,
-    /// Damage factor g of the shear stress.
-    pub left: f64,
-    /// Equivalent stress q of the undamaged material at the last tick, Pa.
-    pub stress: f64,
-    /// Time-filtered U′ of the yield law, Pa.
-    pub felt: f64,
-}
-
-impl<const D: usize> Default for HistoryVariables<D> {
-    fn default() -> Self {
-        let inverse = Tensor::<D>::identity();
-        Self { inverse, out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0, stress: 0.0, felt: 0.0 }
-    }
-}
-
-impl<const D: usize> HistoryVariables<D> {
-    /// Returns true if all variables are finite.
-    #[must_use]
-    pub fn is_valid(&self) -> bool {
-        let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
-        let numbers = [out, plastic, jacobian, rate, left, stress, felt];
-        inverse.iter().chain(numbers).all(|number| number.is_finite())
-    }
-}
 
 /// Energy of a patch, and its dissipation since its last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -12,9 +12,8 @@ use super::partial_block::GroupStar;
 use super::pool::PerThread;
 use super::step_size::RAISE_MARGIN;
 use super::{DiscreteGel, TickGrid};
-use crate::fem::{
-    Dissipation, ElementBatches, HistoryLanes, MAX_NODES, NodeAccumulator, NodeCache, Potential, rounding,
-};
+use crate::fem::{Dissipation, ElementBatches, HistoryLanes, MAX_NODES, NodeAccumulator, NodeCache};
+use crate::fem::{Potential, rounding};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{GroupClock, Tick};
 use fearless_simd::Level;
@@ -22,13 +21,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Slots of a block. With 1024 tetrahedra, some 400 nodes and their sums take 40 kB of cache, and a node is in two
-/// blocks; with a quarter of that, a node would be in three.
+/// Slots of a block: some 400 nodes and their sums take 40 kB of cache, and a node is in two blocks.
 pub(super) const SLOTS: usize = 1024;
 
-/// Number of nodes above which nodal data exceed the near caches and are prefetched. With 175 000 nodes (a million
-/// tetrahedra) prefetching saves some 6 % of a step; with 32 000 nodes it costs 4 %. Nothing in between was
-/// measured.
+/// Number of nodes above which nodal data exceed the near caches and are prefetched: it saves 6 % of a step with 175 000 nodes
+/// and costs 4 % with 32 000.
 const CACHED_NODES: usize = 1 << 16;
 
 /// Returns true if the data of this many nodes exceed the near caches.
@@ -479,8 +476,7 @@ impl ElementBlock {
         self.due != BlockActivity::Nothing && self.is_moving()
     }
 
-    /// Returns true if all steps hold unless a node finds a limit that changes one: all groups have begun, and no
-    /// step is about to be raised.
+    /// Returns true if all steps hold unless a node finds a new limit: all groups have begun, and no step is about to rise.
     fn may_hold_steps(&self) -> bool {
         self.contributes() && !self.restless && self.steps.0 > 0
     }
@@ -490,8 +486,8 @@ impl ElementBlock {
     /// # Panics
     /// Where none or all are active, or before the active groups are found and swept.
     pub fn active_star(&self) -> &GroupStar {
-        let around = self.active_stars.get(&self.longest_active).expect("it is found out first what fires");
-        debug_assert!(!around.nodes.is_empty(), "a sweep comes before what is around");
+        let around = self.active_stars.get(&self.longest_active).expect("active groups are found first");
+        debug_assert!(!around.nodes.is_empty(), "a sweep comes first");
         around
     }
 

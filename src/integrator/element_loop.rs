@@ -24,7 +24,7 @@ use std::sync::atomic::Ordering;
 
 /// Input of a sweep over the elements.
 #[derive(Clone, Copy)]
-pub(super) struct SweepInput<'a, const D: usize> {
+pub(super) struct ElementLoopInput<'a, const D: usize> {
     pub moment: TickContext,
     pub grid: TickGrid,
     pub position: &'a [Vector<D>],
@@ -37,7 +37,7 @@ pub(super) struct SweepInput<'a, const D: usize> {
 }
 
 /// Output of a sweep, from a first block on.
-struct SweepOutput<'a> {
+struct ElementLoopOutput<'a> {
     first: usize,
     blocks: &'a mut [ElementBlock],
     parts: &'a mut [NodeAccumulator],
@@ -49,7 +49,7 @@ struct SweepOutput<'a> {
     rows: usize,
 }
 
-impl SplitWork for SweepOutput<'_> {
+impl SplitWork for ElementLoopOutput<'_> {
     /// Splits by the number of elements to sweep.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
         let Self { first, blocks, parts, stiffness, answers, memory, groups, rows } = self;
@@ -75,7 +75,7 @@ pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
 impl<const D: usize> ElementBlocks<D> {
     /// Finds the active groups of every block; returns the number of elements to sweep.
-    pub fn find_active(&mut self, input: &SweepInput<'_, D>) -> u64 {
+    pub fn find_active(&mut self, input: &ElementLoopInput<'_, D>) -> u64 {
         for (i, block) in self.all.iter_mut().enumerate() {
             block.find_active(input, group_range(i, self.groups, input.clocks.len()));
         }
@@ -85,7 +85,7 @@ impl<const D: usize> ElementBlocks<D> {
     /// Sweeps all active blocks that are not known to be at rest, shared among the threads of a pool if there is one.
     pub fn sweep(
         &mut self,
-        input: &SweepInput<'_, D>,
+        input: &ElementLoopInput<'_, D>,
         stiffness: &mut [f64],
         answers: &mut [GroupResponse],
         pool: Option<&WorkerPool>,
@@ -102,7 +102,7 @@ impl<const D: usize> ElementBlocks<D> {
         let locals = &self.locals;
         let (n_blocks, blocks, parts) = (self.all.len(), self.all.as_mut_slice(), self.parts.as_mut_slice());
         let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES_PER_BLOCK * self.lanes.rows());
-        let all = SweepOutput { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
+        let all = ElementLoopOutput { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
         share_work(pool, n_blocks, all, |output| {
             let (mut parts, mut memory, mut local) = (output.parts, output.memory, locals.own());
             let block_outputs = output.stiffness.chunks_mut(SLOTS).zip(output.answers.chunks_mut(output.groups));
@@ -163,7 +163,7 @@ fn longest_active_step(lengths: Tick, tick: Tick) -> Tick {
 
 impl ElementBlock {
     /// Finds the activity of the block, its active groups and the number of their elements.
-    fn find_active<const D: usize>(&mut self, input: &SweepInput<'_, D>, groups: std::ops::Range<usize>) {
+    fn find_active<const D: usize>(&mut self, input: &ElementLoopInput<'_, D>, groups: std::ops::Range<usize>) {
         self.looked_at = false;
         let is_active = |step: Tick| input.moment.fires(step);
         self.due = match (is_active(self.steps.0), is_active(self.steps.1)) {
@@ -201,7 +201,7 @@ impl ElementBlock {
     /// rest before.
     fn sweep<const D: usize>(
         &mut self,
-        input: &SweepInput<'_, D>,
+        input: &ElementLoopInput<'_, D>,
         kernel: BlockKernel<'_, D>,
         output: BlockOutput<'_>,
         local: &mut NodeCache,
@@ -276,7 +276,7 @@ impl ElementBlock {
     }
 
     /// Loads the active nodes; returns true if one of them has moved or moves.
-    fn load_nodes<const D: usize>(&self, input: &SweepInput<'_, D>, level: Level, local: &mut NodeCache) -> bool {
+    fn load_nodes<const D: usize>(&self, input: &ElementLoopInput<'_, D>, level: Level, local: &mut NodeCache) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
         if self.due == BlockActivity::All {
@@ -289,7 +289,7 @@ impl ElementBlock {
     /// Summarises the responses of the active groups in the report.
     fn make_report<const D: usize>(
         &mut self,
-        input: &SweepInput<'_, D>,
+        input: &ElementLoopInput<'_, D>,
         groups: std::ops::Range<usize>,
         answers: &[GroupResponse],
         moves: bool,
@@ -325,7 +325,7 @@ fn needs_check(answer: &GroupResponse) -> bool {
     !answer.energy.is_finite() || answer.inverted != 0
 }
 
-impl<const D: usize> SweepInput<'_, D> {
+impl<const D: usize> ElementLoopInput<'_, D> {
     /// Returns the kick of an active group; its length is 0 at the start, when no step is known yet.
     #[inline(always)]
     fn kick(&self, step: Tick) -> Option<GroupKick> {
@@ -337,7 +337,7 @@ impl<const D: usize> SweepInput<'_, D> {
     }
 }
 
-impl<const D: usize> NodeSource<D> for SweepInput<'_, D> {
+impl<const D: usize> NodeSource<D> for ElementLoopInput<'_, D> {
     #[inline(always)]
     fn of(&self, node: NodeId) -> NodeMotion<'_, D> {
         let a = node.index();

@@ -6,7 +6,7 @@
 
 use super::StepError;
 use super::blocks::ElementBlocks;
-use super::element_loop::{MIN_SHARED_ELEMENTS, SweepInput, is_failure};
+use super::element_loop::{ElementLoopInput, MIN_SHARED_ELEMENTS, is_failure};
 use super::engine::Engine;
 use super::handover::AdvanceOutcome;
 use super::neighbour_list::STRETCH;
@@ -274,7 +274,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.drift_group_nodes(tick);
             return self.evaluate_forces(tick);
         };
-        let input = SweepInput {
+        let input = ElementLoopInput {
             moment,
             grid: self.grid,
             position: &self.state.position,

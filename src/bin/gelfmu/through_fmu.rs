@@ -18,7 +18,7 @@ pub struct FmuImporter {
     /// The instance.
     pub fmu: LoadedFmu,
     ports: VariablePorts,
-    /// Where it was unpacked; goes after the instance.
+    /// Folder of the unpacked archive; removed after the instance.
     _folder: ScratchFolder,
 }
 

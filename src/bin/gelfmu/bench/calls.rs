@@ -22,7 +22,7 @@ const END_TIME: f64 = 100.0;
 const SETTLING_TIME: f64 = 1e-4;
 
 /// FMU instance and its current time, s.
-struct FmuInstance {
+struct TimedInstance {
     importer: FmuImporter,
     now: f64,
 }
@@ -47,7 +47,7 @@ pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
 fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, CommandError> {
     let far = new_override("projectile.position", "[0.0, 0.0, 1.0]");
     let at_rest = new_override("projectile.velocity", "[0.0, 0.0, 0.0]");
-    let mut instance = FmuInstance::new(&[cell_size(n), far, at_rest])?;
+    let mut instance = TimedInstance::new(&[cell_size(n), far, at_rest])?;
     instance.step(10.0 * COMMUNICATION_STEP)?;
     let step = time_call(policy, || instance.step(COMMUNICATION_STEP))?;
     let outputs = instance.importer.outputs();
@@ -69,7 +69,7 @@ fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, Command
 
 /// Measures saving and restoring the state of a moving gel.
 fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, CommandError> {
-    let mut instance = FmuInstance::new(&[cell_size(n), drifting_gel()])?;
+    let mut instance = TimedInstance::new(&[cell_size(n), drifting_gel()])?;
     instance.step(SETTLING_TIME)?;
     let FmuImporter { fmu, .. } = &instance.importer;
     let check = |call, status| instance.importer.check(call, status);
@@ -98,7 +98,7 @@ fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, Comman
     Ok(calls.map(|(call, spent)| row(call, spent, Some(size))).into())
 }
 
-impl FmuInstance {
+impl TimedInstance {
     fn new(overrides: &[Override]) -> Result<Self, CommandError> {
         let source = source::load("sphere-block", overrides)?;
         let importer = FmuImporter::new((&source.text, &source.folder), &source.scene, "bench")?;

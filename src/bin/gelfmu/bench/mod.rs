@@ -29,14 +29,14 @@ use table::BenchRow;
 /// One thing to measure.
 struct Measurement {
     section: SectionName,
-    /// What it is, for the progress.
+    /// Name for the progress.
     what: String,
-    /// What it is thought to take, s: how far the progress goes with it.
+    /// Expected duration, s, by which the progress advances.
     cost: f64,
     go: Box<dyn FnOnce() -> Result<Vec<BenchRow>, CommandError>>,
 }
 
-/// What was measured of one section.
+/// Measurements of one section.
 struct BenchSection {
     name: SectionName,
     rows: Vec<BenchRow>,

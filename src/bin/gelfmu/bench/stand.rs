@@ -20,18 +20,18 @@ const KICK: GroupKick = GroupKick { length: 1e-6, elapsed: 1e-6 };
 /// Elements of a patch that is none.
 const PLAIN: usize = 1;
 
-/// What an element stands for, whether it shares its volume change with others, and whether its gel flows.
+/// Element kernel: kinematics, F-bar patches or none, and constitutive law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
     /// Plane, revolution or space.
     pub section: Section,
     /// Pairs of triangles or groups of four tetrahedra, or each by itself.
     pub patched: bool,
-    /// Whether it flows, at every update, or is elastic.
+    /// True for a viscoplastic gel that flows at every update, false for an elastic one.
     pub flows: bool,
 }
 
-/// Every kernel by name: what its elements are.
+/// Kernels by the name of their elements.
 pub const KERNELS: [(&str, Kernel); 12] = [
     ("tetrahedra", Kernel { section: Section::Spatial, patched: false, flows: false }),
     ("tetrahedra", Kernel { section: Section::Spatial, patched: true, flows: false }),
@@ -47,20 +47,20 @@ pub const KERNELS: [(&str, Kernel); 12] = [
     ("flowing triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true, flows: true }),
 ];
 
-/// Elements, where their nodes are, and room for what they answer.
+/// Test stand of one kernel: elements, positions of their nodes, and buffers for their response.
 pub struct Stand<const D: usize> {
     engine: Engine<D, Simplices<D>>,
-    runs: Vec<BlockLayout>,
+    runs: Vec<StandBlock>,
     local: NodeCache,
     stiffness: Vec<f64>,
     answers: Vec<GroupResponse>,
-    /// What they remember in lanes, and one after the other.
+    /// History variables in batches, and element by element.
     memory: Vec<HistoryLanes>,
     remembered: Vec<HistoryVariables<D>>,
 }
 
-/// A run of the engine with what it gives to its nodes.
-struct BlockLayout {
+/// Block of the engine with its contributions to its nodes.
+struct StandBlock {
     nodes: Vec<NodeId>,
     groups: Range<usize>,
     n_elements: usize,
@@ -104,13 +104,13 @@ impl<const D: usize> Stand<D> {
     /// The elements of a mesh, strained by some per cent.
     pub fn new(mesh: &Mesh<D>, kernel: Kernel) -> Self {
         let engine = engine(mesh, kernel);
-        let own = |run: ballistic_gel::integrator::BlockLayout<'_>| BlockLayout {
+        let own = |run: ballistic_gel::integrator::BlockLayout<'_>| StandBlock {
             nodes: run.nodes.to_vec(),
             groups: run.groups,
             n_elements: run.n_elements,
             part: vec![[0.0; 4]; run.nodes.len()],
         };
-        let runs: Vec<BlockLayout> = engine.runs().into_iter().map(own).collect();
+        let runs: Vec<StandBlock> = engine.runs().into_iter().map(own).collect();
         let n_groups = runs.last().map_or(0, |run| run.groups.end);
         let (stiffness, answers) =
             (vec![0.0; engine.state().stiffness.len()], vec![GroupResponse::default(); n_groups]);
@@ -163,7 +163,7 @@ impl<const D: usize> Stand<D> {
         for run in 0..self.runs.len() {
             self.load(run);
             self.sweep(level, run);
-            let BlockLayout { nodes, part, .. } = &mut self.runs[run];
+            let StandBlock { nodes, part, .. } = &mut self.runs[run];
             part.copy_from_slice(self.local.accumulated(nodes.len()));
         }
     }
@@ -210,8 +210,8 @@ impl<const D: usize> Stand<D> {
         self.runs[self.some_run().0].nodes.len() * (size_of::<NodeRow>() + size_of::<NodeAccumulator>())
     }
 
-    /// As many plain elements as in a run with nodes of their own, so that no sum waits for that of a neighbour; about as
-    /// many nodes in all as a run has.
+    /// Plain elements without common nodes, so that no sum waits for that of a neighbour: as many elements as a block has, and
+    /// about as many nodes.
     pub fn apart(&self) -> ElementBatches<D> {
         /// Elements after which the numbers of the nodes begin again.
         const PERIOD: usize = 64;
@@ -265,7 +265,7 @@ fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices
     Engine::new(DiscreteGel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)
 }
 
-/// What the elements are made of. The gel that flows gives way so slowly that it does so at each of any number of updates.
+/// Constitutive law of a kernel. The viscoplastic gel relaxes so slowly that it flows at each of any number of updates.
 fn material(kernel: Kernel) -> Material {
     let (shear_modulus, bulk_modulus) = (68_966.0, 666_667.0);
     if !kernel.flows {

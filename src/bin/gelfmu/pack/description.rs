@@ -193,7 +193,7 @@ fn structure(xml: &mut Xml, scalars: &[ScalarVariable]) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether the state at the start depends on a variable: on the scene and what overrides it.
+/// Returns true if the initial state depends on a variable: the scene or one of its overrides.
 fn shapes_the_start(scalar: &ScalarVariable) -> bool {
     let runs_it = matches!(scalar.variable.name, "threads" | "output_directory");
     scalar.variable.causality == Causality::Parameter && !runs_it

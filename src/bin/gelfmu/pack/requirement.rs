@@ -1,4 +1,4 @@
-//! What the packed library needs of the system that loads it.
+//! C library that the packed library needs on the system that loads it.
 
 /// Marks a version of the GNU C library in the table of symbols that a library imports.
 const MARK: &[u8] = b"GLIBC_";

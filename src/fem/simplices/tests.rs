@@ -1,0 +1,99 @@
+//! Forces, energy and stiffness bound of elements against central differences.
+
+use super::*;
+
+fn triangle(section: Section) -> (Mesh<2>, Simplices<2>) {
+    let rest = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from).to_vec();
+    let mesh = Mesh::new(rest, vec![[0, 1, 2, 0].map(NodeId)]);
+    let simplices = Simplices::new(&mesh, NeoHookean::new(3.0, 40.0), section);
+    (mesh, simplices)
+}
+
+fn tetrahedron() -> (Mesh<3>, Simplices<3>) {
+    let rest = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]];
+    let rest = rest.map(Vector::<3>::from).to_vec();
+    let mesh = Mesh::new(rest, vec![[0, 1, 2, 3].map(NodeId)]);
+    let simplices = Simplices::new(&mesh, NeoHookean::new(3.0, 40.0), Section::Spatial);
+    (mesh, simplices)
+}
+
+fn deformed<const D: usize>(mesh: &Mesh<D>, size: f64) -> Vec<Vector<D>> {
+    let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
+    mesh.rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
+}
+
+fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, ElementResponse<D>) {
+    let mut answers = [ElementResponse::default(); DEPTH];
+    let energy = simplices.evaluate(0, x, &[], &mut answers);
+    (energy, answers[0])
+}
+
+/// Returns the energy with node `a` moved by `s` along axis `i`.
+fn moved_energy<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], (a, i): (usize, usize), s: f64) -> f64 {
+    let mut moved = x.to_vec();
+    moved[a][i] += s;
+    forces(simplices, &moved).0
+}
+
+fn check_forces<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
+    let step = 1e-6;
+    for size in [0.0, 0.1, 0.3] {
+        let x = deformed(mesh, size);
+        let f = forces(simplices, &x).1.forces;
+        for component in (0..=D).flat_map(|a| (0..D).map(move |i| (a, i))) {
+            let energy = |s: f64| moved_energy(simplices, &x, component, s);
+            let slope = (energy(step) - energy(-step)) / (2.0 * step);
+            let (a, i) = component;
+            assert!((slope + f[a][i]).abs() < 1e-7 * (1.0 + f[a].norm()), "node {a}, direction {i}");
+        }
+    }
+}
+
+fn check_stiffness<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
+    let step = 1e-6;
+    for size in [0.0, 0.05, 0.1, 0.2, 0.3, 0.4] {
+        let x = deformed(mesh, size);
+        let n = (D + 1) * D;
+        let stiffness = nalgebra::DMatrix::from_fn(n, n, |row, column| {
+            let probe = |s: f64| {
+                let mut moved = x.clone();
+                moved[column / D][column % D] += s;
+                forces(simplices, &moved).1.forces[row / D][row % D]
+            };
+            (probe(-step) - probe(step)) / (2.0 * step)
+        });
+        let greatest = (&stiffness + stiffness.transpose()).symmetric_eigenvalues().max() / 2.0;
+        let bound = forces(simplices, &x).1.stiffness;
+        assert!(greatest <= bound * (1.0 + 1e-6), "{greatest} above the bound {bound}");
+        assert!(greatest > 0.2 * bound, "the bound {bound} is idle against {greatest}");
+    }
+}
+
+#[test]
+fn forces_are_minus_the_gradient_of_the_energy() {
+    for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+        let (mesh, simplices) = triangle(section);
+        check_forces(&mesh, &simplices);
+    }
+    let (mesh, simplices) = tetrahedron();
+    check_forces(&mesh, &simplices);
+}
+
+#[test]
+fn the_stiffness_bound_is_an_upper_bound_and_tight() {
+    for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+        let (mesh, simplices) = triangle(section);
+        check_stiffness(&mesh, &simplices);
+    }
+    let (mesh, simplices) = tetrahedron();
+    check_stiffness(&mesh, &simplices);
+}
+
+#[test]
+fn lumped_masses_add_up_to_the_mass() {
+    for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+        let (mesh, simplices) = triangle(section);
+        let total: f64 = simplices.lumped_masses(&mesh, 1030.0).iter().sum();
+        assert!((total / (1030.0 * simplices.volume(ElementId(0))) - 1.0).abs() < 1e-14);
+    }
+}
