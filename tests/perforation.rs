@@ -5,8 +5,8 @@
 use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, SavedSimulation, Simulation};
-use std::path::Path;
+use ballistic_gel::simulation::{CouplingMode, MeshFrame, SavedSimulation, Simulation};
+use std::path::{Path, PathBuf};
 
 /// The ball of the calibration shot through 12 mm of its gel, on cells of R/3; it leaves within 0.1 ms.
 const THIN: [&str; 8] = [
@@ -40,10 +40,23 @@ fn advance(simulation: &mut Simulation, end: f64, steps: u32) {
 
 /// `summary.json` of a run as `gelfmu run --direct` makes it.
 fn summary(name: &str, scene: &Scene) -> serde_json::Value {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("perforation").join(name);
+    run(&folder(name), scene).0
+}
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("perforation").join(name)
+}
+
+/// Runs a scene into a folder, and gives its `summary.json` and its end.
+fn run(folder: &Path, scene: &Scene) -> (serde_json::Value, Simulation) {
     let (mut simulation, step) = (simulation(scene, 1), scene.scene.communication_step);
+<<<<<<< HEAD
     drop(std::fs::remove_dir_all(&folder));
     let mut recorder = RunRecorder::create(&folder, scene, DriverInterface::Direct, 1).unwrap();
+=======
+    drop(std::fs::remove_dir_all(folder));
+    let mut recorder = Recorder::create(folder, scene, Interface::Direct, 1).unwrap();
+>>>>>>> main
     recorder.record(&simulation).unwrap();
     while !simulation.is_over() && simulation.time() < scene.scene.end_time * (1.0 - 1e-9) {
         let end = (simulation.time() + step).min(scene.scene.end_time);
@@ -52,8 +65,8 @@ fn summary(name: &str, scene: &Scene) -> serde_json::Value {
     }
     recorder.finish(&simulation, None).unwrap();
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
-    assert_eq!(page.contains("has perforated the gel"), simulation.exit(0).is_some(), "{name}");
-    serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap()
+    assert_eq!(page.contains("has perforated the gel"), simulation.exit(0).is_some(), "{}", folder.display());
+    (serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap(), simulation)
 }
 
 #[test]
@@ -151,4 +164,61 @@ fn another_body_in_the_gel_keeps_it_going_until_it_rests() {
     let mut both = simulation(&scene::read(&text).unwrap(), 1);
     advance(&mut both, 4e-4, 4);
     assert!(both.exit(0).is_some() && !both.is_at_rest() && !both.is_over());
+}
+
+/// A ball of 9 mm and 8 g at 350 m/s through 400 mm of gel with a free back, about an axis.
+const NINE: &str = r#"
+[scene]
+name = "nine"
+dimension = "axisymmetric"
+end_time = 4e-3
+communication_step = 2e-5
+stop_after_exit = 5e-4
+[gel]
+shape.cylinder = { radius = 0.075, height = 0.4 }
+preset = "gelatin-10"
+supports.z_min = "free"
+[projectile]
+shape.sphere.radius = 4.5e-3
+mass = 8e-3
+position = [0.0, 0.0, 4.5e-3]
+velocity = [0.0, 0.0, -350.0]
+[mesh]
+size = 1.5e-3
+element = "patch"
+tree = { coarsest = 16, core = 6e-3, slope = 0.3 }
+[remesh]
+quality = 0.3
+compression = 0.5
+smallest = 0.75e-3
+bend = 180.0
+growth = 0.2
+thinnest = 1e-4
+"#;
+
+/// Least distance of the gel from the axis at a height, m, by the edges of all cells.
+fn least_radius(frame: &MeshFrame, height: f64) -> f64 {
+    let corner = |node: u32| &frame.points[node as usize];
+    let edges = frame.cells.nodes.iter().flat_map(|cell| [(0, 1), (1, 2), (2, 0)].map(|(a, b)| [cell[a], cell[b]]));
+    let crossing = edges.map(|edge| edge.map(corner)).filter(|[a, b]| (a.z > height) != (b.z > height));
+    crossing.map(|[a, b]| a.x + (b.x - a.x) * (height - a.z) / (b.z - a.z)).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn the_cavity_of_a_shot_through_a_free_back_is_the_void_between_its_cells() {
+    let (scene, folder) = (scene::read(NINE).unwrap(), folder("nine"));
+    let (summary, simulation) = run(&folder, &scene);
+    assert_eq!((summary["perforated"].as_bool(), summary["peak_depth"].as_f64()), (Some(true), Some(0.4)));
+    let (frame, mut rows, mut widest) = (simulation.frame(), 0, 0.0f64);
+    for line in std::fs::read_to_string(folder.join("cavity.csv")).unwrap().lines().skip(1) {
+        let row: Vec<f64> = line.split(',').map(|word| word.parse().unwrap()).collect();
+        if (row[0] - frame.time).abs() < 1e-12 {
+            let expected = least_radius(&frame, -row[1]);
+            assert!((row[2] - expected).abs() < 1e-6, "{} for {expected} m at {} m", row[2], row[1]);
+            (rows, widest) = (rows + 1, widest.max(2.0 * row[2]));
+        }
+    }
+    assert!(rows > 350, "{rows} depths");
+    assert!((summary["final_cavity_diameter"].as_f64().unwrap() - widest).abs() < 1e-6, "{widest} m in {summary}");
+    assert!((0.05..0.15).contains(&widest), "{widest} m");
 }
