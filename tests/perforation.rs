@@ -50,13 +50,8 @@ fn folder(name: &str) -> PathBuf {
 /// Runs a scene into a folder, and gives its `summary.json` and its end.
 fn run(folder: &Path, scene: &Scene) -> (serde_json::Value, Simulation) {
     let (mut simulation, step) = (simulation(scene, 1), scene.scene.communication_step);
-<<<<<<< HEAD
-    drop(std::fs::remove_dir_all(&folder));
-    let mut recorder = RunRecorder::create(&folder, scene, DriverInterface::Direct, 1).unwrap();
-=======
     drop(std::fs::remove_dir_all(folder));
-    let mut recorder = Recorder::create(folder, scene, Interface::Direct, 1).unwrap();
->>>>>>> main
+    let mut recorder = RunRecorder::create(folder, scene, DriverInterface::Direct, 1).unwrap();
     recorder.record(&simulation).unwrap();
     while !simulation.is_over() && simulation.time() < scene.scene.end_time * (1.0 - 1e-9) {
         let end = (simulation.time() + step).min(scene.scene.end_time);
