@@ -47,7 +47,7 @@ pub struct EnergyAccounts {
     /// branches.
     pub viscous: f64,
     /// Energy of the eroded mass.
-    pub splash: f64,
+    pub eroded: f64,
     /// Stored energy lost to damage, negative (numerics 6.2).
     pub damage: f64,
 }
@@ -68,7 +68,7 @@ pub struct MomentumAccounts {
     /// Impulse of the damping.
     pub damping: CompensatedSum,
     /// Momentum of the eroded mass.
-    pub splash: CompensatedSum,
+    pub eroded: CompensatedSum,
 }
 
 /// Compensated sum of millions of vectors: its rounding error is kept beside it (Knuth's two-sum, by component).
@@ -137,7 +137,7 @@ impl EnergyAccounts {
     /// Returns all accounts, J.
     fn accounts(&self) -> [f64; 13] {
         let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
-        let Self { remesh, load, damping, plastic, viscous, splash, damage, .. } = *self;
+        let Self { remesh, load, damping, plastic, viscous, eroded, damage, .. } = *self;
         [
             contact,
             friction,
@@ -150,7 +150,7 @@ impl EnergyAccounts {
             damping,
             plastic,
             viscous,
-            splash,
+            eroded,
             damage,
         ]
     }
@@ -170,8 +170,8 @@ impl MomentumAccounts {
     }
 
     fn accounts(&self) -> [Vector3; 7] {
-        let Self { restraint, external, importer, remesh, load, damping, splash } = self;
-        [restraint, external, importer, remesh, load, damping, splash].map(CompensatedSum::value)
+        let Self { restraint, external, importer, remesh, load, damping, eroded } = self;
+        [restraint, external, importer, remesh, load, damping, eroded].map(CompensatedSum::value)
     }
 }
 

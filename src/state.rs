@@ -82,7 +82,7 @@ pub struct RunRecord {
     /// Number of remeshes.
     pub remeshes: u64,
     /// Eroded mass, kg.
-    pub splashed: f64,
+    pub eroded_mass: f64,
     /// Smallest J so far.
     pub min_jacobian: f64,
     /// Stretch of the surface over a body at the last tick.
@@ -163,7 +163,7 @@ impl RunRecord {
         Self {
             updates: 0,
             remeshes: 0,
-            splashed: 0.0,
+            eroded_mass: 0.0,
             min_jacobian: 1.0,
             stretch: SurfaceStretch::Little,
             synchronous: (f64::INFINITY, 0, 0.0),
@@ -314,9 +314,10 @@ impl Clone for RunRecord {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, splashed, min_jacobian, stretch, synchronous, pressed, at_rest, contacts } = from;
+        let Self { updates, remeshes, eroded_mass, min_jacobian, stretch, synchronous, pressed, at_rest, contacts } =
+            from;
         self.contacts.clone_from(contacts);
-        (self.updates, self.remeshes, self.splashed) = (*updates, *remeshes, *splashed);
+        (self.updates, self.remeshes, self.eroded_mass) = (*updates, *remeshes, *eroded_mass);
         (self.pressed, self.at_rest) = (*pressed, *at_rest);
         (self.min_jacobian, self.stretch, self.synchronous) = (*min_jacobian, *stretch, *synchronous);
     }

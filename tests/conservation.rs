@@ -288,10 +288,10 @@ fn light_bodies_leave_the_books_closed() {
         let seen = simulation.observe();
         assert!(seen.projectile().contact.first.is_some(), "{mass} kg");
         let errors = [seen.energy.energy_error, seen.momentum_error, seen.angular_momentum_error];
-        println!("{mass:e} kg: {errors:?}, angular {:e} N·m·s", seen.angular_momentum_closure.norm());
+        println!("{mass:e} kg: {errors:?}, angular {:e} N·m·s", seen.angular_momentum_imbalance.norm());
         assert!(errors[0] <= 1e-10 && errors[1] <= 1e-12 && errors[2] <= 1e-12, "{mass:e} kg: {errors:?}");
         // What a body of a gram and more brings is told from round-off by itself.
         let brought = 0.1 * mass * seen.projectile().kinematics.velocity.norm();
-        assert!(exponent < -3 || seen.angular_momentum_closure.norm() < 1e-12 * brought, "{mass:e} kg");
+        assert!(exponent < -3 || seen.angular_momentum_imbalance.norm() < 1e-12 * brought, "{mass:e} kg");
     }
 }

@@ -41,7 +41,7 @@ fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
     assert!((depth / 23.2 - 1.0).abs() < 0.03, "{depth} mm");
     // 2 % on cells of R/4; on those of R/8 of the scene 0.6 %.
     assert!(seen.energy.energy_defect < 0.03, "defect {}", seen.energy.energy_defect);
-    let whole = done.frame().mass + seen.cost.splashed;
+    let whole = done.frame().mass + seen.cost.eroded_mass;
     assert!((whole / mass - 1.0).abs() < 1e-12, "mass {:e}", whole / mass - 1.0);
     assert!(
         seen.energy.plastic < -0.2 * seen.energy.initial,
@@ -174,7 +174,7 @@ fn what_no_mesh_can_follow_breaks_off_a_gel_that_flows_and_the_books_close() {
     let done = run(&scene, 3, 2);
     let seen = done.observe();
     assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-11, "{:?}", seen.energy);
-    let kept = (done.frame().mass + seen.cost.splashed) / mass;
+    let kept = (done.frame().mass + seen.cost.eroded_mass) / mass;
     assert!((kept - 1.0).abs() < 1e-12, "mass {:e}", kept - 1.0);
     assert_eq!(run(&scene, 1, 1).digest(), done.digest());
 }
@@ -194,7 +194,7 @@ fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more
     let taken = seen.energy.remesh / seen.energy.initial;
     assert!(taken.abs() < 1e-4, "{taken}");
     assert!(seen.energy.plastic < 0.0, "{:?}", seen.energy);
-    let kept = done.frame().mass + seen.cost.splashed;
+    let kept = done.frame().mass + seen.cost.eroded_mass;
     assert!((kept / mass - 1.0).abs() < 1e-12, "mass {:e}", kept / mass - 1.0);
     assert_eq!(run(&scene, 1, 3).digest(), done.digest());
 }

@@ -97,8 +97,8 @@ fn a_strip_leaves_its_image_as_a_bar_leaves_a_wall() {
             contact < 0.0 && contact > -1.1 * energy / n as f64,
             "{n}: the contact takes {contact:e} of {energy:e} J"
         );
-        assert!(totals.energy_closure.1 < 1e-13, "{n}: energy {:e}", totals.energy_closure.1);
-        assert!(totals.momentum_closure.1 < 1e-13, "{n}: momentum {:e}", totals.momentum_closure.1);
+        assert!(totals.energy_imbalance.1 < 1e-13, "{n}: energy {:e}", totals.energy_imbalance.1);
+        assert!(totals.momentum_imbalance.1 < 1e-13, "{n}: momentum {:e}", totals.momentum_imbalance.1);
         errors.push((after / SPEED - 1.0).abs());
     }
     // What is lost is the energy of the first layer, and what rings behind the front.
@@ -116,7 +116,7 @@ fn the_image_is_met_in_every_form_schedule_and_law() {
         engine.restore(&state).unwrap();
         engine.advance_to(end, &mut [ImpulseExchange::default()]).unwrap();
         let totals = engine.totals(end);
-        assert!(totals.energy_closure.1 < 1e-13 && totals.momentum_closure.1 < 1e-13, "{totals:?}");
+        assert!(totals.energy_imbalance.1 < 1e-13 && totals.momentum_imbalance.1 < 1e-13, "{totals:?}");
         assert!(least(&engine) > -1e-15, "a node is {:e} m beyond its image", least(&engine));
         (engine.state().ledger.energy.contact, engine.state().position.clone())
     };

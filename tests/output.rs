@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 54] = [
+const KEYS: [&str; 55] = [
     "ended_by",
     "perforated",
     "exit_velocity",
@@ -48,6 +48,7 @@ const KEYS: [&str; 54] = [
     "smallest_step",
     "largest_step",
     "remeshes",
+    "incompatible_fraction",
     "remesh_fallback",
     "overlapped_volume",
     "min_jacobian",

@@ -184,11 +184,11 @@ element = "patch"
 tree = { coarsest = 16, core = 6e-3, slope = 0.3 }
 [remesh]
 quality = 0.3
-compression = 0.5
+min_volume_ratio = 0.5
 smallest = 0.75e-3
-bend = 180.0
+curvature_angle = 180.0
 growth = 0.2
-thinnest = 1e-4
+erosion_thickness = 1e-4
 "#;
 
 /// Least distance of the gel from the axis at a height, m, by the edges of all cells.

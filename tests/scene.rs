@@ -170,7 +170,7 @@ fn an_override_keeps_the_comment_behind_the_value() {
 #[test]
 fn an_override_adds_what_is_absent() {
     assert_eq!(read(&resolved("contact.restitution=0.25")).contact.restitution, 0.25);
-    assert_eq!(read(&resolved("gel.supports.x_min=roller")).gel.supports.x_min, scene::Support::Roller);
+    assert_eq!(read(&resolved("gel.supports.x_min=roller")).gel.supports.x_min, scene::FaceSupport::Roller);
     let graded = read(&resolved("mesh.grading={core = 0.01, growth = 1.5, largest = 0.02}"));
     assert_eq!(graded.mesh.grading.unwrap().largest, 0.02);
     let parts = ["core=0.01", "growth=1.5", "largest=0.02"].map(|p| format!("mesh.grading.{p}").parse().unwrap());

@@ -68,7 +68,7 @@ fn scenes() -> Vec<Scene> {
 fn the_books_close_and_what_is_forgotten_is_lost() {
     for scene in scenes() {
         let energy = finished(&scene).energy;
-        assert!(energy.closure.abs() < 1e-10 * energy.initial, "closure {:e}", energy.closure);
+        assert!(energy.imbalance.abs() < 1e-10 * energy.initial, "closure {:e}", energy.imbalance);
         assert!(energy.viscous < -0.02 * energy.initial, "lost {:e} of {:e}", energy.viscous, energy.initial);
         assert!(energy.energy_defect < 0.01, "defect {:e}", energy.energy_defect);
     }

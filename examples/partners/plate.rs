@@ -74,7 +74,7 @@ const VARIABLES: [Variable; 37] = [
     Variable::output("energy.projectile", "J", 1, "Work of the projectile on the plate"),
     Variable::output("energy.gel", "J", 1, "Work of the gel on the bulge"),
     Variable::output(
-        "energy.closure",
+        "energy.imbalance",
         "J",
         1,
         "Kinetic + elastic + plastic - work of projectile and gel: what the substep, and jumps of the projectile between steps, leave",
@@ -117,7 +117,7 @@ const ELASTIC: usize = place(&VARIABLES, "energy.elastic");
 const PLASTIC: usize = place(&VARIABLES, "energy.plastic");
 const PROJECTILE_WORK: usize = place(&VARIABLES, "energy.projectile");
 const GEL_WORK: usize = place(&VARIABLES, "energy.gel");
-const CLOSURE: usize = place(&VARIABLES, "energy.closure");
+const CLOSURE: usize = place(&VARIABLES, "energy.imbalance");
 const MEMBRANE_SET: usize = place(&VARIABLES, "membrane_set");
 
 /// Parameters that must be greater than zero.

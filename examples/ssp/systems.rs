@@ -25,7 +25,7 @@ pub fn gel_armour_and_body(gel: &'static str) -> Vec<Unit> {
         ("perforated", 1, "1"),
         ("impulse.projectile", 1, "N.s"),
         ("impulse.gel", 1, "N.s"),
-        ("energy.closure", 1, "J"),
+        ("energy.imbalance", 1, "J"),
     ];
     units.insert(0, Unit { name: "armour", file: ARMOUR, watched });
     units

@@ -101,8 +101,8 @@ fn speed_row(speed: f64, size: f64) {
         1e3 * at,
         seen.cost.remeshes,
         seen.cost.min_jacobian,
-        100.0 * seen.cost.splashed / mass,
-        part(seen.energy.splash),
+        100.0 * seen.cost.eroded_mass / mass,
+        part(seen.energy.eroded),
         part(seen.energy.remesh),
         part(seen.energy.integration),
     );
@@ -147,7 +147,7 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
         100.0 * seen.energy.contact_bias / seen.energy.initial,
         seen.energy.energy_error,
         seen.momentum_error,
-        ((simulation.frame().mass + seen.cost.splashed) / mass - 1.0).abs(),
+        ((simulation.frame().mass + seen.cost.eroded_mass) / mass - 1.0).abs(),
         pace(renewals, wall),
     );
 }

@@ -116,7 +116,7 @@ pub fn row(shot: &str, name: &str, keys: &Keys) {
         kinetic,
         energy.integration,
         energy.contact_bias,
-        energy.splash,
+        energy.eroded,
     ]
     .map(|part| format!(" {:+.2} |", 100.0 * part / energy.initial));
     tell_refusals(name, &simulation);

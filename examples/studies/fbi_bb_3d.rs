@@ -8,7 +8,7 @@ const RUNS: [(&str, &str, &Keys); 5] = [
     (
         "fbi-bb-3d",
         "in space, R/3.6, growth 0.25",
-        &[("mesh.size", "0.6e-3"), ("remesh.smallest", "0.3e-3"), ("remesh.thinnest", "0.21e-3")],
+        &[("mesh.size", "0.6e-3"), ("remesh.smallest", "0.3e-3"), ("remesh.erosion_thickness", "0.21e-3")],
     ),
     (
         "fbi-bb",

@@ -83,7 +83,7 @@ fn row(case: &Case, (schedule, outcome): (&str, &Outcome), global: (f64, f64)) {
         case.depth.map_or("–".to_owned(), |limit| format!("{:+.2}", 100.0 * (depth / limit - 1.0))),
         engine.state().bodies[0].velocity.z,
         (books.integration.abs() + books.contact_bias.abs()) / totals.initial_energy,
-        totals.energy_closure.1,
+        totals.energy_imbalance.1,
     );
     std::io::stdout().flush().expect("a terminal");
 }

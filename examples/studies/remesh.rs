@@ -89,15 +89,15 @@ type Keys = &'static [(&'static str, &'static str)];
 /// are exchanged where they are worn: by both methods.
 const METHODS: [(&str, Keys); 5] = [
     ("fixed", &[]),
-    ("four times, retained", &[FOUR, UNIFORM, NEVER[0], NEVER[1], ("remesh.method", "retained")]),
+    ("four times, retained", &[FOUR, UNIFORM, NEVER[0], NEVER[1], ("remesh.method", "local")]),
     ("four times, immersed", &[FOUR, UNIFORM, NEVER[0], NEVER[1], ("remesh.method", "immersed")]),
-    ("worn, retained", &[("remesh.method", "retained")]),
+    ("worn, retained", &[("remesh.method", "local")]),
     ("worn, immersed", &[("remesh.method", "immersed")]),
 ];
 const FOUR: (&str, &str) = ("remesh.times", "[0.4e-3, 0.8e-3, 1.2e-3, 1.6e-3]");
 const UNIFORM: (&str, &str) = ("remesh.adaptive", "false");
 /// Only an element that is turned inside out wears such a mesh out.
-const NEVER: [(&str, &str); 2] = [("remesh.quality", "0"), ("remesh.compression", "0")];
+const NEVER: [(&str, &str); 2] = [("remesh.quality", "0"), ("remesh.min_volume_ratio", "0")];
 
 /// What each method of remeshing costs and changes: sums of absolute values over all exchanges, before any correction.
 fn methods() {

@@ -127,9 +127,10 @@ impl FmuInstance {
 
     /// Builds the model if missing, and opens the result files.
     pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
-        let doubts = scene::doubts(&self.model()?.scene);
-        for doubt in doubts {
-            self.log.warning(doubt);
+        let model = self.model()?;
+        let (former_keys, doubts) = (scene::former_keys(&model.text), scene::doubts(&model.scene));
+        for warning in former_keys.into_iter().chain(doubts) {
+            self.log.warning(warning);
         }
         self.open_recording()?;
         self.phase = LifecyclePhase::StepComplete;

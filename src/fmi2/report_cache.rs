@@ -1,12 +1,12 @@
 //! Report cache: each report is computed at the first read of one of its variables after a step.
 
 use super::instance::BuiltModel;
-use crate::simulation::{Books, ContactReport, CostReport, ExitReport, Observation, SensorReport};
+use crate::simulation::{BalanceReport, ContactReport, CostReport, ExitReport, Observation, SensorReport};
 
 /// Cache of the reports that need a loop over the mesh.
 #[derive(Debug, Default)]
 pub(super) struct ReportCache {
-    books: Option<Books>,
+    books: Option<BalanceReport>,
     cost: Option<CostReport>,
     /// Contact reports by body, as far as computed.
     contacts: Vec<Option<ContactReport>>,
@@ -32,7 +32,7 @@ impl ReportCache {
 
 impl BuiltModel {
     /// Returns the current balances.
-    pub(super) fn books(&mut self) -> &Books {
+    pub(super) fn books(&mut self) -> &BalanceReport {
         self.reports.books.get_or_insert_with(|| self.simulation.books())
     }
 

@@ -264,7 +264,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Counts eroded mass, kg.
     pub fn count_eroded_mass(&mut self, mass: f64) {
-        self.state.record.splashed += mass;
+        self.state.record.eroded_mass += mass;
     }
 
     /// Takes the thread pool out, for another engine.

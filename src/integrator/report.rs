@@ -44,11 +44,11 @@ pub struct BalanceTotals {
     /// Energy at the start, J.
     pub initial_energy: f64,
     /// Change of the discrete energy that no account explains, J, and relative to the throughput.
-    pub energy_closure: (f64, f64),
+    pub energy_imbalance: (f64, f64),
     /// Change of momentum that no account explains, N·s, and relative to the throughput.
-    pub momentum_closure: (Vector3, f64),
+    pub momentum_imbalance: (Vector3, f64),
     /// Change of angular momentum about the origin that no account explains, N·m·s, and relative to the throughput.
-    pub angular_momentum_closure: (Vector3, f64),
+    pub angular_momentum_imbalance: (Vector3, f64),
     /// Throughput of angular momentum that its closure is relative to, N·m·s.
     pub angular_momentum_scale: f64,
 }
@@ -142,9 +142,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             energies,
             ledger,
             initial_energy: start.energy,
-            energy_closure: (energy, energy.abs() / scales.energy),
-            momentum_closure: (linear, linear.norm() / scales.momentum),
-            angular_momentum_closure: (turning, turning.norm() / scales.angular_momentum),
+            energy_imbalance: (energy, energy.abs() / scales.energy),
+            momentum_imbalance: (linear, linear.norm() / scales.momentum),
+            angular_momentum_imbalance: (turning, turning.norm() / scales.angular_momentum),
             angular_momentum_scale: scales.angular_momentum,
         }
     }

@@ -4,7 +4,7 @@ use super::bounds::AxisAlignedBox;
 use crate::geometry::{Dome, ShapeGeometry, TriangulatedBody as TriangleBody};
 use crate::math::Vector3;
 use crate::scene::Scene;
-use crate::simulation::{MeshFrame, Place};
+use crate::simulation::{BodyPose, MeshFrame};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{PI, TAU};
 
@@ -31,7 +31,7 @@ pub(super) fn body_surfaces(scene: &Scene, frame: &MeshFrame, scenery: &AxisAlig
 }
 
 /// Returns the surface of a body at its current position; an unbounded body gives a plate.
-pub(super) fn body_surface(shape: &ShapeGeometry, place: &Place, scenery: &AxisAlignedBox) -> BodySurface {
+pub(super) fn body_surface(shape: &ShapeGeometry, place: &BodyPose, scenery: &AxisAlignedBox) -> BodySurface {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let drawn = |profile: &[(f64, f64)]| transformed(surface_of_revolution(profile), turn, to);
@@ -50,7 +50,7 @@ pub(super) fn body_surface(shape: &ShapeGeometry, place: &Place, scenery: &AxisA
 
 /// Returns the box of the visible part of a body in a picture of `scenery`; an unbounded body counts with its surface
 /// alone.
-pub(super) fn visible_box(shape: &ShapeGeometry, place: &Place, scenery: &AxisAlignedBox) -> AxisAlignedBox {
+pub(super) fn visible_box(shape: &ShapeGeometry, place: &BodyPose, scenery: &AxisAlignedBox) -> AxisAlignedBox {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let on_plane = |n: Vector3| scenery.corners().map(move |p| p - n * (p - to).dot(&n));
@@ -156,10 +156,10 @@ mod tests {
     use crate::scene::{self, Override};
     use crate::simulation::BodyKinematics;
 
-    fn at(position: Vector3) -> Place {
+    fn at(position: Vector3) -> BodyPose {
         let [velocity, angular_velocity] = [Vector3::zeros(); 2];
         let kinematics = BodyKinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity };
-        Place { kinematics, bulge: None, active: true }
+        BodyPose { kinematics, bulge: None, active: true }
     }
 
     fn volume(solid: &BodySurface) -> f64 {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 60] = [
+const COLUMNS: [HistoryColumn; 69] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -55,22 +55,32 @@ const COLUMNS: [HistoryColumn; 60] = [
     ("energy_damping_J", |o| o.energy.damping),
     ("energy_plastic_J", |o| o.energy.plastic),
     ("energy_viscous_J", |o| o.energy.viscous),
-    ("energy_splash_J", |o| o.energy.splash),
+    ("energy_eroded_J", |o| o.energy.eroded),
     ("energy_damage_J", |o| o.energy.damage),
-    ("energy_closure_J", |o| o.energy.closure),
+    ("energy_imbalance_J", |o| o.energy.imbalance),
     ("energy_error", |o| o.energy.energy_error),
-    ("momentum_closure_x_N_s", |o| o.momentum_closure.x),
-    ("momentum_closure_y_N_s", |o| o.momentum_closure.y),
-    ("momentum_closure_z_N_s", |o| o.momentum_closure.z),
+    ("momentum_imbalance_x_N_s", |o| o.momentum_imbalance.x),
+    ("momentum_imbalance_y_N_s", |o| o.momentum_imbalance.y),
+    ("momentum_imbalance_z_N_s", |o| o.momentum_imbalance.z),
     ("momentum_error", |o| o.momentum_error),
-    ("angular_momentum_closure_x_N_m_s", |o| o.angular_momentum_closure.x),
-    ("angular_momentum_closure_y_N_m_s", |o| o.angular_momentum_closure.y),
-    ("angular_momentum_closure_z_N_m_s", |o| o.angular_momentum_closure.z),
+    ("angular_momentum_imbalance_x_N_m_s", |o| o.angular_momentum_imbalance.x),
+    ("angular_momentum_imbalance_y_N_m_s", |o| o.angular_momentum_imbalance.y),
+    ("angular_momentum_imbalance_z_N_m_s", |o| o.angular_momentum_imbalance.z),
     ("angular_momentum_error", |o| o.angular_momentum_error),
     ("element_updates", |o| o.cost.element_updates),
     ("min_jacobian", |o| o.cost.min_jacobian),
     ("remeshes", |o| o.cost.remeshes as f64),
-    ("remesh_fallback", |o| o.cost.fallback),
+    ("incompatible_fraction", |o| o.cost.incompatible_fraction),
+    // Former names of columns, until the next release.
+    ("energy_splash_J", |o| o.energy.eroded),
+    ("energy_closure_J", |o| o.energy.imbalance),
+    ("momentum_closure_x_N_s", |o| o.momentum_imbalance.x),
+    ("momentum_closure_y_N_s", |o| o.momentum_imbalance.y),
+    ("momentum_closure_z_N_s", |o| o.momentum_imbalance.z),
+    ("angular_momentum_closure_x_N_m_s", |o| o.angular_momentum_imbalance.x),
+    ("angular_momentum_closure_y_N_m_s", |o| o.angular_momentum_imbalance.y),
+    ("angular_momentum_closure_z_N_m_s", |o| o.angular_momentum_imbalance.z),
+    ("remesh_fallback", |o| o.cost.incompatible_fraction),
 ];
 
 /// Column of a fragment, behind [`COLUMNS`]; the name follows `fragment1_`, `fragment2_`, …

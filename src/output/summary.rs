@@ -89,6 +89,8 @@ pub struct RunSummary {
     pub remeshes: u64,
     /// Fraction of incompatible elements at the end: their reference shape is not that of their nodes' rest
     /// positions.
+    pub incompatible_fraction: f64,
+    /// Former name of `incompatible_fraction`, until the next release.
     pub remesh_fallback: f64,
     /// Volume of self-overlap of the gel at the end, m³: gel surfaces have no mutual contact.
     pub overlapped_volume: f64,
@@ -276,7 +278,8 @@ impl RunSummary {
             smallest_step: cost.smallest_step,
             largest_step: cost.largest_step,
             remeshes: cost.remeshes,
-            remesh_fallback: cost.fallback,
+            incompatible_fraction: cost.incompatible_fraction,
+            remesh_fallback: cost.incompatible_fraction,
             overlapped_volume: overlap::volume(&run.scene, ending.frame),
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
@@ -300,7 +303,7 @@ impl RunSummary {
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
             angular_momentum_error: ending.observation.angular_momentum_error,
-            mass_error: run.mass_error(ending.frame.mass + cost.splashed),
+            mass_error: run.mass_error(ending.frame.mass + cost.eroded_mass),
             mean_standing_penetration: contact.mean_standing_penetration,
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),
@@ -331,8 +334,15 @@ pub struct SummaryAccount {
     pub meaning: &'static str,
 }
 
+/// Former names of accounts, written beside the present ones until the next release.
+const FORMER_NAMES: [(&str, &str); 2] = [("eroded", "splash"), ("imbalance", "closure")];
+
 fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(accounts.iter().map(|account| (account.name, account.value)))
+    let present = accounts.iter().map(|account| (account.name, account.value));
+    let former = |account: &SummaryAccount| {
+        FORMER_NAMES.iter().find(|(name, _)| *name == account.name).map(|(_, former)| (*former, account.value))
+    };
+    serializer.collect_map(present.chain(accounts.iter().filter_map(former)))
 }
 
 /// Returns every energy account in the order of the report.
@@ -354,9 +364,9 @@ fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
         account("damping", energy.damping, "work of the damping; negative is dissipated"),
         account("plastic", energy.plastic, "lost to plastic flow"),
         account("viscous", energy.viscous, "lost to viscosity"),
-        account("splash", energy.splash, "taken along by what has broken off"),
+        account("eroded", energy.eroded, "taken along by what has broken off"),
         account("damage", energy.damage, "stored energy lost to softening"),
-        account("closure", energy.closure, "what no account explains"),
+        account("imbalance", energy.imbalance, "what no account explains"),
     ]
 }
 

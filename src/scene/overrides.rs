@@ -1,5 +1,6 @@
 //! Overrides: single values written over those of a scene text.
 
+use super::former_keys::{key_in_document, present_key};
 use super::{FidelityKind, FileSource, Scene, SceneError, explain, read_with_files};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
@@ -79,8 +80,9 @@ pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> 
     }
 }
 
-/// Returns true if one of two dotted keys is, or contains, the other.
+/// Returns true if one of two dotted keys is, or contains, the other, by their present names.
 fn keys_overlap(a: &str, b: &str) -> bool {
+    let (a, b) = (&*present_key(a), &*present_key(b));
     let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     holds(a, b) || holds(b, a)
 }
@@ -174,7 +176,8 @@ fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), S
     let broken =
         |_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size or fragment[1].mass");
     // `fragment[1].mass` is the TOML key `fragment.1.mass`.
-    let path = Key::parse(&change.key.replace('[', ".").replace(']', "")).map_err(broken)?;
+    let key = key_in_document(document, &change.key);
+    let path = Key::parse(&key.replace('[', ".").replace(']', "")).map_err(broken)?;
     let Some((last, tables)) = path.split_last() else {
         return Err(SceneError::value(&change.key, "no key", "a dotted key, such as mesh.size"));
     };

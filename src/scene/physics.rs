@@ -20,7 +20,7 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
         describe_contact(scene.contact.law),
     ];
     let renewed = scene.remesh.as_ref().map(|remesh| match remesh.method {
-        RemeshMethod::Retained => "mesh: exchanged for a new one where it is worn, old nodes kept where they are good",
+        RemeshMethod::Local => "mesh: exchanged for a new one where it is worn, old nodes kept where they are good",
         RemeshMethod::Immersed => {
             "mesh: exchanged for a new one where it is worn, cut out of the triangulation of a quadtree"
         }
@@ -153,7 +153,9 @@ fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
         shocks.then_some("pressure: by the speed of shocks"),
         voids.then_some("tension: limited, the gel opens voids that close again"),
         gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over elements"),
-        remesh.is_some_and(|remesh| remesh.thinnest.is_some()).then_some("splash: thin sheets break off and fly on"),
+        remesh
+            .is_some_and(|remesh| remesh.erosion_thickness.is_some())
+            .then_some("splash: thin sheets break off and fly on"),
     ]
 }
 
@@ -257,7 +259,7 @@ fn omitted_pressure_effects(scene: &Scene) -> [Option<&'static str>; 4] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
-    let splash = remesh.is_some_and(|remesh| remesh.thinnest.is_none());
+    let splash = remesh.is_some_and(|remesh| remesh.erosion_thickness.is_none());
     [
         (!shocks).then_some("speed of shocks: that of sound, the equation of state has no slope"),
         (!voids).then_some("voids: none, the gel bears any tension"),

@@ -1,6 +1,7 @@
 //! Reads a scene text into a checked scene.
 
 use super::fidelity::{apply_level, level_error};
+use super::former_keys::rename_keys;
 use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
 use super::{FileSource, Scene, SceneError, explain, files, fill, no_files};
@@ -47,8 +48,9 @@ pub fn read_with_files(text: &str, files: &FileSource<'_>) -> Result<Scene, Scen
 
 /// Adds to an error the line on which its key is set.
 fn with_line(text: &str, error: SceneError) -> SceneError {
-    let table = DeTable::parse(text);
-    let line = table.ok().and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
+    let mut table = DeTable::parse(text).ok();
+    table.iter_mut().for_each(|table| rename_keys(table.get_mut()));
+    let line = table.and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }
 
@@ -58,7 +60,9 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
-    let table = DeTable::parse(text).map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
+    let parsed = DeTable::parse(text);
+    let mut table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
+    rename_keys(table.get_mut());
     let places = KeyLocations::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());
     let mut whole = table.clone();

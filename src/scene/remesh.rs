@@ -13,7 +13,7 @@ pub struct RemeshSpec {
     /// inverted element does.
     pub quality: f64,
     /// Least ratio of current to rest volume: an element compressed further triggers remeshing.
-    pub compression: f64,
+    pub min_volume_ratio: f64,
     /// Times at which the mesh is replaced whether distorted or not, s, ascending.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub times: Vec<f64>,
@@ -26,32 +26,32 @@ pub struct RemeshSpec {
     /// Target edge length at the axial ends and at the corners of bodies, m, for a nose sharper than the mesh around
     /// the body. It grows by `growth` with the distance. `mesh.size` if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub tip: Option<f64>,
+    pub tip_size: Option<f64>,
     /// Curvature indicator: angle by which the graph of displacement or velocity over the gel may bend between
     /// adjacent elements, degrees. 180 disables the indicator.
-    pub bend: f64,
+    pub curvature_angle: f64,
     /// Greatest growth of the target edge length per distance.
     pub growth: f64,
     /// Thickness below which sheets of gel are eroded when the mesh is replaced, m; the eroded gel flies on as drops
     /// without further contact. If absent, erosion is the last resort when every new mesh is refused. It then removes
     /// gel thinner than a hundredth of the least edge, or gel that no mesh can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub thinnest: Option<f64>,
+    pub erosion_thickness: Option<f64>,
 }
 
 impl Default for RemeshSpec {
     fn default() -> Self {
         Self {
-            method: RemeshMethod::Retained,
+            method: RemeshMethod::Local,
             quality: 0.3,
-            compression: 0.2,
+            min_volume_ratio: 0.2,
             times: vec![],
             adaptive: true,
             smallest: None,
-            tip: None,
-            bend: 15.0,
+            tip_size: None,
+            curvature_angle: 15.0,
             growth: 0.3,
-            thinnest: None,
+            erosion_thickness: None,
         }
     }
 }
@@ -62,7 +62,8 @@ impl Default for RemeshSpec {
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum RemeshMethod {
     /// Local remeshing: good nodes and the old surface are retained, points of a quadtree fill the rest.
-    Retained,
+    #[serde(alias = "retained")]
+    Local,
     /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and
     /// the ends of supports are retained.
     Immersed,

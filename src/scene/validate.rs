@@ -158,14 +158,15 @@ fn check_tree(tree: &OctreeSpec, scene: &Scene) -> CheckResult {
 
 fn check_remesh(scene: &Scene) -> CheckResult {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
-    let RemeshSpec { method, quality, compression, ref times, adaptive: _, smallest, tip, bend, growth, thinnest } =
-        *remesh;
-    let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
+    let RemeshSpec {
+        method, quality, min_volume_ratio, ref times, smallest, tip_size, curvature_angle, growth, ..
+    } = *remesh;
+    let possible = method == RemeshMethod::Local || scene.scene.dimension != Dimension::Spatial;
     require(
         possible,
         "remesh.method",
         || "\"immersed\" for a spatial gel".to_owned(),
-        "\"retained\": the paper's mesh is made in planar and axisymmetric scenes",
+        "\"local\": the paper's mesh is made in planar and axisymmetric scenes",
     )?;
     let bins = scene.integrator.schedule != ScheduleKind::Queue;
     require(
@@ -175,8 +176,8 @@ fn check_remesh(scene: &Scene) -> CheckResult {
         "integrator.schedule = \"bins\" or \"global\": in a queue there is no instant at which all elements fire",
     )?;
     within("remesh.quality", quality, 0.0..=0.6)?;
-    within("remesh.compression", compression, 0.0..=0.5)?;
-    within("remesh.bend", bend, 1.0..=180.0)?;
+    within("remesh.min_volume_ratio", min_volume_ratio, 0.0..=0.5)?;
+    within("remesh.curvature_angle", curvature_angle, 1.0..=180.0)?;
     let ascending = times.windows(2).all(|pair| pair[0] < pair[1]);
     let within_run = times.iter().all(|time| *time > 0.0 && *time <= scene.scene.end_time);
     let expected = format!("ascending times above 0, up to scene.end_time, {:?} s", scene.scene.end_time);
@@ -184,9 +185,8 @@ fn check_remesh(scene: &Scene) -> CheckResult {
     within("remesh.growth", growth, 0.01..=1.0)?;
     let size = scene.mesh.size;
     smallest.map_or(Ok(()), |smallest| within("remesh.smallest", smallest, 1e-3 * size..=size))?;
-    tip.map_or(Ok(()), |tip| within("remesh.tip", tip, 1e-3 * size..=size))?;
-    let Some(thinnest) = thinnest else { return Ok(()) };
-    within("remesh.thinnest", thinnest, 0.0..=size)
+    tip_size.map_or(Ok(()), |edge| within("remesh.tip_size", edge, 1e-3 * size..=size))?;
+    remesh.erosion_thickness.map_or(Ok(()), |thickness| within("remesh.erosion_thickness", thickness, 0.0..=size))
 }
 
 /// Least fraction of the stable step: a run then costs a million times more than with 1.

@@ -162,7 +162,7 @@ impl RemeshAttempt {
     /// Attempts of a method in the plane; `is_viscoplastic` for a viscoplastic gel.
     pub fn of(method: RemeshMethod, is_viscoplastic: bool) -> [Self; 3] {
         match method {
-            RemeshMethod::Retained => {
+            RemeshMethod::Local => {
                 [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !is_viscoplastic })
             }
             RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|size_factor| Self::Immersed { size_factor }),
@@ -246,7 +246,7 @@ impl<const D: usize> GelModel<D> {
         }
         let range = SizeRange { least: sizes.least, greatest: sizes.longest };
         // Sizes change by a factor of two at most.
-        let angle = sizes.rules.bend.to_radians();
+        let angle = sizes.rules.curvature_angle.to_radians();
         let asked = [0.5 * angle, 2.0 * angle].map(|angle| angle.min(FRAC_PI_2));
         let displacement = displacement(moved);
         let bends =
@@ -260,7 +260,7 @@ impl<const D: usize> GelModel<D> {
         }
         let mut size =
             remesh::limit_sheet_sizes(moved, (&self.engine.gel().surface.facets, adjacency), size, sizes.least);
-        if let Some(tip) = sizes.rules.tip {
+        if let Some(tip) = sizes.rules.tip_size {
             let axial_ends = axial_ends(&bodies);
             for (size, x) in size.iter_mut().zip(moved.position) {
                 let near = axial_ends.iter().map(|end| (embed(x) - end).norm()).fold(f64::INFINITY, f64::min);

@@ -91,7 +91,7 @@ impl<const D: usize> GelModel<D> {
             return Err(failure);
         }
         // Thin sheets stay if the rest could not be stepped without them.
-        if let Some(below) = sizes.rules.thinnest {
+        if let Some(below) = sizes.rules.erosion_thickness {
             self.erode_thin_gel(below, 1.0);
         }
         let mut outcome = self.replace_mesh(generator, &sizes, begun);

@@ -75,9 +75,9 @@ impl<const D: usize> GelModel<D> {
         self.engine.count_eroded_mass(eroded_mass);
         let ledger = self.engine.ledger_mut();
         // The change of stored energy in the rest of a patch is booked as remeshing.
-        ledger.energy.splash -= eroded_energy;
-        ledger.momentum.splash += ledger.momentum.remesh.value() - before.0.value();
-        ledger.angular_momentum.splash += ledger.angular_momentum.remesh.value() - before.1.value();
+        ledger.energy.eroded -= eroded_energy;
+        ledger.momentum.eroded += ledger.momentum.remesh.value() - before.0.value();
+        ledger.angular_momentum.eroded += ledger.angular_momentum.remesh.value() - before.1.value();
         ledger.energy.remesh += eroded_energy;
         (ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
         Ok(true)

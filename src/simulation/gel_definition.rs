@@ -199,7 +199,7 @@ impl GelDefinition {
         position: &[Vector<D>],
         qualities: &[f64],
     ) -> Option<DistortionLimits> {
-        let RemeshSpec { quality, compression, .. } = self.remesh.as_ref()?.rules;
+        let RemeshSpec { quality, min_volume_ratio: compression, .. } = self.remesh.as_ref()?.rules;
         let least = |(element, nodes): (ElementId, &Simplex)| {
             let new = potential.measure(&nodes.map(|node| position[node.index()]));
             (compression * potential.rest_measure(element)).min(AGED_RATIO * new)

@@ -38,8 +38,8 @@ pub use candidate::RemeshRefusal;
 pub use doubts::doubts;
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
-    BalanceReport as Books, BodyPose as Place, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport,
-    FrameCells, MeshFrame, Observation, SensorReport,
+    BalanceReport, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, FrameCells, MeshFrame,
+    Observation, SensorReport,
 };
 pub use preview::{FailedRemesh, PreviewMesh, RemeshPreview, RemeshRecord};
 pub use run::{RestoreError, Simulation};

@@ -17,9 +17,9 @@ pub struct Observation {
     /// Energy by account.
     pub energy: EnergyReport,
     /// Linear momentum that no account explains, N·s (world; zero in directions the dimension does not conserve).
-    pub momentum_closure: Vector3,
+    pub momentum_imbalance: Vector3,
     /// Angular momentum about the origin that no account explains, N·m·s.
-    pub angular_momentum_closure: Vector3,
+    pub angular_momentum_imbalance: Vector3,
     /// Ratio |momentum closure| / momentum throughput.
     pub momentum_error: f64,
     /// Ratio |angular momentum closure| / angular momentum throughput, the latter at least 2.2e-4 μ V t.
@@ -36,9 +36,9 @@ pub struct BalanceReport {
     /// Energy by account.
     pub energy: EnergyReport,
     /// Linear momentum that no account explains, N·s.
-    pub momentum_closure: Vector3,
+    pub momentum_imbalance: Vector3,
     /// Angular momentum about the origin that no account explains, N·m·s.
-    pub angular_momentum_closure: Vector3,
+    pub angular_momentum_imbalance: Vector3,
     /// Ratio |momentum closure| / momentum throughput.
     pub momentum_error: f64,
     /// Ratio |angular momentum closure| / angular momentum throughput, the latter at least 2.2e-4 μ V t.
@@ -83,8 +83,8 @@ impl Observation {
     pub fn books(&self) -> BalanceReport {
         BalanceReport {
             energy: self.energy,
-            momentum_closure: self.momentum_closure,
-            angular_momentum_closure: self.angular_momentum_closure,
+            momentum_imbalance: self.momentum_imbalance,
+            angular_momentum_imbalance: self.angular_momentum_imbalance,
             momentum_error: self.momentum_error,
             angular_momentum_error: self.angular_momentum_error,
         }
@@ -177,11 +177,11 @@ pub struct EnergyReport {
     /// Dissipation by bulk viscosity: negative.
     pub viscous: f64,
     /// Energy of eroded gel: negative if it has left with energy.
-    pub splash: f64,
+    pub eroded: f64,
     /// Stored energy lost to softening: negative.
     pub damage: f64,
     /// Change of the discrete energy that no account explains.
-    pub closure: f64,
+    pub imbalance: f64,
     /// Energy at the start.
     pub initial: f64,
     /// Ratio |closure| / throughput.
@@ -245,9 +245,9 @@ pub struct CostReport {
     /// Remeshings since the start.
     pub remeshes: u64,
     /// Mass of eroded gel, kg.
-    pub splashed: f64,
+    pub eroded_mass: f64,
     /// Fraction of the elements whose rest shape is not that of their nodes' rest positions.
-    pub fallback: f64,
+    pub incompatible_fraction: f64,
 }
 
 /// Mesh at one instant, in world coordinates, for files and pictures.

@@ -115,8 +115,8 @@ impl GelModel<2> {
         let data = self.old_mesh_data(&moved, self.adjacency.clone());
         let size = self.target_sizes(&moved, sizes, &data.adjacency);
         let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
-        let successors = [RemeshMethod::Immersed, RemeshMethod::Retained]
-            .map(|method| (method, self.first_accepted(&input, method)));
+        let successors =
+            [RemeshMethod::Immersed, RemeshMethod::Local].map(|method| (method, self.first_accepted(&input, method)));
         RemeshPreview {
             shapes: old.mesh.elements.iter().map(|element| shape_quality(&position, element)).collect(),
             bend: self.curvatures(&moved),

@@ -22,8 +22,8 @@ impl Simulation {
             bodies: (0..self.n_bodies()).map(|body| self.report(body)).collect(),
             sensors: self.sensors(),
             energy: books.energy,
-            momentum_closure: books.momentum_closure,
-            angular_momentum_closure: books.angular_momentum_closure,
+            momentum_imbalance: books.momentum_imbalance,
+            angular_momentum_imbalance: books.angular_momentum_imbalance,
             momentum_error: books.momentum_error,
             angular_momentum_error: books.angular_momentum_error,
             cost: self.cost(),
@@ -37,10 +37,10 @@ impl Simulation {
         let totals = self.model.totals(self.time);
         BalanceReport {
             energy: energy_report(&totals, self.constants.energy_round_off),
-            momentum_closure: totals.momentum_closure.0,
-            angular_momentum_closure: totals.angular_momentum_closure.0,
-            momentum_error: totals.momentum_closure.1,
-            angular_momentum_error: totals.angular_momentum_closure.0.norm()
+            momentum_imbalance: totals.momentum_imbalance.0,
+            angular_momentum_imbalance: totals.angular_momentum_imbalance.0,
+            momentum_error: totals.momentum_imbalance.1,
+            angular_momentum_error: totals.angular_momentum_imbalance.0.norm()
                 / totals.angular_momentum_scale.max(ANGULAR_ROUND_OFF * self.constants.shear_torque * self.time),
         }
     }
@@ -142,8 +142,8 @@ impl Simulation {
             min_jacobian: self.model.record().min_jacobian,
             crushed_elements,
             remeshes: self.remeshes(),
-            splashed: self.model.record().splashed,
-            fallback: self.fallback(),
+            eroded_mass: self.model.record().eroded_mass,
+            incompatible_fraction: self.fallback(),
         }
     }
 }
@@ -168,11 +168,11 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         damping: books.damping,
         plastic: books.plastic,
         viscous: books.viscous,
-        splash: books.splash,
+        eroded: books.eroded,
         damage: books.damage,
-        closure: totals.energy_closure.0,
+        imbalance: totals.energy_imbalance.0,
         initial: totals.initial_energy,
-        energy_error: totals.energy_closure.1,
+        energy_error: totals.energy_imbalance.1,
         energy_defect: defect / scale,
     }
 }

@@ -75,7 +75,7 @@ impl<const D: usize> TestGel<D> {
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
     fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, ConservationDefects<D>) {
         let moved = DeformedMesh { mesh: &self.birth.mesh, position: &self.position };
-        let attempts = RemeshAttempt::of(RemeshMethod::Retained, false)
+        let attempts = RemeshAttempt::of(RemeshMethod::Local, false)
             .into_iter()
             .map(|attempt| propose(attempt, &moved, size, generator));
         let proposal = attempts.flatten().next().expect("a good mesh");

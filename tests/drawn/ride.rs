@@ -95,7 +95,7 @@ pub fn ride(text: &str) -> Ride {
         refused: simulation.refusals().len(),
         why: why.unwrap_or_default(),
         closure,
-        mass: ((simulation.frame().mass + seen.cost.splashed) / mass - 1.0).abs(),
+        mass: ((simulation.frame().mass + seen.cost.eroded_mass) / mass - 1.0).abs(),
         least: seen.cost.min_jacobian,
         defect: seen.energy.energy_defect,
         remesh: seen.energy.remesh / seen.energy.initial,

@@ -264,7 +264,7 @@ fn sound(seen: &Observation) -> Result<(), String> {
     let body = seen.projectile().kinematics;
     let moved = body.position.iter().chain(&body.velocity).chain(&body.angular_velocity);
     let numbers =
-        [energy.kinetic, energy.elastic, energy.contact, energy.closure, energy.energy_error, seen.momentum_error];
+        [energy.kinetic, energy.elastic, energy.contact, energy.imbalance, energy.energy_error, seen.momentum_error];
     if !moved.chain(&numbers).all(|number| number.is_finite()) {
         return Err(format!("not a number is seen: {numbers:?} {body:?}"));
     }

@@ -74,7 +74,7 @@ fn a_bounce_keeps_energy_and_momentum_and_the_communication_step_leaves_no_trace
     for scene in scenes(&[]) {
         let ((seen, digest), (_, other)) = (finished(&scene, 1), finished(&scene, 13));
         let energy = &seen.energy;
-        assert!(energy.closure.abs() < 1e-10 * energy.initial, "closure {:e}", energy.closure);
+        assert!(energy.imbalance.abs() < 1e-10 * energy.initial, "closure {:e}", energy.imbalance);
         assert!(energy.energy_defect < 0.01, "{:?}: defect {:e}", scene.scene.dimension, energy.energy_defect);
         assert!(seen.projectile().kinematics.velocity.z > -4.0 && energy.elastic > 0.01 * energy.initial);
         assert_eq!(digest, other, "{:?}", scene.scene.dimension);
@@ -87,7 +87,7 @@ fn a_new_mesh_takes_over_what_these_gels_store() {
         let seen = finished(&scene, 1).0;
         let energy = &seen.energy;
         assert_eq!(seen.cost.remeshes, 2, "{:?}", scene.scene.dimension);
-        assert!(energy.closure.abs() < 1e-10 * energy.initial, "closure {:e}", energy.closure);
+        assert!(energy.imbalance.abs() < 1e-10 * energy.initial, "closure {:e}", energy.imbalance);
         assert!(energy.remesh.abs() < 0.05 * energy.initial, "{:?}: {:e}", scene.scene.dimension, energy.remesh);
     }
 }

@@ -4,7 +4,7 @@ use super::stage;
 use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{
-    BodyKinematics, BodyReport, ContactReport, DomeMotion, ImpulseExchange, MeshFrame, Observation, Place,
+    BodyKinematics, BodyPose, BodyReport, ContactReport, DomeMotion, ImpulseExchange, MeshFrame, Observation,
 };
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -72,7 +72,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
 /// The dented mesh at `time`, s; the dome is drawn, the splinter only if it is `there`.
 pub fn frame(scene: &Scene, time: f64, there: bool) -> MeshFrame {
     let mut frame = stage::frame(scene, time);
-    let place = |body: &BodyReport, active| Place { kinematics: body.kinematics, bulge: body.bulge, active };
+    let place = |body: &BodyReport, active| BodyPose { kinematics: body.kinematics, bulge: body.bulge, active };
     frame.bodies.extend([place(&dome(time), true), place(&splinter(), there)]);
     frame
 }

@@ -3,8 +3,8 @@
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{Dimension, Scene};
 use ballistic_gel::simulation::{
-    BodyKinematics, BodyReport, ContactReport, CostReport, EnergyReport, FrameCells, ImpulseExchange, MeshFrame,
-    Observation, Place,
+    BodyKinematics, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, FrameCells, ImpulseExchange,
+    MeshFrame, Observation,
 };
 use std::f64::consts::PI;
 
@@ -65,8 +65,8 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
         bodies: vec![body],
         sensors: vec![],
         energy: energy(&projectile),
-        momentum_closure: Vector3::new(1e-18, 0.0, -2e-18),
-        angular_momentum_closure: Vector3::zeros(),
+        momentum_imbalance: Vector3::new(1e-18, 0.0, -2e-18),
+        angular_momentum_imbalance: Vector3::zeros(),
         momentum_error: 1e-15 * (1.0 + time),
         angular_momentum_error: 0.0,
         cost: cost(time),
@@ -97,7 +97,7 @@ fn energy(ball: &BodyKinematics) -> EnergyReport {
         elastic,
         contact: -0.001,
         initial,
-        closure: 1e-16,
+        imbalance: 1e-16,
         energy_error: 1e-16,
         energy_defect: 2e-4,
         ..EnergyReport::default()
@@ -115,8 +115,8 @@ fn cost(time: f64) -> CostReport {
         min_jacobian: 0.6,
         crushed_elements: 0,
         remeshes: 0,
-        splashed: 0.0,
-        fallback: 0.0,
+        eroded_mass: 0.0,
+        incompatible_fraction: 0.0,
     }
 }
 
@@ -141,7 +141,7 @@ pub fn frame(scene: &Scene, time: f64) -> MeshFrame {
         velocities: rest.iter().map(|p| rate * dent(p) * Vector3::z()).collect(),
         displacements,
         cells: FrameCells { nodes, step, jacobian: vec![0.9; cells], energy_density: vec![12.5; cells], facets },
-        bodies: vec![Place { kinematics: ball(scene, time), bulge: None, active: true }],
+        bodies: vec![BodyPose { kinematics: ball(scene, time), bulge: None, active: true }],
     }
 }
 

@@ -41,7 +41,7 @@ fn bounce(cells: usize, restitution: f64) -> Bounce {
         impulse: -record.contacts[0].impulse.z,
         energy: invariant(&engine) / start - 1.0,
         touched: record.contacts[0].touched.expect("the bar reaches the wall"),
-        closure: totals.energy_closure.1,
+        closure: totals.energy_imbalance.1,
     }
 }
 

@@ -13,7 +13,9 @@ use serde_json::{Value, json};
 
 /// Builds a scene and prints its model, cost and levels.
 pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandError> {
-    let SceneSource { scene, text, .. } = source::load(&options.scene, &options.set)?;
+    let source = source::load(&options.scene, &options.set)?;
+    source::note_former_keys(&source, console);
+    let SceneSource { scene, text, .. } = source;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
     let cost = job::build_simulation(&scene, CouplingMode::Integrated, 1)?.observe().cost;
     let (modelled, off) = (scene::modelled_physics(&scene), scene::switched_off(&scene));

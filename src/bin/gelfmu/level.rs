@@ -3,7 +3,7 @@
 use crate::failure::CommandError;
 use crate::options::LevelOptions;
 use crate::source::{self, SceneSource};
-use ballistic_gel::scene::{FidelityKind, Level, Override, Scene};
+use ballistic_gel::scene::{FidelityKind, FidelityLevel, Override, Scene};
 
 /// Loads a scene at the level in the options, and describes the expected error if the user chose a level.
 pub fn load_at_level(
@@ -58,7 +58,7 @@ fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<FidelityKi
 }
 
 /// Describes the expected error and cost of a level.
-pub fn describe_expectation(level: &Level) -> String {
+pub fn describe_expectation(level: &FidelityLevel) -> String {
     let error = level.error.map(|error| format!("an error of {} %", rounded_percent(error)));
     let updates = level.updates.map(|updates| format!("{:.3} million element updates", 1e-6 * updates));
     let seconds = level.cpu_seconds.map(|seconds| format!("{seconds} CPU seconds where it was measured"));

@@ -61,6 +61,7 @@ pub fn completions(shell: Shell, console: &Console) {
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
     let source = source::load_for_fmu(name, &options.set)?;
+    source::note_former_keys(&source, console);
     results::check_archive(&options.out, &results::inputs(name, &source))?;
     let available = VariablePorts::of(&source.scene);
     let ports = VariablePorts {

@@ -13,7 +13,7 @@ use serde_json::json;
 use std::path::Path;
 
 /// Remeshing criteria for a scene without any: the mesh becomes so distorted that the run could hardly continue.
-const LATE_REMESH: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
+const LATE_REMESH: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.min_volume_ratio", "0.0")];
 
 /// Name of the command in the manifest of its folder.
 const COMMAND: &str = "remesh-demo";

@@ -7,7 +7,7 @@ use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::pack::resources;
 use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
-use crate::{direct, interrupt, level, results, summary, through_fmu};
+use crate::{direct, interrupt, level, results, source, summary, through_fmu};
 use ballistic_gel::output::{FolderClaim, ResultFolder};
 use ballistic_gel::scene::{CouplingMode, Override};
 use ballistic_gel::{fmi2, output};
@@ -22,6 +22,7 @@ const WAITING: &str =
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let (source, expected) = level::load_at_level(name, &collect_overrides(options), &options.level)?;
+    source::note_former_keys(&source, console);
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));

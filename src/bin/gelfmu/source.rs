@@ -1,8 +1,9 @@
 //! Loading of scenes: built-in scenes and scene files, with overrides.
 
+use crate::console::Console;
 use crate::failure::CommandError;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::{self, Fault, Override, Scene};
+use ballistic_gel::scene::{self, Override, OverrideError, Scene};
 use std::path::{Path, PathBuf};
 
 /// Scene with its text; all overrides are written into both.
@@ -34,6 +35,11 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
     }
 }
 
+/// Notes each former name of a key in the scene.
+pub fn note_former_keys(source: &SceneSource, console: &Console) {
+    scene::former_keys(&source.text).iter().for_each(|note| console.note(note));
+}
+
 /// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: overrides do not remove levels.
 pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let source = load(name, overrides)?;
@@ -61,7 +67,7 @@ fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
 }
 
 /// Formats an error with the line of the user's own text, or with the overrides at fault.
-fn describe_fault(name: &str, fault: &Fault) -> String {
+fn describe_fault(name: &str, fault: &OverrideError) -> String {
     let set: Vec<String> = fault.overrides.iter().map(|o| format!("--set {}={}", o.key, o.value)).collect();
     let with = if set.is_empty() { "" } else { " with " };
     format!("scene {name}{with}{}: {}", set.join(" "), fault.error)

@@ -1,7 +1,7 @@
 //! Radius of the void in the gel around a vertical line, depth by depth.
 
 use crate::math::Vector3;
-use crate::scene::{Dimension, Symmetry};
+use crate::scene::{Dimension, GelSymmetry};
 use crate::simulation::MeshFrame;
 use nalgebra::Vector2;
 use std::f64::consts::TAU;
@@ -21,7 +21,7 @@ pub(super) struct GelSection {
     /// Dimension of the scene.
     pub(super) dimension: Dimension,
     /// Symmetry that reduces the computed part of the gel.
-    pub(super) symmetry: Symmetry,
+    pub(super) symmetry: GelSymmetry,
 }
 
 /// Equally spaced depths below z = 0; the first depth is one interval.
@@ -134,7 +134,7 @@ fn nearest_void(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
 }
 
 /// Returns true if gel lies in every direction from the line within the computed part.
-fn is_enclosed(symmetry: Symmetry, pieces: &[SurfacePiece]) -> bool {
+fn is_enclosed(symmetry: GelSymmetry, pieces: &[SurfacePiece]) -> bool {
     let computed = DIRECTIONS / symmetry.copies() as u32;
     (0..computed).all(|i| {
         // Half an interval off the symmetry planes: a ray in a symmetry plane would run along facets.
@@ -163,11 +163,11 @@ fn half_gap(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
 mod tests {
     use super::{DepthGrid, GelSection, void_radii};
     use crate::math::Vector3;
-    use crate::scene::{Dimension, Symmetry};
+    use crate::scene::{Dimension, GelSymmetry};
     use crate::simulation::{FrameCells, MeshFrame};
 
     fn section(dimension: Dimension) -> GelSection {
-        GelSection { dimension, symmetry: Symmetry::None }
+        GelSection { dimension, symmetry: GelSymmetry::None }
     }
 
     /// Returns the first `n` depths in millimetres.
@@ -286,7 +286,7 @@ mod tests {
             let sides = corners.windows(2).chain(outer.windows(2));
             sides.flat_map(|ends| [wall(ends[0], ends[1]), back(ends[0], ends[1])]).collect()
         };
-        let open = |symmetry: Symmetry, corners: &[[f64; 2]]| {
+        let open = |symmetry: GelSymmetry, corners: &[[f64; 2]]| {
             let walls = around(corners);
             let facets: Vec<&[[f64; 3]]> = walls.iter().map(|facet| &facet[..]).collect();
             let gel = GelSection { dimension: Dimension::Spatial, symmetry };
@@ -295,12 +295,12 @@ mod tests {
         let half = [[0.004, 0.0], [0.004, 0.006], [-0.004, 0.006], [-0.004, 0.0]];
         let whole = [&half[..], &[[-0.004, -0.006], [0.004, -0.006], [0.004, 0.0]]].concat();
         for (symmetry, corners) in
-            [(Symmetry::None, &whole[..]), (Symmetry::Half, &half), (Symmetry::Quarter, &half[..3])]
+            [(GelSymmetry::None, &whole[..]), (GelSymmetry::Half, &half), (GelSymmetry::Quarter, &half[..3])]
         {
             let found = open(symmetry, corners);
             assert!(found.iter().all(|radius| (radius.unwrap() - 0.004).abs() < 1e-15), "{symmetry:?}: {found:?}");
         }
         // Open towards −y, the case of one missing wall out of four.
-        assert_eq!(open(Symmetry::None, &half), [None; 5]);
+        assert_eq!(open(GelSymmetry::None, &half), [None; 5]);
     }
 }

@@ -75,7 +75,7 @@ const ROWS: [FigureRow; 10] = [
 /// Returns the table with the figures of both methods side by side.
 fn table(figures: &RemeshFigures) -> String {
     let named = |method: RemeshMethod| match method {
-        RemeshMethod::Retained => "retained",
+        RemeshMethod::Local => "retained",
         RemeshMethod::Immersed => "immersed",
     };
     let head: Vec<String> = figures.methods.iter().map(|o| format!("<th>{}</th>", named(o.method))).collect();

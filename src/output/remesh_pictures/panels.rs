@@ -314,7 +314,7 @@ impl<'a> PanelSource<'a> {
                 about: "The velocity transferred to the mesh that was cut out; masses, momentum and centre of mass are \
                         kept.",
             },
-            RemeshMethod::Retained => PanelText {
+            RemeshMethod::Local => PanelText {
                 name: "velocity-retained",
                 title: "The same on a mesh that retains old nodes",
                 about: "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \

@@ -111,9 +111,9 @@ fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
         "damping",
         "plastic",
         "viscous",
-        "splash",
+        "eroded",
         "damage",
-        "closure",
+        "imbalance",
     ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));
     CurvePlot {

@@ -3,8 +3,8 @@
 use super::importer::CouplingVariant;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::scene::{
-    CellLattice, ContactLaw, Dimension, ElementKind, GelShape, GradingSpec, Override, RemeshMethod, RemeshSpec, Scene,
-    ScheduleKind, Tree,
+    CellLattice, ContactLaw, Dimension, ElementKind, GelShape, GradingSpec, OctreeSpec, Override, RemeshMethod,
+    RemeshSpec, Scene, ScheduleKind,
 };
 
 /// Run of the ladder.
@@ -154,12 +154,12 @@ fn scale_mesh(scene: &Scene, f: f64) -> Vec<Override> {
         all.push(new_override("mesh.grading.growth", round_length(growth.powf(f))));
         all.push(new_override("mesh.grading.largest", round_length(f * largest)));
     }
-    if let Some(Tree { slope, .. }) = scene.mesh.tree {
+    if let Some(OctreeSpec { slope, .. }) = scene.mesh.tree {
         all.push(new_override("mesh.tree.slope", round_length(f * slope)));
     }
-    if let Some(RemeshSpec { smallest, tip, growth, .. }) = &scene.remesh {
+    if let Some(RemeshSpec { smallest, tip_size: tip, growth, .. }) = &scene.remesh {
         all.extend(smallest.map(|smallest| new_override("remesh.smallest", round_length(f * smallest))));
-        all.extend(tip.map(|tip| new_override("remesh.tip", round_length(f * tip))));
+        all.extend(tip.map(|tip| new_override("remesh.tip_size", round_length(f * tip))));
         all.push(new_override("remesh.growth", round_length((f * growth).min(1.0))));
     }
     all
@@ -315,11 +315,11 @@ fn remeshing_rungs(scene: &Scene) -> Vec<LadderRung> {
         |refinement: f64, key: &str, value: f64| single_rung("remesh", refinement, vec![new_override(key, value)], 1.0);
     let Some(remesh) = &scene.remesh else { return vec![] };
     let flat = scene.scene.dimension != Dimension::Spatial;
-    let cut = flat && remesh.method == RemeshMethod::Retained && remesh.thinnest.is_none();
+    let cut = flat && remesh.method == RemeshMethod::Local && remesh.erosion_thickness.is_none();
     let cut = cut.then(|| single_rung("remesh", -3.0, vec![new_override("remesh.method", "immersed")], 1.0));
     let quality = [(-1.0, 0.667), (1.0, 1.333)]
         .map(|(refinement, f)| rung(refinement, "remesh.quality", round_length(f * remesh.quality)));
-    let bend = (remesh.adaptive && remesh.bend < 120.0).then(|| rung(-2.0, "remesh.bend", 180.0));
+    let bend = (remesh.adaptive && remesh.curvature_angle < 120.0).then(|| rung(-2.0, "remesh.curvature_angle", 180.0));
     quality.into_iter().chain(bend).chain(cut).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use super::curve::{AssessedRun, TradeCurve, TradeRun};
 use super::ladder::{MESH, REMESHED};
-use ballistic_gel::scene::{FidelityKind, Level};
+use ballistic_gel::scene::{FidelityKind, FidelityLevel};
 
 /// Returns the cost limit of a level, in element updates of the unmodified scene.
 fn cost_limit(fidelity: FidelityKind) -> f64 {
@@ -32,7 +32,7 @@ struct CostedRun<'a> {
 /// scene, the standard.
 ///
 /// A more expensive level is always more accurate.
-pub fn choose_levels(curve: &TradeCurve) -> Vec<(FidelityKind, Level)> {
+pub fn choose_levels(curve: &TradeCurve) -> Vec<(FidelityKind, FidelityLevel)> {
     let Some(base) = curve.runs.iter().find(|assessed| assessed.run.rung.knob.is_empty()) else { return vec![] };
     let Some(standard) = costed_run(base) else { return vec![] };
     let mut chosen: Vec<(FidelityKind, CostedRun<'_>)> = vec![(FidelityKind::Standard, standard)];
@@ -74,11 +74,16 @@ fn most_accurate(curve: &TradeCurve, fits: impl Fn(&CostedRun<'_>) -> bool) -> O
     fitting.min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-fn level(costed: &CostedRun<'_>) -> Level {
+fn level(costed: &CostedRun<'_>) -> FidelityLevel {
     let TradeRun { rung, row } = &costed.run.run;
     let set = rung.overrides.iter().map(|o| format!("{}={}", o.key, o.value)).collect();
     let cpu_seconds = row.as_ref().ok().map(|row| round_to_three(row.cpu_seconds));
-    Level { set, error: Some(round_to_three(costed.error)), updates: Some(round_to_three(costed.cost)), cpu_seconds }
+    FidelityLevel {
+        set,
+        error: Some(round_to_three(costed.error)),
+        updates: Some(round_to_three(costed.cost)),
+        cpu_seconds,
+    }
 }
 
 /// Rounds a number to three digits.
@@ -87,9 +92,9 @@ fn round_to_three(value: f64) -> f64 {
 }
 
 /// Formats the levels as tables of a scene file.
-pub fn scene_lines(levels: &[(FidelityKind, Level)]) -> String {
+pub fn scene_lines(levels: &[(FidelityKind, FidelityLevel)]) -> String {
     let number = |name: &str, value: Option<f64>| value.map_or(String::new(), |value| format!("{name} = {value:?}\n"));
-    let table = |(fidelity, level): &(FidelityKind, Level)| {
+    let table = |(fidelity, level): &(FidelityKind, FidelityLevel)| {
         let figures = [("error", level.error), ("updates", level.updates), ("cpu_seconds", level.cpu_seconds)];
         let figures: String = figures.into_iter().map(|(name, value)| number(name, value)).collect();
         format!("[fidelity.{}]\nset = {:?}\n{figures}", fidelity.as_str(), level.set)

@@ -50,7 +50,7 @@ fn unused_options(scene: &Scene) -> Vec<OptionSwitch> {
     }
     all.push(new_switch("patches of elements", Some("mesh.element=\"plain\""), &["mesh.element=\"patch\""]));
     if scene.remesh.is_none() {
-        let never = ["remesh.quality=0.0", "remesh.compression=0.0"];
+        let never = ["remesh.quality=0.0", "remesh.min_volume_ratio=0.0"];
         all.push(new_switch("a mesh that may be exchanged", None, &never));
     }
     if scene.gel.material == MaterialModel::NeoHookean {
