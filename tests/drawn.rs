@@ -1,4 +1,4 @@
-//! Random scenes, in short; all of them are run by `cargo run --release --example drawn`.
+//! Random scenes, in short; all of them are run by `cargo run --release --manifest-path studies/Cargo.toml --bin drawn`.
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 
 #[path = "hostile/random.rs"]

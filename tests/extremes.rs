@@ -1,6 +1,6 @@
-//! The quick half of the table of extremes; the whole of it is `cargo run --release --example studies -- extremes`.
+//! The quick half of the table of extremes; the whole of it is `cargo run --release --manifest-path studies/Cargo.toml -- extremes`.
 
-#[path = "../examples/studies/limits/mod.rs"]
+#[path = "../studies/src/limits/mod.rs"]
 #[allow(dead_code, reason = "the study runs the long half, too")]
 mod limits;
 

@@ -1,4 +1,4 @@
-//! Hostile use, in short; for as long as wanted it is `cargo run --release --example hostile`.
+//! Hostile use, in short; for as long as wanted it is `cargo run --release --manifest-path studies/Cargo.toml --bin hostile`.
 #![allow(unsafe_code)] // the interface is one of pointers
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 

@@ -3,21 +3,21 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-#[path = "../examples/studies/deepest.rs"]
+#[path = "../studies/src/deepest.rs"]
 mod deepest;
-#[path = "../examples/studies/rest.rs"]
+#[path = "../studies/src/rest.rs"]
 #[allow(dead_code, reason = "the study prints more")]
 mod rest;
-#[path = "../examples/studies/run.rs"]
+#[path = "../studies/src/run.rs"]
 #[allow(dead_code, reason = "the studies tell the time")]
 mod run;
-#[path = "../examples/studies/shot.rs"]
+#[path = "../studies/src/shot.rs"]
 #[allow(dead_code, reason = "the study lands everywhere")]
 mod shot;
-#[path = "../examples/studies/touch.rs"]
+#[path = "../studies/src/touch.rs"]
 #[allow(dead_code, reason = "the study prints more")]
 mod touch;
-#[path = "../examples/studies/whole.rs"]
+#[path = "../studies/src/whole.rs"]
 mod whole;
 
 use ballistic_gel::scene::{self, Scene};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-#[path = "../examples/studies/deepest.rs"]
+#[path = "../studies/src/deepest.rs"]
 mod deepest;
 
 use ballistic_gel::geometry::SignedDistance as _;

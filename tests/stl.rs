@@ -5,7 +5,7 @@
 
 #[path = "solid/bodies.rs"]
 mod bodies;
-#[path = "../examples/studies/deepest.rs"]
+#[path = "../studies/src/deepest.rs"]
 mod deepest;
 
 use ballistic_gel::geometry::SignedDistance as _;

@@ -1,6 +1,6 @@
 //! A drawn scene from its beginning to its end, and what there is to say of it.
 
-#[path = "../../examples/studies/cpu.rs"]
+#[path = "../../studies/src/cpu.rs"]
 mod cpu;
 
 use ballistic_gel::scene;

@@ -1,4 +1,4 @@
-//! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
+//! The studies of the documentation, each printed as a Markdown table: `cargo run --release --manifest-path studies/Cargo.toml -- NAME`.
 
 mod backface_dent;
 mod ball_bounce;
@@ -30,10 +30,10 @@ mod thousand;
 mod touch;
 mod whole;
 
-#[path = "../partners/plate.rs"]
+#[path = "../../examples/partners/plate.rs"]
 mod plate;
 #[allow(dead_code, reason = "it is shared with what packs the partners")]
-#[path = "../partners/table.rs"]
+#[path = "../../examples/partners/table.rs"]
 mod table;
 
 type Study = (&'static str, &'static str, fn());

@@ -1,18 +1,18 @@
-//! Two hundred random scenes of which none may stop: `cargo run --release --example drawn -- --jobs 2` prints the table of the studies,
+//! Two hundred random scenes of which none may stop: `cargo run --release --manifest-path studies/Cargo.toml --bin drawn -- --jobs 2` prints the table of the studies,
 //! `… -- --seeds 17` one of them again, `… -- text 17` its scene.
 //!
 //! Rows are kept, so that a run that was ended goes on where it was; those of another program are made again.
 
 #![allow(clippy::unwrap_used, reason = "shared with the tests")]
 
-#[path = "../tests/hostile/random.rs"]
+#[path = "../../../tests/hostile/random.rs"]
 #[allow(dead_code, reason = "hostile use draws more")]
 mod random;
-#[path = "../tests/drawn/ranges.rs"]
+#[path = "../../../tests/drawn/ranges.rs"]
 mod ranges;
-#[path = "../tests/drawn/ride.rs"]
+#[path = "../../../tests/drawn/ride.rs"]
 mod ride;
-#[path = "../tests/drawn/table.rs"]
+#[path = "../../../tests/drawn/table.rs"]
 mod table;
 
 use ride::Ride;

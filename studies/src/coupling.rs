@@ -43,7 +43,7 @@ pub fn study() {
         table::print(sheet);
     }
     table::print_orders(&sheets);
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
     std::fs::write(docs.join("coupling.csv"), table::csv(&sheets)).expect("docs/coupling.csv");
     std::fs::write(docs.join("pictures/coupling.svg"), picture::svg(&sheets)).expect("docs/pictures/coupling.svg");
 }

@@ -1,4 +1,4 @@
-//! Hostile use of the component, for as long as wanted: `cargo run --release --example hostile -- --minutes 20 scene|state|calls`,
+//! Hostile use of the component, for as long as wanted: `cargo run --release --manifest-path studies/Cargo.toml --bin hostile -- --minutes 20 scene|state|calls`,
 //! `… -- --cycles 100000 memory`, and `… -- --seed N --inputs 1 scene` for one input again.
 //!
 //! What it finds is printed with the seed; in short it runs with the tests.
@@ -10,22 +10,22 @@
     reason = "shared with the tests, which call the C interface"
 )]
 
-#[path = "../tests/hostile/calls.rs"]
+#[path = "../../../tests/hostile/calls.rs"]
 mod calls;
-#[path = "../tests/fmi2/host.rs"]
+#[path = "../../../tests/fmi2/host.rs"]
 #[allow(dead_code, reason = "the tests of the interface use more of it")]
 mod host;
-#[path = "../tests/hostile/memory.rs"]
+#[path = "../../../tests/hostile/memory.rs"]
 mod memory;
-#[path = "../tests/hostile/random.rs"]
+#[path = "../../../tests/hostile/random.rs"]
 mod random;
-#[path = "../tests/hostile/scenes.rs"]
+#[path = "../../../tests/hostile/scenes.rs"]
 mod scenes;
-#[path = "../tests/hostile/states.rs"]
+#[path = "../../../tests/hostile/states.rs"]
 mod states;
-#[path = "../tests/hostile/tally.rs"]
+#[path = "../../../tests/hostile/tally.rs"]
 mod tally;
-#[path = "../tests/hostile/written.rs"]
+#[path = "../../../tests/hostile/written.rs"]
 mod written;
 
 use std::process::ExitCode;
