@@ -148,7 +148,7 @@ fn names_of_types_are_unique() {
 
 const SAMPLE: &str = r#"
 use crate::mesh::Mesh; // not crate::fmi2
-use crate::{algebra::{Vector, det}, state};
+use crate::{math::{Vector, det}, state};
 /* crate::output and unsafe */
 fn short(a: [u8; 2]) -> char { let _ = "unsafe { crate::bin"; '{' }
 fn declared();

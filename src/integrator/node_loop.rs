@@ -330,14 +330,8 @@ mod tests {
         let n_nodes = gel.mass.len();
         let mut blocks = engine.blocks.take().expect("bins have the fast form");
         let (grid, tick) = (engine.grid, engine.state.now.expect("it has begun") + 1);
-        let update = NodeUpdate {
-            gel: &gel,
-            grid,
-            freedom: FreeDirections::SPATIAL,
-            tick,
-            leading_share: 0.5,
-            damping_rate: 0.0,
-        };
+        let freedom = FreeDirections::SPATIAL;
+        let update = NodeUpdate { gel: &gel, grid, freedom, tick, leading_share: 0.5, damping_rate: 0.0 };
         let rule = StepRule { mass: &gel.mass, cfl: 0.8 };
         let mut active = ActiveSet::new(n_nodes);
         active.insert_all((0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100));
