@@ -420,7 +420,7 @@ fn an_interrupted_run_keeps_what_it_has() {
     let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
     assert_eq!((&summary["completed"], &summary["failure"]), (&Value::from(false), &Value::Null));
     let page = std::fs::read_to_string(folder.path().join("here/report.html")).unwrap();
-    assert!(page.contains("This run stopped early") && page.contains("It was ended there"));
+    assert!(page.contains("This run stopped early") && page.contains("The run was ended there"));
 }
 
 /// The rows of a section of what `bench` printed.

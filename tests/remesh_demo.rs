@@ -56,7 +56,7 @@ fn remesh_demo_says_why_there_is_nothing_to_draw() {
     let said = gelfmu(folder.path(), &[&["remesh-demo", "ball-square", "--quiet"], slow.as_slice()].concat());
     assert_eq!(said.status.code(), Some(1));
     assert!(
-        err(&said).contains("the mesh is not worn up to scene.end_time, 0.002 s: give a time with --at"),
+        err(&said).contains("the mesh is not distorted up to scene.end_time, 0.002 s: give a time with --at"),
         "{}",
         err(&said)
     );

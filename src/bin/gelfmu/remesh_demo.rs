@@ -75,7 +75,7 @@ fn rehearse_remesh(
     match simulation.rehearse(from, end) {
         Ok(Some(shown)) => Ok(shown),
         Ok(None) => Err(stopped(format!(
-            "the mesh is not worn up to scene.end_time, {end:?} s: give a time with --at, or raise remesh.quality"
+            "the mesh is not distorted up to scene.end_time, {end:?} s: give a time with --at, or raise remesh.quality"
         ))),
         Err(error) => Err(stopped(error.to_string())),
     }
