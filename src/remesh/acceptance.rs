@@ -34,7 +34,9 @@ pub enum MeshRejected {
     #[error("the new mesh has no elements")]
     Empty,
     /// Degenerate or inverted element.
-    #[error("element {element} of the new mesh is degenerate or inverted: its area, m², or volume, m³, is {measure:.3e}")]
+    #[error(
+        "element {element} of the new mesh is degenerate or inverted: its area, m², or volume, m³, is {measure:.3e}"
+    )]
     Inverted {
         /// Element of the new mesh.
         element: usize,

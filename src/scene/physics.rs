@@ -20,7 +20,9 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
         describe_contact(scene.contact.law),
     ];
     let remeshing = scene.remesh.as_ref().map(|remesh| match remesh.method {
-        RemeshMethod::Retained => "remeshing: distorted mesh replaced locally, old nodes retained where elements are good",
+        RemeshMethod::Retained => {
+            "remeshing: distorted mesh replaced locally, old nodes retained where elements are good"
+        }
         RemeshMethod::Immersed => {
             "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }
@@ -49,8 +51,11 @@ fn describe_loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
         let face = load.on.map_or("the surface", GelFace::name);
         let part = if load.within.is_some() { ", within a box" } else { "" };
-        let depth =
-            if load.depth > 0.0 { format!(", with its full value from {:?} m below z = 0 on", load.depth) } else { String::new() };
+        let depth = if load.depth > 0.0 {
+            format!(", with its full value from {:?} m below z = 0 on", load.depth)
+        } else {
+            String::new()
+        };
         let over = match (load.table.len(), load.ramp) {
             (0, 0.0) => "from the start".to_owned(),
             (0, ramp) => format!("with a linear ramp of {ramp:?} s"),
@@ -136,7 +141,9 @@ fn describe_material(scene: &Scene) -> &'static str {
         MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic shear and pressure waves",
         MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic with two constants",
         MaterialModel::Ogden => "material: compressible Ogden, elastic in powers of the principal stretches",
-        MaterialModel::Viscoelastic => "material: viscoelastic, neo-Hookean long-term response, Maxwell branches in shear",
+        MaterialModel::Viscoelastic => {
+            "material: viscoelastic, neo-Hookean long-term response, Maxwell branches in shear"
+        }
         MaterialModel::Flowing => "material: neo-Hookean in shear, pressure from an equation of state",
     }
 }
@@ -149,11 +156,15 @@ fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
     [
         gel.strength.is_some().then_some("strength: viscoplastic flow above a rate-dependent yield stress"),
         gel.strength.and_then(describe_confinement),
-        gel.softening.is_some().then_some("softening: damage by accumulated plastic strain reduces stiffness and strength"),
+        gel.softening
+            .is_some()
+            .then_some("softening: damage by accumulated plastic strain reduces stiffness and strength"),
         shocks.then_some("pressure: shock Hugoniot, the shock speed rises with the particle velocity"),
         voids.then_some("tension: limited, voids open and close again"),
         gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over some elements"),
-        remesh.is_some_and(|remesh| remesh.thinnest.is_some()).then_some("erosion: thin sheets are removed with their mass and energy"),
+        remesh
+            .is_some_and(|remesh| remesh.thinnest.is_some())
+            .then_some("erosion: thin sheets are removed with their mass and energy"),
     ]
 }
 
@@ -163,7 +174,8 @@ fn describe_confinement(strength: StrengthSpec) -> Option<&'static str> {
     strength.confined?;
     let law = strength.law();
     let is_steep = law.steepest_friction() > law.stable_friction();
-    let steep = "confinement: the yield stress rises with pressure, too steeply for depths to converge under refinement";
+    let steep =
+        "confinement: the yield stress rises with pressure, too steeply for depths to converge under refinement";
     Some(if is_steep { steep } else { "confinement: the yield stress rises with pressure" })
 }
 
@@ -280,12 +292,14 @@ fn omitted_by_dimension(dimension: Dimension) -> Option<&'static str> {
 }
 
 fn omitted_by_tables(scene: &Scene) -> [Option<&'static str>; 9] {
-    let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops when the mesh cannot follow the deformation");
+    let fixed =
+        scene.remesh.is_none().then_some("remeshing: none, the run stops when the mesh cannot follow the deformation");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
     let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, only contact with the gel");
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
-    let restitution = inelastic.then_some("restitution of surface nodes: none, rebound comes from the elasticity of the gel");
+    let restitution =
+        inelastic.then_some("restitution of surface nodes: none, rebound comes from the elasticity of the gel");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let unloaded = scene.load.is_empty().then_some("loads: none, only bodies and supports act on the gel");
     let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");

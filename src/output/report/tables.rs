@@ -17,8 +17,15 @@ pub(super) fn fragments(summary: &RunSummary) -> String {
         let cells = fragment_cells(fragment);
         row(&mut rows, &body_name(i + 1), &cells.each_ref().map(String::as_str));
     }
-    let heads =
-        ["fragment", "state at the end", "greatest depth", "depth at the end", "speed at the end", "peak force", "impulse"];
+    let heads = [
+        "fragment",
+        "state at the end",
+        "greatest depth",
+        "depth at the end",
+        "speed at the end",
+        "peak force",
+        "impulse",
+    ];
     format!("<section><h2>Fragments</h2>\n{}</section>\n", table("Fragments at the end of the run", &heads, &rows))
 }
 
@@ -53,7 +60,8 @@ pub(super) fn sensors(summary: &RunSummary) -> String {
             &[&format!("{x}, {y}, {z}"), &pressure, &time, &rate, &dent[0], &dent[1]],
         );
     }
-    let heads = ["sensor", "reference position", "peak pressure", "at time", "peak pressure rate", "dent", "viscous criterion"];
+    let heads =
+        ["sensor", "reference position", "peak pressure", "at time", "peak pressure rate", "dent", "viscous criterion"];
     format!("<section><h2>Sensors</h2>\n{}</section>\n", table("Sensor measurements", &heads, &rows))
 }
 
@@ -106,7 +114,10 @@ pub(super) fn switched_off(summary: &RunSummary) -> String {
     for entry in &summary.switched_off {
         row(&mut rows, entry, &[]);
     }
-    format!("<section><h2>Switched off</h2>\n{}</section>\n", table("Effects not modelled in this scene", &["effect"], &rows))
+    format!(
+        "<section><h2>Switched off</h2>\n{}</section>\n",
+        table("Effects not modelled in this scene", &["effect"], &rows)
+    )
 }
 
 /// Appends a table row; cells are HTML, the row name is text.

@@ -9,7 +9,8 @@ use std::fmt::Write;
 
 /// Returns a box with the diagnosis of an early stop; empty for a completed run.
 pub(super) fn failure(scene: &Scene, summary: &RunSummary) -> String {
-    let ended = || format!("The run was ended there; the end time of the scene is {}.", quantity(scene.scene.end_time, "s"));
+    let ended =
+        || format!("The run was ended there; the end time of the scene is {}.", quantity(scene.scene.end_time, "s"));
     let diagnosis = match &summary.failure {
         Some(diagnosis) => escape(diagnosis),
         None if summary.completed => return String::new(),
