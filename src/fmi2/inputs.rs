@@ -313,8 +313,9 @@ impl BodyInputs<'_> {
     /// Returns the error of a return to a gel that was put to rest.
     fn return_error(&self, inputs: &StepInputs) -> CallError {
         let found: [f64; 3] = inputs.kinematics.position.into();
-        let expected = "a path outside the gel: the projectile has left the gel, which scene.stop_after_exit has put to rest, so contact is \
-                        off; pack the scene with scene.stop_after_exit = \"never\", or restore a state before the exit";
+        let expected = "a path outside the gel: the projectile has left the gel, which scene.stop_after_exit has put \
+                        to rest, so contact is off; pack the scene with scene.stop_after_exit = \"never\", or restore \
+                        a state before the exit";
         CallError::value(format!("{}.position", body_name(self.body)), format!("{found:?}"), expected)
     }
 
@@ -332,8 +333,8 @@ impl BodyInputs<'_> {
     /// Returns the error of a body that overlaps the gel by `depth`, m.
     fn overlap_error(&self, depth: f64) -> CallError {
         let expected = format!(
-            "a place outside the gel, and for a fast body at a distance above its travel in an element's step: the gel's surface \
-             would be {depth:.3e} m inside the body; move it out"
+            "a place outside the gel, and for a fast body at a distance above its travel in an element's step: the \
+             gel's surface would be {depth:.3e} m inside the body; move it out"
         );
         CallError::value(format!("{}.active", body_name(self.body)), true, expected)
     }

@@ -37,7 +37,8 @@ pub struct IntegratorSettings {
 /// ticks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "the stable step of an element is {step:e} s: the ratio of stiffness to mass is out of range, or there is no element"
+    "the stable step of an element is {step:e} s: the ratio of stiffness to mass is out of range, or there is no \
+     element"
 )]
 pub struct UnusableStep {
     /// Stable step, s.

@@ -9,8 +9,8 @@ pub enum StepError {
     /// An element stayed inverted.
     #[error(
         "element {element} is inverted at {time:.6e} s: J = {} after two consecutive steps of it, expected J > 0. \
-         The mesh cannot follow the deformation: add a `remesh` table to the scene, or use a smaller mesh.size near the \
-         impact, a lower speed, or a stiffer gel",
+         The mesh cannot follow the deformation: add a `remesh` table to the scene, or use a smaller mesh.size near \
+         the impact, a lower speed, or a stiffer gel",
         fixed(*jacobian, 3)
     )]
     Inverted {
@@ -23,7 +23,8 @@ pub enum StepError {
     },
     /// A force is not finite.
     #[error(
-        "element {element} has a force that is not finite at {time:.6e} s: the integration is unstable; lower integrator.cfl"
+        "element {element} has a force that is not finite at {time:.6e} s: the integration is unstable; lower \
+         integrator.cfl"
     )]
     NotFinite {
         /// The element.
@@ -70,8 +71,8 @@ pub enum StepError {
     },
     /// A body spins too fast for the shortest step.
     #[error(
-        "{0} spins at {rate:.3e} rad/s at {time:.6e} s: it turns by {2:.3e} rad in a tick, expected at most {most} rad. \
-         Lower {1}.external_torque or {1}.angular_velocity",
+        "{0} spins at {rate:.3e} rad/s at {time:.6e} s: it turns by {2:.3e} rad in a tick, expected at most {most} \
+         rad. Lower {1}.external_torque or {1}.angular_velocity",
         body_name(*body), variable_prefix(*body), turn
     )]
     Spun {
@@ -88,8 +89,8 @@ pub enum StepError {
     },
     /// Neither a new mesh nor the old one can go on.
     #[error(
-        "at {time:.6e} s the mesh is distorted, no new mesh was accepted, and the old mesh cannot go on: its stable step is \
-         {step:.3e} s. Use a smaller mesh.size near the impact or a lower speed"
+        "at {time:.6e} s the mesh is distorted, no new mesh was accepted, and the old mesh cannot go on: its stable \
+         step is {step:.3e} s. Use a smaller mesh.size near the impact or a lower speed"
     )]
     Worn {
         /// Time, s.
@@ -99,8 +100,9 @@ pub enum StepError {
     },
     /// The method has created more energy than there can be.
     #[error(
-        "at {time:.6e} s the energy of gel and bodies is {part:.1e} times the energy provided (initial energy and later \
-         input): the integration has diverged. Use a smaller mesh.size near the impact, a lower speed, or a lower integrator.cfl"
+        "at {time:.6e} s the energy of gel and bodies is {part:.1e} times the energy provided (initial energy and \
+         later input): the integration has diverged. Use a smaller mesh.size near the impact, a lower speed, or a \
+         lower integrator.cfl"
     )]
     Diverged {
         /// Time, s.

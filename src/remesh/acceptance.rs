@@ -86,7 +86,10 @@ pub enum MeshRejected {
         after: isize,
     },
     /// Self-intersection of the boundary.
-    #[error("the new boundary intersects itself: edge {:?} crosses edge {:?}", edges[0].map(|n| n.0), edges[1].map(|n| n.0))]
+    #[error(
+        "the new boundary intersects itself: edge {:?} crosses edge {:?}",
+        edges[0].map(|n| n.0), edges[1].map(|n| n.0)
+    )]
     Crossing {
         /// Crossing edges, by nodes of the new mesh.
         edges: [[NodeId; 2]; 2],

@@ -49,7 +49,8 @@ pub enum RemeshError {
     PlaneOnly,
     /// Self-intersection of the boundary.
     #[error(
-        "the boundary intersects itself: the edge of nodes {} and {} crosses the edge of nodes {} and {}; remesh earlier",
+        "the boundary intersects itself: the edge of nodes {} and {} crosses the edge of nodes {} and {}; remesh \
+         earlier",
         edges[0][0].0, edges[0][1].0, edges[1][0].0, edges[1][1].0
     )]
     Crossing {
@@ -58,7 +59,8 @@ pub enum RemeshError {
     },
     /// Constraint edge that meets another edge or a point.
     #[error(
-        "the edge from ({} m, {} m) to ({} m, {} m) crosses another edge or passes through a point: the boundary touches itself there",
+        "the edge from ({} m, {} m) to ({} m, {} m) crosses another edge or passes through a point: the boundary \
+         touches itself there",
         edge[0][0], edge[0][1], edge[1][0], edge[1][1]
     )]
     Blocked {

@@ -65,8 +65,8 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
     let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::Flowing;
     (held && along > LONG * calibre(shape)).then(|| {
-        "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth is 30 to 60 % too great; \
-         use a spatial scene with an initial yaw and gel.symmetry = \"half\""
+        "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth is 30 to 60 % too \
+         great; use a spatial scene with an initial yaw and gel.symmetry = \"half\""
             .to_owned()
     })
 }
@@ -81,8 +81,8 @@ fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) ->
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
     (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
         format!(
-            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is calibrated and validated for {} and \
-             {} only ({source})",
+            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is calibrated and validated \
+             for {} and {} only ({source})",
             1e3 * size,
             preset.name(),
             range(sizes.map(|size| 1e3 * size), "mm"),

@@ -73,7 +73,11 @@ fn describe_loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
 fn describe_sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.sensor.iter().enumerate().map(|(i, sensor)| {
         let name = numbered("sensor", i);
-        format!("{name}: pressure, displacement and velocity of the material point at {:?} m in the reference configuration", sensor.position)
+        format!(
+            "{name}: pressure, displacement and velocity of the material point at {:?} m in the reference \
+             configuration",
+            sensor.position
+        )
     })
 }
 

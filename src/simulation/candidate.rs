@@ -90,7 +90,8 @@ pub enum RemeshRefusal {
     },
     /// Kinetic energy has increased: nodes of hardly any mass have excessive velocities.
     #[error(
-        "the kinetic energy on the new mesh is {after:.3e} J, on the old mesh {before:.3e} J: a new node has almost no mass"
+        "the kinetic energy on the new mesh is {after:.3e} J, on the old mesh {before:.3e} J: a new node has almost \
+         no mass"
     )]
     Gains {
         /// Kinetic energy of the old mesh, J.

@@ -19,8 +19,8 @@ pub(super) fn page(scene: &Scene, panels: &[PicturePanel], figures: &RemeshFigur
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <title>{name}: remeshing — ballistic-gel</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
          <header><h1>{name}: remeshing</h1>\n<p class=\"title\">{title}</p></header>\n\
-         <p class=\"lead\">At {} a mesh of {} elements is replaced; its least element quality is {}. Left: the whole gel. \
-         Right: the surroundings of that element.</p>\n{sections}{}</main>\n</body>\n</html>\n",
+         <p class=\"lead\">At {} a mesh of {} elements is replaced; its least element quality is {}. Left: the whole \
+         gel. Right: the surroundings of that element.</p>\n{sections}{}</main>\n</body>\n</html>\n",
         quantity(figures.time, "s"),
         figures.elements,
         ratio(figures.least_quality),
@@ -90,7 +90,7 @@ fn table(figures: &RemeshFigures) -> String {
     let rows: Vec<String> =
         ROWS.iter().map(|(name, value)| format!("<tr><th>{name}</th>{}</tr>\n", cells(*value))).collect();
     format!(
-        "<section><h2>Figures</h2>\n<p>Changes are relative to the values before remeshing.</p>\n{}<div class=\"wide\"><table>\n\
+        "<section><h2>Figures</h2>\n<p>Changes relative to the old mesh.</p>\n{}<div class=\"wide\"><table>\n\
          <thead><tr><th></th>{}</tr></thead>\n<tbody>\n{}</tbody></table></div></section>\n",
         refused.concat(),
         head.concat(),

@@ -171,7 +171,8 @@ impl<'a> PanelSource<'a> {
             PanelText {
                 name: "sizes",
                 title: "Target element sizes",
-                about: "Element sizes from the curvature indicator, the distance from the body and the limit of growth.",
+                about: "Element sizes from the curvature indicator, the distance from the body and the limit of \
+                     growth.",
             },
             Some(scale),
             |drawing| {
@@ -317,8 +318,8 @@ impl<'a> PanelSource<'a> {
             RemeshMethod::Retained => PanelText {
                 name: "velocity-retained",
                 title: "Vertical velocity on the locally remeshed mesh",
-                about: "Local remeshing of the same state: good nodes and the whole surface are retained, points of the \
-                    quadtree fill the rest.",
+                about: "Local remeshing of the same state: good nodes and the whole surface are retained, points of \
+                    the quadtree fill the rest.",
             },
         };
         self.panel(text, Some(scale), |drawing| {

@@ -68,7 +68,7 @@ pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
             .expect("a string grows");
     }
     format!(
-        "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Time of the picture</label> \
+        "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Time</label> \
          <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
          <script>\n{SLIDER}\n</script></section>\n",
         shots.len() - 1,

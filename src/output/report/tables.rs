@@ -77,8 +77,8 @@ pub(super) fn energy(summary: &RunSummary) -> String {
     }
     let heads = ["account", "meaning", "energy", "share of the initial energy"];
     let errors = format!(
-        "<p>Imbalance relative to the throughput: energy {}, momentum {}, angular momentum {}. Numerical energy defect: \
-         {} of the initial energy and the external work. Change of mass: {}.</p>\n",
+        "<p>Imbalance relative to the throughput: energy {}, momentum {}, angular momentum {}. Numerical energy \
+         defect: {} of the initial energy and the external work. Change of mass: {}.</p>\n",
         ratio(summary.energy_error),
         ratio(summary.momentum_error),
         ratio(summary.angular_momentum_error),

@@ -97,7 +97,8 @@ fn outcome_sentence(scene: &Scene, summary: &RunSummary) -> String {
 fn exit_sentence(summary: &RunSummary) -> String {
     let Some(exit) = exit_state(summary) else { return String::new() };
     format!(
-        " It has perforated the gel: it left the back face with <strong>{}</strong> at {}, deposited {} in the gel and retained {}.",
+        " It has perforated the gel: it left the back face with <strong>{}</strong> at {}, deposited {} in the gel \
+         and retained {}.",
         quantity(exit.speed, "m/s"),
         quantity(exit.time, "s"),
         quantity(summary.exit.energy_deposited, "J"),
@@ -135,8 +136,8 @@ fn accuracy_sentence(summary: &RunSummary) -> String {
     let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
     let doubt: String = summary.doubts.iter().map(told).collect();
     format!(
-        "The imbalance of energy is {} of its throughput; the numerical energy defect is {} of the initial energy and the \
-         external work.{doubt}",
+        "The imbalance of energy is {} of its throughput; the numerical energy defect is {} of the initial energy and \
+         the external work.{doubt}",
         percent(summary.energy_error),
         percent(summary.energy_defect)
     )
