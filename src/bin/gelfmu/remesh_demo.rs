@@ -88,7 +88,7 @@ fn output_failure(error: OutputError) -> CommandError {
 fn describe_figures(figures: &RemeshFigures, page: &Path) -> String {
     let RemeshFigures { time, elements, least_quality, methods } = figures;
     let mut lines = vec![format!(
-        "at {:.4} ms a mesh of {elements} elements ends, its worst of quality {least_quality:.3}",
+        "at {:.4} ms a mesh of {elements} elements is replaced, its least quality is {least_quality:.3}",
         1e3 * time
     )];
     for outcome in methods {
