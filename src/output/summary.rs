@@ -345,7 +345,7 @@ fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
         account("elastic", energy.elastic, "stored energy of the deformed gel"),
         account("contact", energy.contact, "work of the contact law; negative is dissipated"),
         account("friction", energy.friction, "work of friction; negative is dissipated"),
-        account("contact_bias", energy.contact_bias, "work of removing residual penetration"),
+        account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
         account("integration", energy.integration, "trapezoidal residual of the time integration"),
         account("external", energy.external, "work of external forces and of a prescribed motion"),
         account("importer", energy.importer, "energy of state jumps of the bodies made by the importer"),

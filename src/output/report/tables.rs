@@ -83,7 +83,7 @@ pub(super) fn energy(summary: &RunSummary) -> String {
         ratio(summary.momentum_error),
         ratio(summary.angular_momentum_error),
         percent(summary.energy_defect),
-        summary.mass_error.map_or("unknown".to_string(), ratio)
+        summary.mass_error.map_or("not known".to_string(), ratio)
     );
     format!("<section><h2>Energy</h2>\n{}{errors}</section>\n", table("Energy accounts at the end", &heads, &rows))
 }
