@@ -414,7 +414,7 @@ fn an_interrupted_run_keeps_what_it_has() {
     assert!(kill.success());
     let said = said(child.wait_with_output().unwrap());
     assert_eq!(said.status, Some(130), "{}", said.err);
-    assert!(said.err.contains("error: interrupted; what was computed is in here"), "{}", said.err);
+    assert!(said.err.contains("error: interrupted; the results up to now are in here"), "{}", said.err);
     let manifest = std::fs::read_to_string(folder.path().join("here/gelfmu.jsonl")).unwrap();
     assert!(manifest.ends_with("{\"state\":\"interrupted\"}\n"), "{manifest}");
     let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
