@@ -264,13 +264,13 @@ impl<const D: usize> DynamicState<D> {
             "the stiffness of an element is not a number",
         )?;
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
-        holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is no number")?;
+        holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is not a number")?;
         let begun = self.now.is_some();
-        holds(begun || !self.record.at_rest, "a gel that has not begun is at rest")?;
-        holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        holds(begun || !self.record.at_rest, "a gel that has not started is marked as at rest")?;
+        holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element has no step ahead")?;
         let memories = self.memory.len() == sizes.memories && self.memory.iter().all(HistoryVariables::is_valid);
-        holds(memories, "what an element remembers is missing or no number")?;
-        holds(self.bodies.iter().all(BodyState::is_valid), "a number of a body is none")?;
+        holds(memories, "a history variable of an element is missing or not a number")?;
+        holds(self.bodies.iter().all(BodyState::is_valid), "the state of a body has a value that is not a number")?;
         let ticks = self
             .clocks
             .iter()
@@ -279,7 +279,7 @@ impl<const D: usize> DynamicState<D> {
             .chain(self.now);
         holds(ticks.fold(0, Tick::max) < MOST_TICKS, "a tick is too far away")?;
         let runs = |alarm: &GroupAlarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
-        holds(!begun || self.alarms.iter().all(runs), "the clock of an element stands still")
+        holds(!begun || self.alarms.iter().all(runs), "the clock of an element has no step ahead")
     }
 }
 

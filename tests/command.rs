@@ -414,13 +414,13 @@ fn an_interrupted_run_keeps_what_it_has() {
     assert!(kill.success());
     let said = said(child.wait_with_output().unwrap());
     assert_eq!(said.status, Some(130), "{}", said.err);
-    assert!(said.err.contains("error: interrupted; what was computed is in here"), "{}", said.err);
+    assert!(said.err.contains("error: interrupted; the results up to now are in here"), "{}", said.err);
     let manifest = std::fs::read_to_string(folder.path().join("here/gelfmu.jsonl")).unwrap();
     assert!(manifest.ends_with("{\"state\":\"interrupted\"}\n"), "{manifest}");
     let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
     assert_eq!((&summary["completed"], &summary["failure"]), (&Value::from(false), &Value::Null));
     let page = std::fs::read_to_string(folder.path().join("here/report.html")).unwrap();
-    assert!(page.contains("This run stopped early") && page.contains("It was ended there"));
+    assert!(page.contains("This run stopped early") && page.contains("The run was ended there"));
 }
 
 /// The rows of a section of what `bench` printed.

@@ -137,7 +137,7 @@ fn a_shot_that_no_mesh_can_follow_says_why_none_was_taken() {
         }
         let reasons = &simulation.refusals().last().unwrap().why;
         let named = reasons.iter().all(|reason| why.contains(&reason.to_string()));
-        assert!(why.starts_with(". No other mesh was taken at ") && !reasons.is_empty() && named, "{why}");
+        assert!(why.starts_with(". No new mesh was accepted at ") && !reasons.is_empty() && named, "{why}");
         true
     };
     assert!([80_000, 60_000, 100_000, 140_000].into_iter().any(is_told), "at one of these speeds no mesh is taken");

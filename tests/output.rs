@@ -442,10 +442,10 @@ fn summary_and_report_tell_what_became_of_each_fragment() {
     assert_eq!(figures[1]["final_velocity"], serde_json::json!([3.0, 0.0, -4.0]));
     assert_eq!(figures[0]["total_impulse"], serde_json::json!([0.03, 0.0, 0.04]));
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(page.contains("Beside it there are 2 fragments; 1 of 2 took part at the end."));
+    assert!(page.contains("There are 2 fragments beside the projectile, 1 of 2 active at the end."));
     let row = |cells: &str| format!("<tr><th scope=\"row\">fragment[{cells}</td></tr>").replace('|', "</td><td>");
-    let one = row("1]</th><td>takes part|12.50 mm|10.00 mm|0 m/s|12.50 N|50.00 mN s");
-    let two = row("2]</th><td>takes no part|0 m|−15.00 mm|5.000 m/s|0 N|0 N s");
+    let one = row("1]</th><td>active|12.50 mm|10.00 mm|0 m/s|12.50 N|50.00 mN s");
+    let two = row("2]</th><td>inactive|0 m|−15.00 mm|5.000 m/s|0 N|0 N s");
     assert!(page.contains(&one) && page.contains(&two), "{}", between(&page, "<h2>Fragments</h2>", "</section>"));
     let without = fs::read_to_string(run("no-fragments", &self::scene("spatial"), None).join("report.html")).unwrap();
     assert!(!without.contains("fragment["));

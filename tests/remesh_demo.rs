@@ -27,7 +27,7 @@ fn remesh_demo_draws_the_steps_of_an_exchange() {
     let json: Value = serde_json::from_slice(&said.stdout).unwrap();
     let figures = &json["figures"];
     assert!((figures["time"].as_f64().unwrap() - 0.8e-3).abs() < 1e-4, "{figures}");
-    for (i, method) in ["immersed", "retained"].iter().enumerate() {
+    for (i, method) in ["immersed", "local"].iter().enumerate() {
         let outcome = &figures["methods"][i];
         assert_eq!(outcome["method"], *method);
         assert!(outcome["mesh"]["elements"].as_u64() > Some(100), "{outcome}");
@@ -56,7 +56,7 @@ fn remesh_demo_says_why_there_is_nothing_to_draw() {
     let said = gelfmu(folder.path(), &[&["remesh-demo", "ball-square", "--quiet"], slow.as_slice()].concat());
     assert_eq!(said.status.code(), Some(1));
     assert!(
-        err(&said).contains("the mesh is not worn up to scene.end_time, 0.002 s: give a time with --at"),
+        err(&said).contains("the mesh is not distorted up to scene.end_time, 0.002 s: give a time with --at"),
         "{}",
         err(&said)
     );

@@ -259,7 +259,10 @@ fn a_part_of_a_gel_that_does_not_stand_for_all_of_it_is_refused() {
     let aside = wrong("projectile.velocity=[1.0, 0.0, -179.8]");
     assert!(aside.contains("projectile.velocity") && aside.contains("gel.symmetry = \"none\""), "{aside}");
     let held = wrong("gel.supports.x_min=\"fixed\"");
-    assert!(held.contains("gel.supports.x_min: found \"fixed\", expected nothing: the mirror is there"), "{held}");
+    assert!(
+        held.contains("gel.supports.x_min: found \"fixed\", expected nothing: the plane of symmetry is there"),
+        "{held}"
+    );
     let round = wrong("gel.shape={cylinder={radius=0.05, height=0.05}}");
     assert!(round.contains("gel.symmetry: found \"quarter\", expected \"none\""), "{round}");
 }

@@ -202,7 +202,7 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
     assert!(found["rebound_velocity"].is_null() && found["perforated"].as_bool() == Some(true), "{found}");
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
     assert!(
-        page.contains("has perforated the gel: it left at the back with <strong>3.000 m/s</strong> at 9.000 ms"),
+        page.contains("has perforated the gel: it left the back face with <strong>3.000 m/s</strong> at 9.000 ms"),
         "{page}"
     );
     assert!(!page.contains("rebound speed") && !page.contains("stopped early"));
@@ -216,7 +216,7 @@ fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
     assert_eq!(shallow["greatest_cavity_diameter"], serde_json::Value::Null);
     assert_eq!(shallow["energy_per_centimetre"], serde_json::Value::Null);
     let page = |folder: &Path| fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(!page(&folder).contains("Along the way") && page(&deep).contains("Along the way"));
+    assert!(!page(&folder).contains("Along the path") && page(&deep).contains("Along the path"));
     for title in ["Speed of the projectile by depth", "Radius of the cavity by depth", "temporary cavity"] {
         assert!(page(&deep).contains(title), "{title}");
     }

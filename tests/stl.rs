@@ -290,8 +290,8 @@ fn a_mesh_coarser_than_the_body_is_refused() {
 fn a_check_says_what_is_in_the_file() {
     let lines = scene::modelled_physics(&with(&[], &binary(&reversed(&cuboid([20.0, 10.0, 12.0])))));
     let expected = "projectile: volume 2.4000e-6 m3, mass 3.3000e-2 kg, 13750 kg/m3, \
-        a closed surface of 12 triangles that faced inwards and was turned inside out, 0.020000 x 0.010000 x 0.012000 m, \
-        centre of mass at [0.000000, 0.000000, 0.000000] m of its file";
+        a closed surface of 12 triangles whose normals pointed inwards and were reversed, 0.020000 x 0.010000 x \
+        0.012000 m, centre of mass at [0.000000, 0.000000, 0.000000] m of its file";
     assert!(lines.iter().any(|line| line == expected), "{lines:?}");
 }
 

@@ -313,8 +313,9 @@ impl BodyInputs<'_> {
     /// Returns the error of a return to a gel that was put to rest.
     fn return_error(&self, inputs: &StepInputs) -> CallError {
         let found: [f64; 3] = inputs.kinematics.position.into();
-        let expected = "a path that stays outside the gel: the projectile has left it, and scene.stop_after_exit has put it to rest, so \
-                        that it would not be felt; pack the scene with scene.stop_after_exit = \"never\", or go back to a state before";
+        let expected = "a path outside the gel: the projectile has left the gel, which scene.stop_after_exit has put \
+                        to rest, so contact is off; pack the scene with scene.stop_after_exit = \"never\", or restore \
+                        a state before the exit";
         CallError::value(format!("{}.position", body_name(self.body)), format!("{found:?}"), expected)
     }
 
@@ -322,9 +323,9 @@ impl BodyInputs<'_> {
     fn swallowed_error(&self, was_active: bool, inputs: &StepInputs) -> CallError {
         let found: [f64; 3] = inputs.kinematics.position.into();
         let expected =
-            "a place outside the gel: the centre of the body would be in it, where no surface of the gel meets it";
+            "a place outside the gel: the centre of the body would be inside, out of reach of the surface of the gel";
         let remedy =
-            if was_active { "; hand over each place that it comes through on its way" } else { "; move it out" };
+            if was_active { "; prescribe every position on its path, in shorter steps" } else { "; move it out" };
         let name = format!("{}.position", body_name(self.body));
         CallError::value(name, format!("{found:?}"), expected.to_owned() + remedy)
     }
@@ -332,8 +333,8 @@ impl BodyInputs<'_> {
     /// Returns the error of a body that overlaps the gel by `depth`, m.
     fn overlap_error(&self, depth: f64) -> CallError {
         let expected = format!(
-            "a place outside the gel, and for a fast body further off than it goes in an element's step: the gel's surface would \
-             be {depth:.3e} m inside the body; move it out"
+            "a place outside the gel, and for a fast body at a distance above its travel in an element's step: the \
+             gel's surface would be {depth:.3e} m inside the body; move it out"
         );
         CallError::value(format!("{}.active", body_name(self.body)), true, expected)
     }

@@ -5,11 +5,11 @@ use super::status::CallStatus;
 
 /// Log categories and their descriptions, as declared in `modelDescription.xml`.
 pub const CATEGORIES: [(&str, &str); 5] = [
-    ("logStatusWarning", "What was done, but perhaps not as meant"),
-    ("logStatusDiscard", "Why a step could not be completed"),
-    ("logStatusError", "Why a call was refused"),
-    ("logStatusFatal", "Why an instance was lost"),
-    (EVENTS, "What the instance does: scene, mesh, overrides, files"),
+    ("logStatusWarning", "Calls that were carried out, with reasons to doubt the result"),
+    ("logStatusDiscard", "Reasons why a step could not be completed"),
+    ("logStatusError", "Reasons why a call was refused"),
+    ("logStatusFatal", "Reasons why an instance was lost"),
+    (EVENTS, "Actions of the instance: scene, mesh, overrides, files"),
 ];
 
 const EVENTS: &str = "logEvents";

@@ -56,7 +56,7 @@ impl FmuInstance {
             Ok(reserve) => reserve,
             // A shortage may pass, and the gap in the tables ends with it.
             Err(shortage) => {
-                self.log.warning(format!("{shortage}. This step is missing in the tables"));
+                self.log.warning(format!("{shortage}. The tables lack this step"));
                 return CallStatus::Warning;
             }
         };

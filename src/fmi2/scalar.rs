@@ -213,7 +213,7 @@ mod tests {
         let names = [20_102, 20_200, 20_250, 20_030].map(|reference| ScalarVariable::find(reference).unwrap().name());
         let expected = ["position[3]", "contact.impulse[1]", "coupling.energy_residual", "mass"];
         assert_eq!(names, expected.map(|name| format!("fragment[2].{name}")));
-        assert!(ScalarVariable::find(20_119).unwrap().description().starts_with("Whether fragment 2 takes part"));
+        assert!(ScalarVariable::find(20_119).unwrap().description().starts_with("True if fragment 2 is active"));
     }
 
     #[test]

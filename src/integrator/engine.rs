@@ -36,7 +36,10 @@ pub struct IntegratorSettings {
 /// Error: a stable step is unusable, because it is not a number, is shorter than a tick or exceeds [`MOST_TICKS`]
 /// ticks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the stable step of an element is {step:e} s: stiffness and mass are too far apart, or there is no element")]
+#[error(
+    "the stable step of an element is {step:e} s: the ratio of stiffness to mass is out of range, or there is no \
+     element"
+)]
 pub struct UnusableStep {
     /// Stable step, s.
     pub step: f64,
@@ -271,10 +274,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             references: state.birth.as_ref().map_or(0, |birth| birth.references.len()),
         })?;
         if state.birth != self.state.birth {
-            return Err("it is of another mesh");
+            return Err("it belongs to another mesh");
         }
         if !self.bodies.iter().zip(&state.bodies).all(|(body, its)| body.is_admissible(its)) {
-            return Err("a body has left its plane or axis, or is no longer what it was");
+            return Err(
+                "a body is off its plane or axis, its quaternion is not of norm 1, or it has a bulge without a dome",
+            );
         }
         let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
         let now = state.now.unwrap_or(begun);

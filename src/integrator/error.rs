@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 pub enum StepError {
     /// An element stayed inverted.
     #[error(
-        "element {element} is inverted at {time:.6e} s: J = {} at two of its own ticks in a row. \
-         The mesh cannot follow the deformation: exchange it on the way, with a `remesh` table in the scene, or use a smaller \
-         mesh.size near the impact, a lower speed, or a stiffer gel",
+        "element {element} is inverted at {time:.6e} s: J = {} after two consecutive steps of it, expected J > 0. \
+         The mesh cannot follow the deformation: add a `remesh` table to the scene, or use a smaller mesh.size near \
+         the impact, a lower speed, or a stiffer gel",
         fixed(*jacobian, 3)
     )]
     Inverted {
@@ -23,7 +23,8 @@ pub enum StepError {
     },
     /// A force is not finite.
     #[error(
-        "element {element} gave a force that is not finite at {time:.6e} s. Its nodes have run away: lower integrator.cfl"
+        "element {element} has a force that is not finite at {time:.6e} s: the integration is unstable; lower \
+         integrator.cfl"
     )]
     NotFinite {
         /// The element.
@@ -33,9 +34,9 @@ pub enum StepError {
     },
     /// The stable step fell below a thousandth of the smallest at the start.
     #[error(
-        "the step of element {element} fell to {step:.3e} s at {time:.6e} s, below a thousandth of the smallest at the start. \
-         It, or one around its nodes, is crushed or flat (least J beside it {}): use a smaller mesh.size near the \
-         impact or a lower speed",
+        "the stable step of element {element} fell to {step:.3e} s at {time:.6e} s, below a thousandth of the smallest \
+         initial step. The element or a neighbour is crushed or flat (least J there {}): use a smaller mesh.size near \
+         the impact or a lower speed",
         fixed(*jacobian, 3)
     )]
     StepCollapsed {
@@ -50,9 +51,9 @@ pub enum StepError {
     },
     /// A body slips between surface nodes.
     #[error(
-        "{} leaks through the surface of element {element} at {time:.6e} s: its facet at \
-         ({}, {}, {}) m is {depth:.3e} m inside, more than the element size or the \
-         body's inner radius. The facet has been stretched over the body: use a smaller mesh.size near the impact, a \
+        "{} leaks through the surface of element {element} at {time:.6e} s: the facet at \
+         ({}, {}, {}) m is {depth:.3e} m inside the body, more than the element size or the \
+         body's inner radius. The facet is stretched over the body: use a smaller mesh.size near the impact, a \
          lower speed, or a blunter body",
         body_name(*body), fixed(at[0], 4), fixed(at[1], 4), fixed(at[2], 4)
     )]
@@ -70,8 +71,8 @@ pub enum StepError {
     },
     /// A body spins too fast for the shortest step.
     #[error(
-        "{0} spins at {rate:.3e} rad/s at {time:.6e} s, by {2:.3e} rad in the shortest step there is: more than {most} cannot be \
-         followed. Lower {1}.external_torque or {1}.angular_velocity",
+        "{0} spins at {rate:.3e} rad/s at {time:.6e} s: it turns by {2:.3e} rad in a tick, expected at most {most} \
+         rad. Lower {1}.external_torque or {1}.angular_velocity",
         body_name(*body), variable_prefix(*body), turn
     )]
     Spun {
@@ -88,8 +89,8 @@ pub enum StepError {
     },
     /// Neither a new mesh nor the old one can go on.
     #[error(
-        "at {time:.6e} s the mesh is worn, and neither a new one nor this one can go on: the stable step would be {step:.3e} s. \
-         Use a smaller mesh.size near the impact or a lower speed"
+        "at {time:.6e} s the mesh is distorted, no new mesh was accepted, and the old mesh cannot go on: its stable \
+         step is {step:.3e} s. Use a smaller mesh.size near the impact or a lower speed"
     )]
     Worn {
         /// Time, s.
@@ -99,8 +100,9 @@ pub enum StepError {
     },
     /// The method has created more energy than there can be.
     #[error(
-        "at {time:.6e} s gel and bodies have {part:.1e} times the energy that there was and came in: the method has made it, and what \
-         follows would mean nothing. Use a smaller mesh.size near the impact, a lower speed, or a lower integrator.cfl"
+        "at {time:.6e} s the energy of gel and bodies is {part:.1e} times the energy provided (initial energy and \
+         later input): the integration has diverged. Use a smaller mesh.size near the impact, a lower speed, or a \
+         lower integrator.cfl"
     )]
     Diverged {
         /// Time, s.
@@ -149,6 +151,6 @@ mod tests {
     fn errors_show_huge_numbers_with_an_exponent() {
         assert_eq!([-0.0614, -1.38e83].map(|jacobian| fixed(jacobian, 3)), ["-0.061", "-1.380e83"]);
         let error = StepError::Inverted { element: 7, time: 1e-3, jacobian: -1.38e83 };
-        assert!(error.to_string().contains("J = -1.380e83 at two"), "{error}");
+        assert!(error.to_string().contains("J = -1.380e83 after two"), "{error}");
     }
 }

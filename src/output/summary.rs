@@ -349,24 +349,24 @@ fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -
 fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
     let account = |name, value, meaning| SummaryAccount { name, value, meaning };
     [
-        account("initial", energy.initial, "all energy at the start"),
-        account("kinetic", energy.kinetic, "motion of gel and bodies"),
-        account("projectile", energy.projectile, "motion of projectile and fragments alone (part of kinetic)"),
-        account("elastic", energy.elastic, "stored in the deformed gel"),
+        account("initial", energy.initial, "total energy at the start"),
+        account("kinetic", energy.kinetic, "kinetic energy of gel and bodies"),
+        account("projectile", energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
+        account("elastic", energy.elastic, "stored energy of the deformed gel"),
         account("contact", energy.contact, "work of the contact law; negative is dissipated"),
         account("friction", energy.friction, "work of friction; negative is dissipated"),
         account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
-        account("integration", energy.integration, "residual of the time integration"),
+        account("integration", energy.integration, "trapezoidal residual of the time integration"),
         account("external", energy.external, "work of external forces and of a prescribed motion"),
-        account("importer", energy.importer, "jumps of the bodies made by the importer"),
-        account("remesh", energy.remesh, "what kinetic and stored energy change by when the mesh is exchanged"),
+        account("importer", energy.importer, "energy of state jumps of the bodies made by the importer"),
+        account("remesh", energy.remesh, "change of kinetic and stored energy by remeshing"),
         account("load", energy.load, "work of the pressures on faces"),
         account("damping", energy.damping, "work of the damping; negative is dissipated"),
-        account("plastic", energy.plastic, "lost to plastic flow"),
-        account("viscous", energy.viscous, "lost to viscosity"),
-        account("eroded", energy.eroded, "taken along by what has broken off"),
-        account("damage", energy.damage, "stored energy lost to softening"),
-        account("imbalance", energy.imbalance, "what no account explains"),
+        account("plastic", energy.plastic, "dissipated by plastic flow"),
+        account("viscous", energy.viscous, "dissipated by viscosity"),
+        account("eroded", energy.eroded, "energy of eroded mass"),
+        account("damage", energy.damage, "stored energy dissipated by damage"),
+        account("imbalance", energy.imbalance, "imbalance: change that no account explains"),
     ]
 }
 

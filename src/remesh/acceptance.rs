@@ -34,7 +34,9 @@ pub enum MeshRejected {
     #[error("the new mesh has no elements")]
     Empty,
     /// Degenerate or inverted element.
-    #[error("element {element} of the new mesh is flat or inside out: its area, m², or volume, m³, is {measure:.3e}")]
+    #[error(
+        "element {element} of the new mesh is degenerate or inverted: its area, m², or volume, m³, is {measure:.3e}"
+    )]
     Inverted {
         /// Element of the new mesh.
         element: usize,
@@ -42,7 +44,7 @@ pub enum MeshRejected {
         measure: f64,
     },
     /// Element below the quality limit.
-    #[error("an element of the new mesh has the quality {found:.3}, less than {least:.3}")]
+    #[error("the least element quality of the new mesh is {found:.3}, expected at least {least:.3}")]
     Poor {
         /// Least quality of the new mesh.
         found: f64,
@@ -50,7 +52,7 @@ pub enum MeshRejected {
         least: f64,
     },
     /// Change of area or volume above the limit.
-    #[error("the area or volume of the body changes by {change:.3e} of itself, more than {most:.3e}")]
+    #[error("the relative change of the area or volume of the body is {change:.3e}, expected at most {most:.3e}")]
     Measure {
         /// Relative change.
         change: f64,
@@ -58,7 +60,7 @@ pub enum MeshRejected {
         most: f64,
     },
     /// Changed number of components of the body.
-    #[error("the body had {before} parts and has {after}")]
+    #[error("the body had {before} connected components and has {after}")]
     Parts {
         /// Components of the old mesh.
         before: usize,
@@ -66,7 +68,7 @@ pub enum MeshRejected {
         after: usize,
     },
     /// Changed number of components of the boundary.
-    #[error("the boundary had {before} parts and has {after}: a wall was welded or a hole closed")]
+    #[error("the boundary had {before} connected components and has {after}: walls were merged or a hole was closed")]
     Loops {
         /// Components of the old mesh.
         before: usize,
@@ -84,7 +86,10 @@ pub enum MeshRejected {
         after: isize,
     },
     /// Self-intersection of the boundary.
-    #[error("the new boundary crosses itself: edge {:?} crosses edge {:?}", edges[0].map(|n| n.0), edges[1].map(|n| n.0))]
+    #[error(
+        "the new boundary intersects itself: edge {:?} crosses edge {:?}",
+        edges[0].map(|n| n.0), edges[1].map(|n| n.0)
+    )]
     Crossing {
         /// Crossing edges, by nodes of the new mesh.
         edges: [[NodeId; 2]; 2],

@@ -27,7 +27,7 @@ pub enum RemeshError {
     },
     /// Node position that is not finite.
     #[error(
-        "node {} is at ({:e} m, {:e} m, {:e} m): the state has diverged before this remesh",
+        "node {} is at ({:e} m, {:e} m, {:e} m): the state diverged before this remeshing",
         node.0, place[0], place[1], place[2]
     )]
     NotFinite {
@@ -37,7 +37,7 @@ pub enum RemeshError {
         place: [f64; 3],
     },
     /// Estimated number of points above the limit.
-    #[error("these target sizes ask for about {points:.3e} points, more than {most}: raise the least size")]
+    #[error("the target sizes need about {points:.3e} points, expected at most {most}: raise the least size")]
     TooMany {
         /// Estimated number of points.
         points: f64,
@@ -45,11 +45,12 @@ pub enum RemeshError {
         most: usize,
     },
     /// Immersed remeshing asked for in space.
-    #[error("a mesh can be immersed in the plane only: use the method that retains old nodes")]
+    #[error("immersed remeshing is for plane meshes only: use the local method, remesh.method = \"local\"")]
     PlaneOnly,
     /// Self-intersection of the boundary.
     #[error(
-        "the boundary crosses itself: the edge of nodes {} and {} crosses that of nodes {} and {}; remesh before it does",
+        "the boundary intersects itself: the edge of nodes {} and {} crosses the edge of nodes {} and {}; remesh \
+         earlier",
         edges[0][0].0, edges[0][1].0, edges[1][0].0, edges[1][1].0
     )]
     Crossing {
@@ -58,7 +59,8 @@ pub enum RemeshError {
     },
     /// Constraint edge that meets another edge or a point.
     #[error(
-        "the edge from ({} m, {} m) to ({} m, {} m) crosses another or goes through a point: the boundary touches itself there",
+        "the edge from ({} m, {} m) to ({} m, {} m) crosses another edge or passes through a point: the boundary \
+         touches itself there",
         edge[0][0], edge[0][1], edge[1][0], edge[1][1]
     )]
     Blocked {
@@ -72,7 +74,7 @@ pub enum RemeshError {
         place: [f64; 2],
     },
     /// Coordinates beyond the range of exact predicates.
-    #[error("the point ({} m, {} m) is beyond what exact predicates allow", place[0], place[1])]
+    #[error("the point ({} m, {} m) is beyond the range of the exact predicates", place[0], place[1])]
     Place {
         /// Position, m.
         place: [f64; 2],

@@ -28,7 +28,7 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     let all = [
         density(scene, body),
         is_turned_away(scene, projectile)
-            .then(|| format!("{name}.velocity points away from the gel: it will not be met")),
+            .then(|| format!("{name}.velocity points away from the gel: the body will not strike it")),
         held_straight(scene, &shape).map(|found| format!("{name}.shape is {found}")),
         outside_range(scene, projectile, &shape).map(|found| format!("{name} {found}")),
     ];
@@ -39,15 +39,15 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
 fn density(scene: &Scene, body: usize) -> Option<String> {
     let density = scene.body(body).mass? / scene.volume(body)?;
     let name = body_name(body);
-    let told = format!("{name}.mass makes a density of {:.3} g/cm³", 1e-3 * density);
+    let given = format!("{name}.mass gives a density of {:.3} g/cm³", 1e-3 * density);
     if density > DENSEST {
         return Some(format!(
-            "{told}, more than any material has ({:.0} g/cm³): are its mass in kg and its lengths in m?",
+            "{given}, more than any material has ({:.0} g/cm³): give its mass in kg and its lengths in m",
             1e-3 * DENSEST
         ));
     }
     let gel = scene.gel.density;
-    (density < gel).then(|| format!("{told}, less than the gel has ({:.3} g/cm³)", 1e-3 * gel))
+    (density < gel).then(|| format!("{given}, less than the gel has ({:.3} g/cm³)", 1e-3 * gel))
 }
 
 /// Returns true if a body outside of a block or cylinder moves away from it.
@@ -65,8 +65,8 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
     let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::Flowing;
     (held && along > LONG * calibre(shape)).then(|| {
-        "longer than wide and cannot yaw about an axis: a real one turns over, and this one goes 30 to 60 % deeper; compute it in \
-         space with some yaw (gel.symmetry = \"half\")"
+        "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth is 30 to 60 % too \
+         great; use a spatial scene with an initial yaw and gel.symmetry = \"half\""
             .to_owned()
     })
 }
@@ -81,7 +81,8 @@ fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) ->
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
     (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
         format!(
-            "is {:.2} mm wide and comes at {found:.1} m/s: gel.preset = \"{}\" was fitted and checked for {} and {} only ({source})",
+            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is calibrated and validated \
+             for {} and {} only ({source})",
             1e3 * size,
             preset.name(),
             range(sizes.map(|size| 1e3 * size), "mm"),
@@ -117,7 +118,7 @@ mod tests {
             let expected: &[&str] = match name {
                 // A ball of extreme mass; a rifle bullet outside the measured range.
                 "hydro-drag" => &["projectile.mass"],
-                "bullet-yaw" => &["7.82 mm wide and comes at 840.0 m/s"],
+                "bullet-yaw" => &["a calibre of 7.82 mm and a speed of 840.0 m/s"],
                 _ => &[],
             };
             assert_eq!(found.len(), expected.len(), "{name}: {found:?}");

@@ -127,12 +127,12 @@ pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, S
         return if fidelity == FidelityKind::Standard { Ok(None) } else { Err(unknown) };
     };
     if fidelity == FidelityKind::Standard && !level.set.is_empty() {
-        let expected = "nothing: the standard is the scene as it stands";
+        let expected = "nothing: the level standard is the scene without changes";
         return Err(SceneError::value("fidelity.standard.set", format!("{:?}", level.set), expected));
     }
     if fidelity != FidelityKind::Standard && level.set.is_empty() {
-        let expected =
-            "a level that sets something: overrides are stronger, and have taken what this one set; leave one out";
+        let expected = "a level that changes a value: overrides take precedence and replace all values of this level; \
+                        omit one of them";
         return Err(SceneError::value("scene.fidelity", format!("{name:?}, which sets nothing"), expected));
     }
     let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();

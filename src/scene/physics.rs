@@ -19,19 +19,21 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
         describe_steps(scene),
         describe_contact(scene.contact.law),
     ];
-    let renewed = scene.remesh.as_ref().map(|remesh| match remesh.method {
-        RemeshMethod::Local => "mesh: exchanged for a new one where it is worn, old nodes kept where they are good",
+    let remeshing = scene.remesh.as_ref().map(|remesh| match remesh.method {
+        RemeshMethod::Local => {
+            "remeshing: distorted mesh replaced locally, old nodes retained where elements are good"
+        }
         RemeshMethod::Immersed => {
-            "mesh: exchanged for a new one where it is worn, cut out of the triangulation of a quadtree"
+            "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }
     });
-    let general = general.into_iter().chain(renewed).chain(describe_flow(scene).into_iter().flatten());
+    let general = general.into_iter().chain(remeshing).chain(describe_flow(scene).into_iter().flatten());
     let bodies = (0..scene.n_bodies()).flat_map(|body| describe_body(scene, body));
     let part = match scene.gel.symmetry {
         GelSymmetry::None => None,
-        GelSymmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
+        GelSymmetry::Half => Some("symmetry: the half at y >= 0 is computed and represents the whole gel"),
         GelSymmetry::Quarter => {
-            Some("symmetry: the quarter at x >= 0, y >= 0 is computed and stands for all of the gel")
+            Some("symmetry: the quarter at x >= 0, y >= 0 is computed and represents the whole gel")
         }
     };
     let general = general.chain(part);
@@ -49,15 +51,18 @@ fn describe_loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
         let face = load.on.map_or("the surface", GelFace::name);
         let part = if load.within.is_some() { ", within a box" } else { "" };
-        let depth =
-            if load.depth > 0.0 { format!(", all of it {:?} m below z = 0", load.depth) } else { String::new() };
+        let depth = if load.depth > 0.0 {
+            format!(", with its full value from {:?} m below z = 0 on", load.depth)
+        } else {
+            String::new()
+        };
         let over = match (load.table.len(), load.ramp) {
             (0, 0.0) => "from the start".to_owned(),
-            (0, ramp) => format!("risen after {ramp:?} s"),
-            (points, _) => format!("times a table of {points} points"),
+            (0, ramp) => format!("with a linear ramp of {ramp:?} s"),
+            (points, _) => format!("scaled by a table of {points} points"),
         };
         format!(
-            "{}: a pressure of {:?} Pa on {face}{part}{depth}, {over}; it follows the surface",
+            "{}: a pressure of {:?} Pa on {face}{part}{depth}, {over}; a follower load",
             numbered("load", i),
             load.pressure
         )
@@ -68,25 +73,29 @@ fn describe_loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
 fn describe_sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.sensor.iter().enumerate().map(|(i, sensor)| {
         let name = numbered("sensor", i);
-        format!("{name}: pressure, displacement and velocity of the gel that is at {:?} m at rest", sensor.position)
+        format!(
+            "{name}: pressure, displacement and velocity of the material point at {:?} m in the reference \
+             configuration",
+            sensor.position
+        )
     })
 }
 
 fn describe_damping(scene: &Scene) -> Option<String> {
     let rate = scene.integrator.damping;
-    (rate > 0.0).then(|| format!("damping: in proportion to mass, speeds fade as exp(-t/{:.3e} s)", 1.0 / rate))
+    (rate > 0.0).then(|| format!("damping: mass-proportional, velocities decay as exp(-t/{:.3e} s)", 1.0 / rate))
 }
 
 fn describe_body(scene: &Scene, i: usize) -> Vec<String> {
     let (name, body) = (body_name(i), scene.body(i));
     let motion = match scene.freedom() {
-        _ if body.fixed => "rigid and held",
-        Dimension::Planar => "rigid, moves and turns in the plane",
-        Dimension::Axisymmetric => "rigid, moves along the axis",
+        _ if body.fixed => "rigid and fixed",
+        Dimension::Planar => "rigid, translates and rotates in the plane",
+        Dimension::Axisymmetric => "rigid, translates along the axis",
         Dimension::Spatial => "rigid, six degrees of freedom",
     };
     let grows = matches!(body.shape, BodyShape::Dome { .. }).then_some("a dome whose height and radius are inputs");
-    let waits = (!body.active).then_some("takes no part until it is made active");
+    let waits = (!body.active).then_some("inactive until it is activated");
     let lines =
         [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), describe_balance(scene, i)];
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
@@ -113,7 +122,7 @@ fn describe_surface(solid: &TriangulatedBody) -> String {
     let [x, y, z] = solid.centre().into();
     let size: Vector3 =
         [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| solid.reach(&axis) + solid.reach(&-axis)).into();
-    let turned = if solid.was_turned() { " that faced inwards and was turned inside out" } else { "" };
+    let turned = if solid.was_turned() { " whose normals pointed inwards and were reversed" } else { "" };
     format!(
         ", a closed surface of {} triangles{turned}, {:.6} x {:.6} x {:.6} m, centre of mass at [{x:.6}, {y:.6}, {z:.6}] m of its file",
         solid.triangles().len(),
@@ -126,36 +135,40 @@ fn describe_surface(solid: &TriangulatedBody) -> String {
 fn describe_space(dimension: Dimension) -> &'static str {
     match dimension {
         Dimension::Planar => "gel: plane strain in the x-z plane, large deformation",
-        Dimension::Axisymmetric => "gel: a body of revolution about z, large deformation",
+        Dimension::Axisymmetric => "gel: axisymmetric about z, large deformation",
         Dimension::Spatial => "gel: three dimensions, large deformation",
     }
 }
 
 fn describe_material(scene: &Scene) -> &'static str {
     match scene.gel.material {
-        MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic waves in shear and pressure",
-        MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic in two constants",
-        MaterialModel::Ogden => "material: compressible Ogden, elastic in powers of the stretches",
-        MaterialModel::Viscoelastic => "material: neo-Hookean in the long run, Maxwell branches in shear",
-        MaterialModel::Flowing => "material: neo-Hookean in shear, its pressure by an equation of state",
+        MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic shear and pressure waves",
+        MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic with two constants",
+        MaterialModel::Ogden => "material: compressible Ogden, elastic in powers of the principal stretches",
+        MaterialModel::Viscoelastic => {
+            "material: viscoelastic, neo-Hookean long-term response, Maxwell branches in shear"
+        }
+        MaterialModel::Flowing => "material: neo-Hookean in shear, pressure from an equation of state",
     }
 }
 
-/// Describes the viscoplastic extras of a gel: yield, confinement, softening, equation of state, viscosity, erosion.
+/// Describes the viscoplastic extras of a gel: yield, confinement, damage, equation of state, viscosity, erosion.
 fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
     [
-        gel.strength.is_some().then_some("strength: the gel flows where shear is more than it bears at its rate"),
+        gel.strength.is_some().then_some("strength: viscoplastic flow above a rate-dependent yield stress"),
         gel.strength.and_then(describe_confinement),
-        gel.softening.is_some().then_some("softening: gel that has flowed loses stiffness and strength"),
-        shocks.then_some("pressure: by the speed of shocks"),
-        voids.then_some("tension: limited, the gel opens voids that close again"),
-        gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over elements"),
+        gel.softening
+            .is_some()
+            .then_some("softening: damage by accumulated plastic strain reduces stiffness and strength"),
+        shocks.then_some("pressure: shock Hugoniot, the shock speed rises with the particle velocity"),
+        voids.then_some("tension: limited, voids open and close again"),
+        gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over some elements"),
         remesh
             .is_some_and(|remesh| remesh.erosion_thickness.is_some())
-            .then_some("splash: thin sheets break off and fly on"),
+            .then_some("erosion: thin sheets are removed with their mass and energy"),
     ]
 }
 
@@ -165,35 +178,36 @@ fn describe_confinement(strength: StrengthSpec) -> Option<&'static str> {
     strength.confined?;
     let law = strength.law();
     let is_steep = law.steepest_friction() > law.stable_friction();
-    let steep = "confinement: gel under pressure bears more shear, so steeply that depths have no limit of refinement";
-    Some(if is_steep { steep } else { "confinement: gel under pressure bears more shear" })
+    let steep =
+        "confinement: the yield stress rises with pressure, too steeply for depths to converge under refinement";
+    Some(if is_steep { steep } else { "confinement: the yield stress rises with pressure" })
 }
 
 fn describe_elements(scene: &Scene) -> &'static str {
     if scene.mesh.tree.is_some() {
         return match scene.scene.dimension {
-            Dimension::Spatial => "elements: linear tetrahedra between the middles of the cells of an octree",
+            Dimension::Spatial => "elements: linear tetrahedra between the centres of octree cells",
             Dimension::Planar | Dimension::Axisymmetric => {
-                "elements: linear triangles, around the middles of a quadtree"
+                "elements: linear triangles around the centres of quadtree cells"
             }
         };
     }
     match (scene.scene.dimension, scene.mesh.lattice) {
         (Dimension::Spatial, CellLattice::Centred) => "elements: linear tetrahedra of the body-centred cubic lattice",
-        (Dimension::Spatial, CellLattice::Kuhn) => "elements: linear tetrahedra, six to a cell",
+        (Dimension::Spatial, CellLattice::Kuhn) => "elements: linear tetrahedra, six per cell",
         (Dimension::Planar | Dimension::Axisymmetric, CellLattice::Centred) => "elements: linear triangles, crossed",
-        (Dimension::Planar | Dimension::Axisymmetric, CellLattice::Kuhn) => "elements: linear triangles, two to a cell",
+        (Dimension::Planar | Dimension::Axisymmetric, CellLattice::Kuhn) => "elements: linear triangles, two per cell",
     }
 }
 
 fn describe_volume(scene: &Scene) -> &'static str {
     match (scene.mesh.element, scene.scene.dimension) {
-        (ElementKind::Plain, _) => "volume: every element resists a change of its own",
+        (ElementKind::Plain, _) => "volume: each element has its own volume change",
         (ElementKind::Patch, Dimension::Spatial) => {
-            "volume: groups of up to four tetrahedra resist a change of their common one, free of locking"
+            "volume: F-bar patches of up to four tetrahedra with a common volume change, free of locking"
         }
         (ElementKind::Patch, Dimension::Planar | Dimension::Axisymmetric) => {
-            "volume: pairs of triangles resist a change of their common one, free of locking"
+            "volume: F-bar patches, pairs of triangles with a common volume change, free of locking"
         }
     }
 }
@@ -201,17 +215,17 @@ fn describe_volume(scene: &Scene) -> &'static str {
 fn describe_steps(scene: &Scene) -> &'static str {
     match scene.integrator.schedule {
         ScheduleKind::Bins => {
-            "time: every element at its own step, a power of two of the tick, eight patches of like steps together"
+            "time: asynchronous variational integrator, element steps are powers of two of the tick (bins)"
         }
-        ScheduleKind::Queue => "time: every element at its own step, by priority queue",
-        ScheduleKind::Global => "time: one step for all elements, the stable one of the assembled system",
+        ScheduleKind::Queue => "time: asynchronous variational integrator, element steps ordered by a priority queue",
+        ScheduleKind::Global => "time: one global step, the stable step of the assembled system",
     }
 }
 
 fn describe_contact(law: ContactLaw) -> &'static str {
     match law {
-        ContactLaw::Moreau => "contact: impulses between surface nodes and projectile, no penalty",
-        ContactLaw::Reversal => "contact: reversal of the approaching momentum of surface nodes, no penalty",
+        ContactLaw::Moreau => "contact: impulses at surface nodes (Moreau), no penalty",
+        ContactLaw::Reversal => "contact: reversal of the normal momentum of approaching surface nodes, no penalty",
     }
 }
 
@@ -221,12 +235,12 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
     let flows = scene.gel.strength.is_some();
     let mut off = vec![
         if flows {
-            "failure: none, the gel flows but does not crack"
+            "failure: none, the gel yields but does not crack"
         } else {
             "strength and failure: none, the gel does not tear"
         },
         "gravity: none",
-        "self-contact of the gel: none, but for its image at an axis or a plane of symmetry",
+        "self-contact of the gel: none, except at an axis or a plane of symmetry",
         "heat: none",
         "air: none, neither around the gel nor in the cavity",
         "deformation of the bodies: none, they are rigid",
@@ -246,9 +260,9 @@ fn omitted_viscosity(scene: &Scene) -> Option<&'static str> {
         MaterialModel::Viscoelastic => None,
         MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden | MaterialModel::Flowing => {
             Some(if scene.gel.strength.is_some() {
-                "viscosity in shear: none beside the strength that rises with the rate"
+                "viscosity in shear: none except the rate dependence of the yield stress"
             } else {
-                "viscosity: none, the gel is elastic at every rate"
+                "viscosity: none, the gel is elastic at all rates"
             })
         }
     }
@@ -259,12 +273,12 @@ fn omitted_pressure_effects(scene: &Scene) -> [Option<&'static str>; 4] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
-    let splash = remesh.is_some_and(|remesh| remesh.erosion_thickness.is_none());
+    let lacks_erosion = remesh.is_some_and(|remesh| remesh.erosion_thickness.is_none());
     [
-        (!shocks).then_some("speed of shocks: that of sound, the equation of state has no slope"),
-        (!voids).then_some("voids: none, the gel bears any tension"),
-        gel.viscosity.is_none().then_some("bulk viscosity: none, shocks ring from element to element"),
-        splash.then_some("splash: thin sheets stay with the gel, unless no mesh can follow them"),
+        (!shocks).then_some("shock speed: that of sound, the Hugoniot slope is 0"),
+        (!voids).then_some("voids: none, tension is unlimited"),
+        gel.viscosity.is_none().then_some("bulk viscosity: none, shocks oscillate from element to element"),
+        lacks_erosion.then_some("erosion: none by thickness, only where no mesh can follow"),
     ]
 }
 
@@ -282,17 +296,19 @@ fn omitted_by_dimension(dimension: Dimension) -> Option<&'static str> {
 }
 
 fn omitted_by_tables(scene: &Scene) -> [Option<&'static str>; 9] {
-    let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops where the mesh cannot follow");
+    let fixed =
+        scene.remesh.is_none().then_some("remeshing: none, the run stops when the mesh cannot follow the deformation");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
-    let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, they only meet the gel");
+    let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, only contact with the gel");
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
-    let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
+    let restitution =
+        inelastic.then_some("restitution of surface nodes: none, rebound comes from the elasticity of the gel");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let unloaded = scene.load.is_empty().then_some("loads: none, only bodies and supports act on the gel");
     let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");
     let free = has_no_supports(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    let alone = scene.fragment.is_empty().then_some("fragments: none, the projectile is alone");
+    let alone = scene.fragment.is_empty().then_some("fragments: none, the projectile is the only body");
     [
         alone,
         fixed,
@@ -333,10 +349,10 @@ mod tests {
         let visco = off("bounce-visco");
         assert!(!visco.iter().any(|line| line.starts_with("viscosity")), "{visco:?}");
         let (shot, block) = (off("fbi-bb"), off("sphere-block"));
-        for physics in ["voids", "bulk viscosity", "splash"] {
+        for physics in ["voids", "bulk viscosity", "erosion"] {
             assert!(!shot.iter().any(|line| line.starts_with(physics)), "{physics}: {shot:?}");
         }
-        for physics in ["voids", "bulk viscosity", "speed of shocks", "fragments", "air", "deformation of the bodies"] {
+        for physics in ["voids", "bulk viscosity", "shock speed", "fragments", "air", "deformation of the bodies"] {
             assert!(block.iter().any(|line| line.starts_with(physics)), "{physics}: {block:?}");
         }
     }

@@ -126,7 +126,7 @@ const MATERIAL: PresetValue = fact(
     "gel.material",
     "\"flowing\"",
     ApplicableModels::All,
-    "of the models of this program the one that lets a projectile in",
+    "the only material model here that a projectile can penetrate",
 );
 const SHEAR: &str = "fitted with the yield stress: 461.5 of it, as in gelatin-10";
 const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";

@@ -103,7 +103,7 @@ fn check_resolution(scene: &Scene) -> CheckResult {
     let (radius, body) = radii.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there is a projectile");
     let (size, name) = (scene.mesh.size, if body == 0 { "the projectile".to_owned() } else { body_name(body) });
     let expected =
-        format!("at most the radius of the greatest ball inside {name}, {radius:?} m: it would slip through");
+        format!("at most the radius of the greatest ball inside {name}, {radius:?} m: it would slip through the mesh");
     require(size <= radius * (1.0 + ROUND_OFF), "mesh.size", || format!("{size:?}"), &expected)
 }
 
@@ -142,7 +142,7 @@ fn check_tree(tree: &OctreeSpec, scene: &Scene) -> CheckResult {
         centred,
         "mesh.lattice",
         || "\"kuhn\"".to_owned(),
-        "\"centred\": mesh.tree fills cells around their middles",
+        "\"centred\": mesh.tree divides cells around their centres",
     )?;
     let good = coarsest >= 2 && coarsest.is_power_of_two();
     require(good, "mesh.tree.coarsest", || coarsest.to_string(), "a power of two: 2, 4, 8 and so on")?;
@@ -166,14 +166,14 @@ fn check_remesh(scene: &Scene) -> CheckResult {
         possible,
         "remesh.method",
         || "\"immersed\" for a spatial gel".to_owned(),
-        "\"local\": the paper's mesh is made in planar and axisymmetric scenes",
+        "\"local\": immersed remeshing is for planar and axisymmetric scenes only",
     )?;
     let bins = scene.integrator.schedule != ScheduleKind::Queue;
     require(
         bins,
         "remesh",
         || "a queue".to_owned(),
-        "integrator.schedule = \"bins\" or \"global\": in a queue there is no instant at which all elements fire",
+        "integrator.schedule = \"bins\" or \"global\": a queue has no tick at which all elements are active",
     )?;
     within("remesh.quality", quality, 0.0..=0.6)?;
     within("remesh.min_volume_ratio", min_volume_ratio, 0.0..=0.5)?;
@@ -223,7 +223,7 @@ fn check_contact(contact: &ContactSpec) -> CheckResult {
     within("contact.friction", contact.friction, 0.0..=10.0)?;
     for (key, value) in [("restitution", contact.restitution), ("friction", contact.friction)] {
         let unheeded = contact.law == ContactLaw::Reversal && value != 0.0;
-        let expected = format!("0: the law \"reversal\" knows no {key}, \"moreau\" does");
+        let expected = format!("0: the law \"reversal\" has no {key}, \"moreau\" has");
         require(!unheeded, &format!("contact.{key}"), || format!("{value:?}"), &expected)?;
     }
     Ok(())

@@ -56,7 +56,8 @@ pub enum BuildError {
     },
     /// Element without a finite stable step.
     #[error(
-        "gel: the stable step of an element is {step:e} s; density, moduli and sizes are too far apart: bring gel.density, its moduli and mesh.size nearer to those of a gel"
+        "gel: the stable step of an element is {step:e} s; density, moduli and sizes are out of range: bring \
+         gel.density, its moduli and mesh.size nearer to those of a gel"
     )]
     NoStep {
         /// Stable step, s.

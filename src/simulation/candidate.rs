@@ -75,13 +75,13 @@ pub enum RemeshRefusal {
     #[error(transparent)]
     Judged(#[from] MeshRejected),
     /// Nodes of the new mesh have no mass.
-    #[error("{nodes} nodes of the new mesh have no mass: no old element lies under theirs")]
+    #[error("{nodes} nodes of the new mesh have no mass: no old element overlaps their elements")]
     Massless {
         /// Number of massless nodes.
         nodes: usize,
     },
     /// Total mass is not conserved.
-    #[error("the new mesh would have a mass of {after:e} kg instead of {before:e} kg")]
+    #[error("the mass of the new mesh is {after:e} kg, expected {before:e} kg")]
     Mass {
         /// Mass of the old mesh, kg.
         before: f64,
@@ -90,7 +90,8 @@ pub enum RemeshRefusal {
     },
     /// Kinetic energy has increased: nodes of hardly any mass have excessive velocities.
     #[error(
-        "the gel would move with {after:.3e} J instead of {before:.3e} J: a node of the new mesh has hardly any mass"
+        "the kinetic energy on the new mesh is {after:.3e} J, on the old mesh {before:.3e} J: a new node has almost \
+         no mass"
     )]
     Gains {
         /// Kinetic energy of the old mesh, J.
@@ -99,7 +100,7 @@ pub enum RemeshRefusal {
         after: f64,
     },
     /// Element without a valid rest shape.
-    #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
+    #[error("an element of the new mesh has no reference shape: the old elements under it are inverted")]
     Restless,
     /// Element without a finite stable step.
     #[error("in the new mesh {0}")]

@@ -25,8 +25,8 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
     let (depth, _) = seen.projectile().contact.peak_depth;
     (is_elastic && seen.cost.remeshes > 0 && depth > FAITHFUL_DEPTH * radius).then(|| {
         format!(
-            "the mesh of an elastic gel was exchanged while the projectile went {:.1} radii deep: below {FAITHFUL_DEPTH} radii exchanges take \
-             energy from the gel as plastic flow would, and depth, time and rebound are not those of the gel",
+            "an elastic gel was remeshed and the projectile went {:.1} radii deep: beyond {FAITHFUL_DEPTH} radii \
+             remeshing dissipates energy like plastic flow; depth, time and rebound are not those of an elastic gel",
             depth / radius
         )
     })
@@ -43,8 +43,8 @@ fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
     (support != FaceSupport::Free && is_near && is_deep).then(|| {
         let held = if support == FaceSupport::Roller { "roller" } else { "fixed" };
         format!(
-            "the projectile has come within its width of a back face that is held (gel.supports.z_min = \"{held}\"): from there on force, \
-             depth and exit speed are those of a gel against a wall; \"free\" lets it open"
+            "the projectile came within its width of a supported back face (gel.supports.z_min = \"{held}\"): from \
+             there on force, depth and exit speed are those of a gel against a wall; use \"free\" for a free back face"
         )
     })
 }

@@ -252,7 +252,7 @@ impl<const D: usize> GelModel<D> {
             return self.engine.restore(state).map_err(inconsistent);
         }
         if self.definition.remesh.is_none() {
-            return Err(inconsistent("its mesh was exchanged, and that of this scene never is"));
+            return Err(inconsistent("its mesh was remeshed, but this scene has no remeshing"));
         }
         let first_mesh = if own.is_none() { Some(self.current_mesh()) } else { self.first_mesh.clone() };
         let birth = state.birth.as_ref().or(first_mesh.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
@@ -263,7 +263,7 @@ impl<const D: usize> GelModel<D> {
         let MeshProperties { patches, qualities, adjacency } =
             self.mesh_properties(&birth.mesh, &birth.position, adjacency);
         let other = self.engine.engine_on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
-        let mut other = other.map_err(|UnusableStep { .. }| inconsistent("its mesh cannot be stepped"))?;
+        let mut other = other.map_err(|UnusableStep { .. }| inconsistent("its mesh has no finite stable step"))?;
         other.restore(state).map_err(inconsistent)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first_mesh = first_mesh;

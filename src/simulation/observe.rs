@@ -204,13 +204,13 @@ impl EnergyReport {
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
         let is_doubtful = self.energy_defect > Self::TOLERATED_FRACTION && part > Self::TOLERATED_FRACTION;
         let sign = |value: f64| if value < 0.0 { "" } else { "+" };
-        let told = accounts
+        let changes = accounts
             .map(|(name, value)| format!("{name} {}{} %", sign(value), fixed(100.0 * value / provided, 1)))
             .join(", ");
         is_doubtful.then(|| {
             format!(
-                "the method itself has changed the energy by {} % of what there was ({told}): figures of this \
-                 run may be wrong by as much",
+                "the numerical method has changed the energy by {} % of the energy provided ({changes}): figures of \
+                 this run may be wrong by as much",
                 fixed(100.0 * part, 0)
             )
         })

@@ -23,7 +23,7 @@ impl Display for FailedRemesh {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let mut reasons: Vec<String> = self.why.iter().map(ToString::to_string).collect();
         reasons.dedup();
-        write!(f, "No other mesh was taken at {:.6e} s: {}", self.time, reasons.join("; "))
+        write!(f, "No new mesh was accepted at {:.6e} s: {}", self.time, reasons.join("; "))
     }
 }
 

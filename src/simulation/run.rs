@@ -18,10 +18,10 @@ use crate::scene::{GelBox, Scene};
 #[non_exhaustive]
 pub enum RestoreError {
     /// State of another simulation.
-    #[error("the state is of another scene, another file that the scene names, or another coupling mode")]
+    #[error("the state belongs to another scene, another file of the scene, or another coupling mode")]
     Foreign,
     /// State whose arrays or clocks contradict each other.
-    #[error("the state contradicts itself: {what}")]
+    #[error("the state is inconsistent: {what}")]
     Inconsistent {
         /// Description of the contradiction.
         what: &'static str,

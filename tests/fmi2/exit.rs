@@ -88,7 +88,7 @@ fn what_is_doubtful_of_a_scene_is_logged_when_initialization_ends_and_what_was_s
     host.start();
     let (status, category, text) = host.lines().pop().unwrap();
     assert_eq!((status, category.as_str()), (WARNING, "logStatusWarning"));
-    assert!(text.starts_with("projectile.mass makes a density of 7878"), "{text}");
+    assert!(text.starts_with("projectile.mass gives a density of 7878"), "{text}");
     // A block on rollers that is perforated.
     let changes =
         ["gel.supports.z_min=roller", "scene.end_time=1e-3"].map(|change| change.parse::<Override>().unwrap());

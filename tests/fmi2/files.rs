@@ -160,10 +160,10 @@ fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
     assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
     // A line of log is a format of C.
     let lines: Vec<String> = host.lines().into_iter().map(|(_, _, text)| text.replace("%%", "%")).collect();
-    assert!(lines.len() == 2 && lines[1].contains("below 3 radii"), "{lines:?}");
+    assert!(lines.len() == 2 && lines[1].contains("beyond 3 radii"), "{lines:?}");
     let told = &lines[0];
     let share =
-        told.strip_prefix("the method itself has changed the energy by ").and_then(|rest| rest.split_once(" %"));
+        told.strip_prefix("the numerical method has changed the energy by ").and_then(|rest| rest.split_once(" %"));
     let percent: f64 = share.and_then(|(percent, _)| percent.parse().ok()).unwrap_or_else(|| panic!("{told}"));
     assert!((10.0..20.0).contains(&percent), "{told}");
     assert_eq!(summary(&own)["doubt"], lines.join("; "));

@@ -32,7 +32,7 @@ fn a_state_goes_on_where_the_same_file_is_and_is_refused_where_it_is_another_or_
         let lines = other.lines();
         assert!(lines.iter().any(|(_, _, line)| line.contains(reason)), "{lines:?}");
     };
-    refused(with_ball(9), "another file that the scene names");
+    refused(with_ball(9), "another file of the scene");
     refused(Host::with(&scene()), "ball.stl: found no entry for it in manifest.json");
 }
 

@@ -44,8 +44,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     let levels: Vec<String> = levels.collect();
     let levels = section("fidelity", &levels, console);
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. {}. Run it \
-         with: gelfmu run {}{}",
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
+         {:.3e} s. {}. Run it with: gelfmu run {}{}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),
@@ -70,9 +70,9 @@ fn describe_memory(memory: &MemoryEstimate) -> String {
     let available = AmountOfMemory(fmi2::available_memory().bytes);
     let remeshing = match memory.remeshing {
         0 => String::new(),
-        bytes => format!(", and {} more while it is remeshed", AmountOfMemory(bytes)),
+        bytes => format!(", and {} more during remeshing", AmountOfMemory(bytes)),
     };
-    format!("It takes up to {} of memory{remeshing}; {available} are available", AmountOfMemory(memory.building))
+    format!("The run needs up to {} of memory{remeshing}; {available} are available", AmountOfMemory(memory.building))
 }
 
 fn fact_json(fact: &PresetValue) -> Value {

@@ -26,7 +26,7 @@ impl ProgressDisplay {
         let hidden = console.is_quiet();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);
-        let template = "{bar:40} {percent:>3} %  {msg}  {elapsed} gone, {eta} left";
+        let template = "{bar:40} {percent:>3} %  {msg}  {elapsed} elapsed, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
@@ -113,10 +113,10 @@ impl ProgressSnapshot {
     fn line(&self, elapsed: Duration) -> String {
         let gone = elapsed.as_secs();
         if self.fraction <= 0.0 {
-            return format!("at the start, {gone} s gone");
+            return format!("at the start, {gone} s elapsed");
         }
         let left = elapsed.as_secs_f64() * (1.0 / self.fraction - 1.0).max(0.0);
-        format!("{}, {:.0} %, {gone} s gone, {left:.0} s left", self.task, 100.0 * self.fraction)
+        format!("{}, {:.0} %, {gone} s elapsed, {left:.0} s left", self.task, 100.0 * self.fraction)
     }
 }
 
@@ -129,10 +129,10 @@ mod tests {
         let (said, heard) = mpsc::channel();
         let heartbeat =
             HeartbeatThread::start(Duration::from_millis(5), move |line: &str| drop(said.send(line.to_owned())));
-        assert!(heard.recv().unwrap().starts_with("at the start, 0 s gone"));
+        assert!(heard.recv().unwrap().starts_with("at the start, 0 s elapsed"));
         heartbeat.update("5.000 of 20.000 ms", 0.25);
         let line = heard.iter().find(|line| !line.starts_with("at the start")).unwrap();
-        assert!(line.starts_with("5.000 of 20.000 ms, 25 %, 0 s gone, 0 s left"), "{line}");
+        assert!(line.starts_with("5.000 of 20.000 ms, 25 %, 0 s elapsed, 0 s left"), "{line}");
         drop(heartbeat);
         assert_eq!(heard.iter().filter(|line| line.as_str() == "").count(), 0, "it ends with the run");
     }
@@ -140,6 +140,6 @@ mod tests {
     #[test]
     fn the_time_left_is_extrapolated_from_the_completed_fraction() {
         let snapshot = ProgressSnapshot { task: "1.000 of 4.000 ms".to_owned(), fraction: 0.25 };
-        assert_eq!(snapshot.line(Duration::from_secs(20)), "1.000 of 4.000 ms, 25 %, 20 s gone, 60 s left");
+        assert_eq!(snapshot.line(Duration::from_secs(20)), "1.000 of 4.000 ms, 25 %, 20 s elapsed, 60 s left");
     }
 }

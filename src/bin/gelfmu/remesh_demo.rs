@@ -75,7 +75,7 @@ fn rehearse_remesh(
     match simulation.rehearse(from, end) {
         Ok(Some(shown)) => Ok(shown),
         Ok(None) => Err(stopped(format!(
-            "the mesh is not worn up to scene.end_time, {end:?} s: give a time with --at, or raise remesh.quality"
+            "the mesh is not distorted up to scene.end_time, {end:?} s: give a time with --at, or raise remesh.quality"
         ))),
         Err(error) => Err(stopped(error.to_string())),
     }
@@ -88,7 +88,7 @@ fn output_failure(error: OutputError) -> CommandError {
 fn describe_figures(figures: &RemeshFigures, page: &Path) -> String {
     let RemeshFigures { time, elements, least_quality, methods } = figures;
     let mut lines = vec![format!(
-        "at {:.4} ms a mesh of {elements} elements ends, its worst of quality {least_quality:.3}",
+        "at {:.4} ms a mesh of {elements} elements is replaced, its least quality is {least_quality:.3}",
         1e3 * time
     )];
     for outcome in methods {

@@ -28,7 +28,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
     let (text, files) = resources::of((&source.text, &source.scene), &fmi2::scene_file_reader(&source.folder))
         .map_err(CommandError::from)?;
-    let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
+    let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
     let mut claimed = claim_folder(&folder, options, &results::inputs(name, &source), &source, &kept)?;
@@ -96,7 +96,7 @@ fn run_with_progress(
     console: &Console,
 ) -> Result<RunEnding, CommandError> {
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
-        console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
+        console.note(&format!("Ctrl-C will not keep partial results: {error}"));
     }
     let bar = ProgressDisplay::new(console);
     let mut progress = |time, end| {
@@ -131,7 +131,7 @@ fn report_ending(ending: &RunEnding, folder: &Path, console: &Console) -> u8 {
             1
         }
         RunEnding::Interrupted => {
-            console.error(&format!("interrupted; what was computed is in {}", folder.display()));
+            console.error(&format!("interrupted; the results up to now are in {}", folder.display()));
             interrupt::INTERRUPTED
         }
     }

@@ -19,7 +19,7 @@ fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
         ("end", format!("{} at {}", describe_completion(s), format_quantity(&s["end_time"], "s"))),
         ("mesh", format!("{} elements, {} nodes", format_count(&s["elements"]), format_count(&s["nodes"]))),
         (
-            "element steps",
+            "element time steps",
             format!("{} to {}", format_quantity(&s["smallest_step"], "s"), format_quantity(&s["largest_step"], "s")),
         ),
         ("element updates", describe_updates(s)),
@@ -27,8 +27,8 @@ fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
         ("depth at the end", format_depth(&s["final_depth"])),
         ("speed at the end", format_quantity(&s["final_velocity"], "m/s")),
         ("rebound velocity", describe_rebound(s)),
-        ("energy to the gel", format_quantity(&s["energy_deposited"], "J")),
-        ("contact", format_quantity(&s["contact_duration"], "s")),
+        ("energy deposited", format_quantity(&s["energy_deposited"], "J")),
+        ("contact duration", format_quantity(&s["contact_duration"], "s")),
         (
             "peak force",
             format!("{} over {}", format_quantity(&s["peak_force"], "N"), format_quantity(&s["force_window"], "s")),
@@ -36,7 +36,7 @@ fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
         ("total impulse", format_quantity(&s["total_impulse"], "N s")),
         (
             "energy",
-            format!("closure {}, defect {}", format_small(&s["energy_error"]), format_small(&s["energy_defect"])),
+            format!("imbalance {}, defect {}", format_small(&s["energy_error"]), format_small(&s["energy_defect"])),
         ),
         (
             "momentum",
@@ -55,19 +55,19 @@ fn cavity_row(s: &Value) -> Option<(&'static str, String)> {
         ["greatest_cavity_diameter", "final_cavity_diameter"].map(|key| format_quantity(&s[key], "m"));
     let time = format_quantity(&s["time_of_greatest_cavity"], "s");
     let widens = s["time_of_greatest_cavity"].as_f64() == s["end_time"].as_f64();
-    let still = if widens { ": it widens still" } else { "" };
+    let still = if widens { ", still widening" } else { "" };
     Some(("cavity", format!("{greatest} wide at {time}, {last} at the end{still}")))
 }
 
-/// Returns a row that marks a run in which the gel has passed through itself.
+/// Returns a row that marks a run in which the gel overlaps itself.
 fn overlap_row(s: &Value) -> Option<(&'static str, String)> {
     let volume = s["overlapped_volume"].as_f64().filter(|volume| *volume > 0.0)?;
-    Some(("gel in gel", format!("{:.3} cm³ lie over other gel: its surfaces do not see each other", 1e6 * volume)))
+    Some(("self-overlap", format!("{:.3} cm³ of gel overlap other gel: there is no self-contact", 1e6 * volume)))
 }
 
 fn describe_completion(s: &Value) -> &'static str {
     match (s["completed"].as_bool(), s["ended_by"].as_str()) {
-        (Some(true), Some("exit")) => "reached, after the projectile has left,",
+        (Some(true), Some("exit")) => "reached, after the exit of the projectile,",
         (Some(true), _) => "reached",
         _ => "stopped early",
     }
@@ -77,7 +77,7 @@ fn describe_completion(s: &Value) -> &'static str {
 fn describe_perforation(s: &Value) -> String {
     let [velocity, time] =
         [("exit_velocity", "m/s"), ("exit_time", "s")].map(|(key, unit)| format_quantity(&s[key], unit));
-    format!("none: perforated, left with {velocity} at {time}, {} kept", format_quantity(&s["residual_energy"], "J"))
+    format!("none: perforated, exit at {velocity} and {time}, {} retained", format_quantity(&s["residual_energy"], "J"))
 }
 
 fn describe_peak_depth(s: &Value) -> String {
@@ -97,7 +97,7 @@ fn format_depth(value: &Value) -> String {
 fn describe_updates(s: &Value) -> String {
     let (done, synchronous) = (&s["element_updates"], &s["synchronous_updates"]);
     format!(
-        "{}, {} with one step for all, {} per second",
+        "{}, {} with one global step, {} per second",
         format_count(done),
         format_count(synchronous),
         format_count(&s["updates_per_second"])
@@ -110,8 +110,8 @@ fn describe_rebound(s: &Value) -> String {
         return describe_perforation(s);
     }
     match (s["rebound_velocity"].as_f64(), s["contact_duration"].as_f64(), s["final_depth"].as_f64()) {
-        (_, None, _) => "none: it has not met the gel".to_owned(),
-        (None, Some(_), _) => "none yet: still in contact, or not long out of it".to_owned(),
+        (_, None, _) => "none: no contact with the gel".to_owned(),
+        (None, Some(_), _) => "none yet: in contact, or contact ended too recently".to_owned(),
         (Some(back), _, Some(depth)) if back > 0.0 && depth > 0.0 => format!("{}, still in the gel", speed()),
         (Some(_), ..) => speed(),
     }
@@ -147,7 +147,7 @@ fn format_count(value: &Value) -> String {
 }
 
 fn format_percent(value: &Value) -> String {
-    value.as_f64().map_or("not measured with these values".to_owned(), |part| format!("{:.2} %", 100.0 * part))
+    value.as_f64().map_or("not measured for these values".to_owned(), |part| format!("{:.2} %", 100.0 * part))
 }
 
 fn format_small(value: &Value) -> String {
@@ -156,7 +156,7 @@ fn format_small(value: &Value) -> String {
 
 fn list_files(folder: &Path) -> String {
     const FILES: [(&str, &str); 6] = [
-        ("report.html", "look at this one first, in a browser"),
+        ("report.html", "the report, for a browser"),
         ("series.pvd", "the frames, for ParaView"),
         ("history.csv", "one row per communication step"),
         ("shot.csv", "speed, force and energy by depth"),
@@ -201,7 +201,7 @@ mod tests {
         let text = ended(json!(1e-3), json!(null), 0.01);
         assert!(text.contains("in contact") && text.contains("stopped early"), "{text}");
         let text = ended(json!(null), json!(null), -0.01);
-        assert!(text.contains("none: it has not met the gel"), "{text}");
+        assert!(text.contains("none: no contact with the gel"), "{text}");
         assert!(text.contains("none, 10.000 mm above the entry surface"), "{text}");
         let text = ended(json!(1e-3), json!(1.5), 0.08);
         assert!(text.contains("1.500 m/s, still in the gel"), "{text}");
@@ -216,8 +216,8 @@ mod tests {
             "exit_velocity": [0.0, 0.0, -98.5], "exit_time": 1.93e-3, "residual_energy": 38.8, "energy_deposited": 451.2,
         });
         let text = describe(&summary, Path::new("nowhere"));
-        assert!(text.contains("reached, after the projectile has left, at 4.000 ms"), "{text}");
-        assert!(text.contains("none: perforated, left with 98.500 m/s at 1.930 ms, 38.800 J kept"), "{text}");
+        assert!(text.contains("reached, after the exit of the projectile, at 4.000 ms"), "{text}");
+        assert!(text.contains("none: perforated, exit at 98.500 m/s and 1.930 ms, 38.800 J retained"), "{text}");
         assert!(text.contains("451.2 J"), "{text}");
     }
 }

@@ -17,10 +17,10 @@ pub(super) fn page(scene: &Scene, panels: &[PicturePanel], figures: &RemeshFigur
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{name}: an exchange of the mesh — ballistic-gel</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-         <header><h1>{name}: an exchange of the mesh</h1>\n<p class=\"title\">{title}</p></header>\n\
-         <p class=\"lead\">At {} a mesh of {} elements ends; its worst has the quality {}. Left the whole gel, right what is \
-         around that element.</p>\n{sections}{}</main>\n</body>\n</html>\n",
+         <title>{name}: remeshing — ballistic-gel</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+         <header><h1>{name}: remeshing</h1>\n<p class=\"title\">{title}</p></header>\n\
+         <p class=\"lead\">At {} a mesh of {} elements is replaced; its least element quality is {}. Left: the whole \
+         gel. Right: the surroundings of that element.</p>\n{sections}{}</main>\n</body>\n</html>\n",
         quantity(figures.time, "s"),
         figures.elements,
         ratio(figures.least_quality),
@@ -64,18 +64,18 @@ const ROWS: [FigureRow; 10] = [
     ("Least quality", |c| ratio(c.least_quality)),
     ("Least angle", |c| format!("{:.1}°", c.least_angle)),
     ("Change of area", |c| ratio(c.area)),
-    ("Mass without a place", |c| ratio(c.mass)),
-    ("Momentum that appeared, before any correction", |c| ratio(c.momentum)),
+    ("Mass covered by no new element or by two", |c| ratio(c.mass)),
+    ("Momentum error before correction", |c| ratio(c.momentum)),
     ("Change of kinetic energy", |c| ratio(c.kinetic)),
     ("Change of stored energy", |c| ratio(c.stored)),
-    ("Elements that are old ones", |c| ratio(c.unchanged)),
+    ("Unchanged elements", |c| ratio(c.unchanged)),
     ("Attempt", |c| c.attempt.to_string()),
 ];
 
 /// Returns the table with the figures of both methods side by side.
 fn table(figures: &RemeshFigures) -> String {
     let named = |method: RemeshMethod| match method {
-        RemeshMethod::Local => "retained",
+        RemeshMethod::Local => "local",
         RemeshMethod::Immersed => "immersed",
     };
     let head: Vec<String> = figures.methods.iter().map(|o| format!("<th>{}</th>", named(o.method))).collect();
@@ -90,7 +90,7 @@ fn table(figures: &RemeshFigures) -> String {
     let rows: Vec<String> =
         ROWS.iter().map(|(name, value)| format!("<tr><th>{name}</th>{}</tr>\n", cells(*value))).collect();
     format!(
-        "<section><h2>In numbers</h2>\n<p>Shares of what there was before.</p>\n{}<div class=\"wide\"><table>\n\
+        "<section><h2>Figures</h2>\n<p>Changes relative to the old mesh.</p>\n{}<div class=\"wide\"><table>\n\
          <thead><tr><th></th>{}</tr></thead>\n<tbody>\n{}</tbody></table></div></section>\n",
         refused.concat(),
         head.concat(),

@@ -134,9 +134,9 @@ impl<'a> PanelSource<'a> {
         let scale = PanelScale { low: 0.0, high: 1.0, unit: "", map: &STEP };
         self.panel(
             PanelText {
-                name: "worn",
-                title: "The worn mesh",
-                about: "The mesh that ends, coloured by the quality of its elements: 1 is equilateral, 0 flat.",
+                name: "distorted",
+                title: "The distorted mesh",
+                about: "The old mesh, coloured by element quality: 1 is equilateral, 0 degenerate.",
             },
             Some(scale),
             |drawing| {
@@ -151,9 +151,9 @@ impl<'a> PanelSource<'a> {
         self.panel(
             PanelText {
                 name: "indicator",
-                title: "How far the fields bend",
-                about: "The indicator: the greatest angle between \
-            the graphs of displacement or velocity over an element and over its neighbours.",
+                title: "Curvature indicator",
+                about: "The greatest angle between the graphs of \
+            displacement or velocity over an element and over its neighbours.",
             },
             Some(scale),
             |drawing| {
@@ -170,8 +170,9 @@ impl<'a> PanelSource<'a> {
         self.panel(
             PanelText {
                 name: "sizes",
-                title: "How fine the new mesh should be",
-                about: "Target sizes from the indicator, the distance from the body and the growth that is allowed.",
+                title: "Target element sizes",
+                about: "Element sizes from the curvature indicator, the distance from the body and the limit of \
+                     growth.",
             },
             Some(scale),
             |drawing| {
@@ -186,7 +187,7 @@ impl<'a> PanelSource<'a> {
                 name: "quadtree",
                 title: "The quadtree",
                 about: "A balanced quadtree over the square around the gel: cells that \
-            meet the gel are no larger than the target sizes in them.",
+            intersect the gel are no larger than the target sizes in them.",
             },
             None,
             |drawing| {
@@ -207,8 +208,8 @@ impl<'a> PanelSource<'a> {
         self.panel(
             PanelText {
                 name: "delaunay",
-                title: "The Delaunay triangulation of its points",
-                about: "The middles of the cells, triangulated: the gel plays no part in it.",
+                title: "Delaunay triangulation of the cell centres",
+                about: "The triangulation of the cell centres does not depend on the boundary of the gel.",
             },
             None,
             |drawing| {
@@ -225,9 +226,9 @@ impl<'a> PanelSource<'a> {
         self.panel(
             PanelText {
                 name: "distance",
-                title: "The signed distance",
+                title: "Signed distance",
                 about: "The distance of the points from the boundary of \
-            the gel, negative inside, and its linear interpolant: the gel is where that is below zero.",
+            the gel and its linear interpolant, negative inside the gel.",
             },
             Some(scale),
             |drawing| {
@@ -246,8 +247,8 @@ impl<'a> PanelSource<'a> {
             PanelText {
                 name: "immersed",
                 title: "The gel immersed in the triangulation",
-                about: "Points nearer than 0.3 of a cell have \
-            been moved onto the boundary (dots); amber triangles are inside, red ones are cut.",
+                about: "Points nearer to the boundary than 0.3 of a cell \
+            are moved onto it (dots); amber triangles are inside, red triangles are cut.",
             },
             None,
             |drawing| {
@@ -273,10 +274,10 @@ impl<'a> PanelSource<'a> {
         let triangles = DrawnTriangles::of_mesh(&steps.proposal.position, &steps.proposal.elements);
         self.panel(
             PanelText {
-                name: "trimmed",
-                title: "The mesh that is cut out",
-                about: "What is outside is gone, triangles that the \
-            boundary cuts are cut, and quadrilaterals are divided by their better diagonal.",
+                name: "carved",
+                title: "The carved mesh",
+                about: "Outside triangles are removed, triangles that \
+            the boundary crosses are cut, and quadrilaterals are divided by their better diagonal.",
             },
             None,
             |drawing| {
@@ -292,8 +293,8 @@ impl<'a> PanelSource<'a> {
         self.panel(
             PanelText {
                 name: "velocity-before",
-                title: "The vertical velocity on the old mesh",
-                about: "What is to be carried over.",
+                title: "Vertical velocity on the old mesh",
+                about: "The field before its transfer.",
             },
             Some(scale),
             |drawing| {
@@ -310,15 +311,15 @@ impl<'a> PanelSource<'a> {
         let text = match method {
             RemeshMethod::Immersed => PanelText {
                 name: "velocity-immersed",
-                title: "The same on the immersed mesh",
-                about: "The velocity transferred to the mesh that was cut out; masses, momentum and centre of mass are \
-                        kept.",
+                title: "Vertical velocity on the immersed mesh",
+                about: "The velocity transferred to the carved mesh; mass, momentum and centre of mass are \
+                        conserved.",
             },
             RemeshMethod::Local => PanelText {
                 name: "velocity-retained",
-                title: "The same on a mesh that retains old nodes",
-                about: "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \
-                    fill the rest.",
+                title: "Vertical velocity on the locally remeshed mesh",
+                about: "Local remeshing of the same state: good nodes and the whole surface are retained, points of \
+                    the quadtree fill the rest.",
             },
         };
         self.panel(text, Some(scale), |drawing| {

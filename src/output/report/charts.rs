@@ -26,7 +26,7 @@ pub(super) fn charts(scene: &Scene, rows: &[HistoryRow]) -> String {
     ];
     let plots: Vec<CurvePlot> = sensors.into_iter().chain(plots).collect();
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
-    if figures.is_empty() { figures } else { format!("<section><h2>In time</h2>\n{figures}</section>\n") }
+    if figures.is_empty() { figures } else { format!("<section><h2>Time histories</h2>\n{figures}</section>\n") }
 }
 
 /// Returns the time of the greatest stored energy, s: the initial picture of the slider.
@@ -148,7 +148,7 @@ fn balance_errors(rows: &[HistoryRow]) -> CurvePlot {
         point.1 = point.1.max(MIN_ERROR).log10();
     }
     CurvePlot {
-        title: "What no account explains, relative to what went through",
+        title: "Imbalance of energy and momentum, relative to the throughput",
         unit: "",
         vertical: VerticalScale::Decades,
         horizontal: time_axis(rows),

@@ -10,7 +10,7 @@ const MIN_YAW: f64 = 0.01;
 pub(super) fn charts(shot: &PenetrationRecord) -> String {
     let plots = [speed_plot(shot), force_plot(shot), energy_plot(shot), yaw_plot(shot), cavity_plot(shot)];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
-    format!("<section><h2>Along the way of the projectile</h2>\n{figures}</section>\n")
+    format!("<section><h2>Along the path of the projectile</h2>\n{figures}</section>\n")
 }
 
 fn speed_plot(shot: &PenetrationRecord) -> CurvePlot {
@@ -49,8 +49,8 @@ fn yaw_plot(shot: &PenetrationRecord) -> CurvePlot {
 fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
     let cavity = &shot.cavity;
     let curves = [
-        ("temporary cavity: greatest of the run", &cavity.temporary),
-        ("when it was widest", &cavity.widest),
+        ("temporary cavity: maximum over the run", &cavity.temporary),
+        ("at its maximum width", &cavity.widest),
         ("at the end", &cavity.last),
     ];
     let curves = curves.map(|(name, points)| PlotCurve { name: name.to_owned(), points: points.clone() });

@@ -49,26 +49,26 @@ impl ColourScale {
     }
 }
 
-/// Returns the section of pictures, open at the time `tick_context`, s; empty without pictures.
+/// Returns the section of pictures, open at the time `moment`, s; empty without pictures.
 pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
     if shots.is_empty() {
         return String::new();
     }
     let (step, speed) = (ColourScale::of_step(shots), ColourScale::of_speed(shots));
-    let step_legend = legend("Step of each element", "s", &STEP, &step);
+    let step_legend = legend("Time step of each element", "s", &STEP, &step);
     let speed_legend = legend("Speed", "m/s", &SPEED, &speed);
     let mut frames = String::new();
     for shot in shots {
         let when = quantity(shot.time, "s");
         let steps = shot.png(PictureField::Step, &STEP, |x| step.place(x));
         let speeds = shot.png(PictureField::Speed, &SPEED, |x| speed.place(x));
-        let left = picture(&steps, &format!("{when}, coloured by step of each element"), &step_legend);
+        let left = picture(&steps, &format!("{when}, coloured by the time step of each element"), &step_legend);
         let right = picture(&speeds, &format!("{when}, coloured by speed"), &speed_legend);
         writeln!(frames, "<div class=\"shot\"><h3>{when}</h3>\n<div class=\"pair\">{left}{right}</div></div>")
             .expect("a string grows");
     }
     format!(
-        "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Move through time</label> \
+        "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Time</label> \
          <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
          <script>\n{SLIDER}\n</script></section>\n",
         shots.len() - 1,

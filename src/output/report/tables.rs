@@ -17,15 +17,22 @@ pub(super) fn fragments(summary: &RunSummary) -> String {
         let cells = fragment_cells(fragment);
         row(&mut rows, &body_name(i + 1), &cells.each_ref().map(String::as_str));
     }
-    let heads =
-        ["fragment", "at the end", "greatest depth", "depth at the end", "speed at the end", "peak force", "impulse"];
-    format!("<section><h2>Fragments</h2>\n{}</section>\n", table("What became of each fragment", &heads, &rows))
+    let heads = [
+        "fragment",
+        "state at the end",
+        "greatest depth",
+        "depth at the end",
+        "speed at the end",
+        "peak force",
+        "impulse",
+    ];
+    format!("<section><h2>Fragments</h2>\n{}</section>\n", table("Fragments at the end of the run", &heads, &rows))
 }
 
 fn fragment_cells(fragment: &FragmentFigures) -> [String; 6] {
     let length = |vector: [f64; 3]| Vector3::from(vector).norm();
     [
-        if fragment.active { "takes part" } else { "takes no part" }.to_string(),
+        if fragment.active { "active" } else { "inactive" }.to_string(),
         quantity(fragment.peak_depth, "m"),
         quantity(fragment.final_depth, "m"),
         quantity(length(fragment.final_velocity), "m/s"),
@@ -53,8 +60,9 @@ pub(super) fn sensors(summary: &RunSummary) -> String {
             &[&format!("{x}, {y}, {z}"), &pressure, &time, &rate, &dent[0], &dent[1]],
         );
     }
-    let heads = ["sensor", "at rest at", "greatest pressure", "after", "greatest rise", "dent", "viscous criterion"];
-    format!("<section><h2>Sensors</h2>\n{}</section>\n", table("What the sensors have measured", &heads, &rows))
+    let heads =
+        ["sensor", "reference position", "peak pressure", "at time", "peak pressure rate", "dent", "viscous criterion"];
+    format!("<section><h2>Sensors</h2>\n{}</section>\n", table("Sensor measurements", &heads, &rows))
 }
 
 /// Returns the table of the energy accounts at the end, with the errors of the balances.
@@ -67,10 +75,10 @@ pub(super) fn energy(summary: &RunSummary) -> String {
         let value = quantity(account.value, "J");
         row(&mut rows, &name, &[meaning, &value, &share]);
     }
-    let heads = ["account", "what it holds", "energy", "of the start"];
+    let heads = ["account", "meaning", "energy", "share of the initial energy"];
     let errors = format!(
-        "<p>Unexplained, relative to what went through: energy {}, momentum {}, angular momentum {}. The method's own error: \
-         {} of the energy at the start. Change of mass: {}.</p>\n",
+        "<p>Imbalance relative to the throughput: energy {}, momentum {}, angular momentum {}. Numerical energy \
+         defect: {} of the initial energy and the external work. Change of mass: {}.</p>\n",
         ratio(summary.energy_error),
         ratio(summary.momentum_error),
         ratio(summary.angular_momentum_error),
@@ -84,7 +92,7 @@ pub(super) fn energy(summary: &RunSummary) -> String {
 pub(super) fn cost(summary: &RunSummary) -> String {
     let mut rows = String::new();
     row(&mut rows, "Element updates", &[&count(summary.element_updates)]);
-    row(&mut rows, "Updates with one step for all elements", &[&count(summary.synchronous_updates)]);
+    row(&mut rows, "Updates with one global time step", &[&count(summary.synchronous_updates)]);
     let saved = summary.synchronous_updates / summary.element_updates;
     row(&mut rows, "Ratio", &[&ratio(saved)]);
     row(&mut rows, "Smallest step", &[&quantity(summary.smallest_step, "s")]);
@@ -94,7 +102,7 @@ pub(super) fn cost(summary: &RunSummary) -> String {
     row(&mut rows, "Wall time", &[&quantity(summary.wall_seconds, "s")]);
     row(&mut rows, "Updates per second", &[&count(summary.updates_per_second)]);
     row(&mut rows, "Threads", &[&summary.threads.to_string()]);
-    format!("<section><h2>Cost</h2>\n{}</section>\n", table("What the run cost", &["", "value"], &rows))
+    format!("<section><h2>Cost</h2>\n{}</section>\n", table("Cost of the run", &["", "value"], &rows))
 }
 
 /// Returns the table of the effects switched off in the scene.
@@ -106,7 +114,10 @@ pub(super) fn switched_off(summary: &RunSummary) -> String {
     for entry in &summary.switched_off {
         row(&mut rows, entry, &[]);
     }
-    format!("<section><h2>Switched off</h2>\n{}</section>\n", table("Not modelled in this scene", &["what"], &rows))
+    format!(
+        "<section><h2>Switched off</h2>\n{}</section>\n",
+        table("Effects not modelled in this scene", &["effect"], &rows)
+    )
 }
 
 /// Appends a table row; cells are HTML, the row name is text.

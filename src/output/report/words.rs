@@ -9,7 +9,8 @@ use std::fmt::Write;
 
 /// Returns a box with the diagnosis of an early stop; empty for a completed run.
 pub(super) fn failure(scene: &Scene, summary: &RunSummary) -> String {
-    let ended = || format!("It was ended there; the scene goes on to {}.", quantity(scene.scene.end_time, "s"));
+    let ended =
+        || format!("The run was ended there; the end time of the scene is {}.", quantity(scene.scene.end_time, "s"));
     let diagnosis = match &summary.failure {
         Some(diagnosis) => escape(diagnosis),
         None if summary.completed => return String::new(),
@@ -17,7 +18,7 @@ pub(super) fn failure(scene: &Scene, summary: &RunSummary) -> String {
     };
     format!(
         "<section class=\"failure\" role=\"alert\"><h2>This run stopped early, at {}</h2>\n<p>{}</p>\n\
-         <p>Everything below was computed before and is valid up to then.</p></section>\n",
+         <p>All results below were computed before this time and are valid.</p></section>\n",
         quantity(summary.end_time, "s"),
         diagnosis
     )
@@ -40,12 +41,12 @@ pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
 fn impact_sentence(scene: &Scene, summary: &RunSummary) -> String {
     let speed = Vector3::from(scene.projectile.velocity).norm();
     let gel = Vector3::from(scene.gel.velocity).norm();
-    let meets = if summary.contact_duration.is_some() { "meets the gel" } else { "sets out" };
+    let meets = if summary.contact_duration.is_some() { "strikes the gel" } else { "starts" };
     match (scene.projectile.fixed, speed > 0.0, gel > 0.0) {
         (true, _, true) => {
-            format!("The gel is thrown at {} against a body that is held in place.", quantity(gel, "m/s"))
+            format!("The gel moves at {} against a fixed body.", quantity(gel, "m/s"))
         }
-        (true, ..) => "The projectile is held in place.".to_string(),
+        (true, ..) => "The projectile is fixed.".to_string(),
         (false, true, _) => format!("A projectile {meets} at {}.", quantity(speed, "m/s")),
         (false, false, _) => format!("A projectile {meets} from rest."),
     }
@@ -58,7 +59,7 @@ fn depth_sentence(summary: &RunSummary) -> String {
     let when = quantity(summary.time_of_peak_depth, "s");
     if summary.exit.perforated {
         let thickness = quantity(summary.peak_depth, "m");
-        return format!("Its tip reaches the back of the gel, <strong>{thickness}</strong> deep, after {when}.");
+        return format!("Its tip reaches the back face of the gel, <strong>{thickness}</strong> deep, after {when}.");
     }
     format!("It reaches its greatest depth, <strong>{}</strong>, after {when}.", quantity(summary.peak_depth, "m"))
 }
@@ -67,26 +68,26 @@ fn outcome_sentence(scene: &Scene, summary: &RunSummary) -> String {
     let force = if summary.peak_force > 0.0 {
         let window = quantity(summary.force_window, "s");
         let force = quantity(summary.peak_force, "N");
-        format!("The force on it peaks at {force}{} (mean over {window}).", per_thickness(scene))
+        format!("The force on the projectile peaks at {force}{} (mean over {window}).", per_thickness(scene))
     } else {
-        "No force has acted on it.".to_string()
+        "No force has acted on the projectile.".to_string()
     };
     let end = match summary.rebound_velocity {
         _ if scene.projectile.fixed => String::new(),
         _ if summary.exit.perforated => exit_sentence(summary),
         Some(speed) if speed > 0.0 && summary.final_depth > 0.0 => format!(
-            " At {} it moves back the way it came with <strong>{}</strong>, still {} deep.",
+            " At {} it rebounds at <strong>{}</strong>, at a depth of {}.",
             quantity(summary.end_time, "s"),
             quantity(speed, "m/s"),
             quantity(summary.final_depth, "m")
         ),
         Some(speed) if speed > 0.0 => {
-            format!(" It leaves the way it came with <strong>{}</strong>.", quantity(speed, "m/s"))
+            format!(" It rebounds from the gel at <strong>{}</strong>.", quantity(speed, "m/s"))
         }
-        Some(_) => " It goes on beyond the gel.".to_string(),
+        Some(_) => " It moves on past the gel.".to_string(),
         None => {
             let speed = quantity(Vector3::from(summary.final_velocity).norm(), "m/s");
-            format!(" At {} it moves with <strong>{speed}</strong>.", quantity(summary.end_time, "s"))
+            format!(" At {} it moves at <strong>{speed}</strong>.", quantity(summary.end_time, "s"))
         }
     };
     force + &end
@@ -96,7 +97,8 @@ fn outcome_sentence(scene: &Scene, summary: &RunSummary) -> String {
 fn exit_sentence(summary: &RunSummary) -> String {
     let Some(exit) = exit_state(summary) else { return String::new() };
     format!(
-        " It has perforated the gel: it left at the back with <strong>{}</strong> at {}, gave {} to the gel and kept {}.",
+        " It has perforated the gel: it left the back face with <strong>{}</strong> at {}, deposited {} in the gel \
+         and retained {}.",
         quantity(exit.speed, "m/s"),
         quantity(exit.time, "s"),
         quantity(summary.exit.energy_deposited, "J"),
@@ -127,15 +129,15 @@ fn fragment_sentence(summary: &RunSummary) -> String {
         n => format!("are {n} fragments"),
     };
     let active = summary.fragments.iter().filter(|fragment| fragment.active).count();
-    format!("Beside it there {there}; {active} of {} took part at the end.", summary.fragments.len())
+    format!("There {there} beside the projectile, {active} of {} active at the end.", summary.fragments.len())
 }
 
 fn accuracy_sentence(summary: &RunSummary) -> String {
     let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
     let doubt: String = summary.doubts.iter().map(told).collect();
     format!(
-        "The ledger explains all energy but {} of what went through it, and the method's own error is {} of the energy at \
-         the start.{doubt}",
+        "The imbalance of energy is {} of its throughput; the numerical energy defect is {} of the initial energy and \
+         the external work.{doubt}",
         percent(summary.energy_error),
         percent(summary.energy_defect)
     )
@@ -168,8 +170,8 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
         Some(exit) => [
             ("exit speed", quantity(exit.speed, "m/s")),
             ("perforated after", quantity(exit.time, "s")),
-            ("energy given to the gel", quantity(summary.exit.energy_deposited, "J") + per_thickness(scene)),
-            ("energy at the exit", quantity(exit.residual_energy, "J") + per_thickness(scene)),
+            ("energy deposited in the gel", quantity(summary.exit.energy_deposited, "J") + per_thickness(scene)),
+            ("residual energy", quantity(exit.residual_energy, "J") + per_thickness(scene)),
         ],
         None => [
             ("greatest depth", format_depth(summary.peak_depth)),
@@ -179,14 +181,14 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
         ],
     };
     let rest = [
-        ("contact lasts", known(summary.contact_duration, "s")),
+        ("contact duration", known(summary.contact_duration, "s")),
         ("peak force", quantity(summary.peak_force, "N") + per_thickness(scene)),
         ("elements", count(summary.elements as f64)),
         ("element updates", count(summary.element_updates)),
     ];
     let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
         let widens = summary.time_of_greatest_cavity == Some(summary.end_time);
-        let still = if widens { ", and it widens still" } else { "" };
+        let still = if widens { ", still widening" } else { "" };
         [("temporary cavity", quantity(greatest, "m") + still), ("cavity at the end", quantity(last, "m"))]
     });
     let rest = cavity.into_iter().flatten().chain(rest);
@@ -204,7 +206,7 @@ pub(super) fn origin(summary: &RunSummary) -> String {
         DriverInterface::Direct => "as a library",
     };
     format!(
-        "<footer><p>ballistic-gel {}, driven {way}. State digest <code>{}</code>. The numbers behind this page are in \
+        "<footer><p>ballistic-gel {}, driven {way}. State digest <code>{}</code>. The figures of this page are in \
          <code>summary.json</code> and <code>history.csv</code>; <code>series.pvd</code> opens in ParaView.</p></footer>\n",
         summary.version, summary.digest
     )

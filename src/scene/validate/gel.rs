@@ -167,10 +167,10 @@ fn check_branches(gel: &GelSpec) -> CheckResult {
 }
 
 fn check_remeshing(scene: &Scene) -> CheckResult {
-    let exchanged = scene.remesh.is_some() && scene.gel.material == MaterialModel::Viscoelastic;
+    let is_remeshed = scene.remesh.is_some() && scene.gel.material == MaterialModel::Viscoelastic;
     let expected =
-        "no such table: a new mesh cannot take over what the branches of a gel of material \"viscoelastic\" remember";
-    require(!exchanged, "remesh", || "a table".to_owned(), expected)
+        "no such table: history variables of the material \"viscoelastic\" cannot be transferred to a new mesh";
+    require(!is_remeshed, "remesh", || "a table".to_owned(), expected)
 }
 
 /// Checks a viscoplastic gel; it may be a fluid, without a shear modulus and a yield stress.
@@ -200,7 +200,7 @@ fn check_viscoplastic(gel: &GelSpec) -> CheckResult {
         }
     }
     if let Some(softening) = gel.softening {
-        let expected = "a gel.strength: what never flows does not soften";
+        let expected = "a gel.strength: only a viscoplastic gel softens";
         require(gel.strength.is_some(), "gel.softening", || "softening without a strength".to_owned(), expected)?;
         positive("gel.softening.strain", softening.strain, "a positive plastic strain")?;
         positive("gel.softening.residual", softening.residual, "a part above 0, to 1")?;
@@ -248,9 +248,9 @@ fn check_symmetry(scene: &Scene) -> CheckResult {
     };
     let is_whole = gel.symmetry.is_none();
     let is_block = scene.scene.dimension == Dimension::Spatial && matches!(gel.shape, GelShape::Block { .. });
-    require(is_whole || is_block, key, found, "\"none\": parts of spatial blocks are computed only")?;
-    require(is_whole || scene.load.is_empty(), key, found, "\"none\": loads act on whole gels only")?;
-    let (s, expected) = (&gel.supports, "nothing: the mirror is there (gel.symmetry)");
+    require(is_whole || is_block, key, found, "\"none\": only spatial blocks can be computed in part")?;
+    require(is_whole || scene.load.is_empty(), key, found, "\"none\": loads need a whole gel")?;
+    let (s, expected) = (&gel.supports, "nothing: the plane of symmetry is there (gel.symmetry)");
     for (axis, face, support) in [(0, "x_min", s.x_min), (1, "y_min", s.y_min)] {
         let good = support == FaceSupport::Free || !gel.symmetry.mirrored().contains(&axis);
         require(good, &format!("gel.supports.{face}"), || format!("{:?}", name(support)), expected)?;
@@ -271,8 +271,8 @@ fn held_faces(shape: &GelShape, dimension: Dimension) -> (&'static [&'static str
         GelShape::Cylinder { .. } => {
             (&["z_min", "z_max", "side"], "nothing: a cylinder has the faces z_min, z_max and side")
         }
-        GelShape::Shell { .. } => (&["z_max", "side"], "nothing: of a shell z_max and side are held"),
-        GelShape::LBeam { .. } => (&[], "nothing: an l-beam flies free"),
+        GelShape::Shell { .. } => (&["z_max", "side"], "nothing: a shell has the faces z_max and side"),
+        GelShape::LBeam { .. } => (&[], "nothing: an l-beam has no supports"),
     }
 }
 

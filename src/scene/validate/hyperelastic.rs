@@ -35,11 +35,10 @@ fn mooney_rivlin(gel: &GelSpec) -> Result<f64, SceneError> {
         return Err(SceneError::value("gel.constants", "nothing", expected));
     };
     positive("gel.constants.c1", c1, "a positive constant, Pa")?;
-    let expected =
-        "a constant of 0 or more, Pa: with less the gel has no stable answer to being drawn out in two directions";
+    let expected = "a constant of 0 or more, Pa: with less the gel is unstable in biaxial tension";
     require(c2 >= 0.0 && c2.is_finite(), "gel.constants.c2", || format!("{c2:?}"), expected)?;
     let least = MooneyRivlin::least_bulk_modulus([c1, c2]);
-    let expected = format!("more than 4/3 c1 + 16/3 c2, {least:?} Pa: the volume must resist on its own");
+    let expected = format!("more than 4/3 c1 + 16/3 c2, {least:?} Pa: the volumetric energy must be stable by itself");
     require(gel.bulk_modulus > least, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)?;
     Ok(MooneyRivlin::shear_modulus_of([c1, c2]))
 }

@@ -22,7 +22,7 @@ fn check_load(scene: &Scene, load: &LoadSpec, key: &str) -> CheckResult {
     let ramp = || format!("{:?}", load.ramp);
     require(load.ramp >= 0.0 && load.ramp.is_finite(), &inside("ramp"), ramp, "a time of 0 or more, s")?;
     let one = load.ramp == 0.0 || load.table.is_empty();
-    require(one, &inside("ramp"), ramp, "no ramp beside a table: the table says it all")?;
+    require(one, &inside("ramp"), ramp, "no ramp beside a table: the table gives the whole time course")?;
     all_finite(&inside("table"), load.table.as_flattened())?;
     let ascending = load.table.windows(2).all(|pair| pair[0][0] < pair[1][0]);
     require(ascending, &inside("table"), || format!("{:?}", load.table), "ascending times, s, each with a part")

@@ -9,8 +9,8 @@ const IN_PLANE: &str = "no motion out of the plane: a planar scene has y = 0; us
 const ON_AXIS: &str = "no motion off the axis: an axisymmetric scene has x = y = 0; use dimension = \"spatial\"";
 const TURN_IN_PLANE: &str = "no turn out of the plane: a planar scene turns about y; use dimension = \"spatial\"";
 const UPRIGHT: &str = "an upright projectile: an axisymmetric scene has its axis along z; use dimension = \"spatial\"";
-const IN_PART: &str = "what gel.symmetry mirrors onto itself: in \"half\" of a gel bodies move and turn in the plane y = 0, in a \"quarter\" they \
-                       move along z; or gel.symmetry = \"none\"";
+const IN_PART: &str = "motion that keeps gel.symmetry: with \"half\" bodies translate and rotate in the plane y = 0, \
+                       with \"quarter\" they translate along z; or gel.symmetry = \"none\"";
 const STILL: &str = "no rotation: an axisymmetric scene has none; use dimension = \"spatial\"";
 
 /// Round-off of a component of a rotated unit vector.

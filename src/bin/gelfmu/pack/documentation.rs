@@ -1,4 +1,4 @@
-//! `documentation/index.html`: how to wire the FMU, in which frames, within which limits, and every variable.
+//! `documentation/index.html`: wiring, frames and limits of the FMU, and all variables.
 
 use super::requirement;
 use ballistic_gel::fmi2::{self, Causality, Kind, Variable, VariablePorts};
@@ -11,35 +11,35 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:64rem;margin:2rem a
 
 const WIRING: &str = "\
 <h2>Wiring</h2>
-<p>Parameter <code>coupling.mode</code> says who integrates the motion of the projectile.</p>
+<p>Parameter <code>coupling.mode</code> selects the integrator of the motion of the projectile.</p>
 <h3>integrated (2, the default)</h3>
 <p>The FMU integrates the projectile inside the step, under the contact with the gel and under
-<code>projectile.external_force</code> and <code>projectile.external_torque</code>. Wire these two inputs, read
-<code>projectile.predicted_*</code>. The kinematic inputs are read only at the step that makes a body active. With inputs
+<code>projectile.external_force</code> and <code>projectile.external_torque</code>. Wire these two inputs and read
+<code>projectile.predicted_*</code>. The kinematic inputs are read only at the step that activates a body. With inputs
 that are constant, or change at the same points, the result does not depend on the communication step.</p>
 <h3>corrected (3)</h3>
 <p>For an importer that owns the body. At the start of each step its <code>projectile.position</code>,
-<code>.velocity</code>, <code>.orientation</code> and <code>.angular_velocity</code> replace the state of the FMU; a
-jump is booked in <code>energy.importer</code>. With a constant external force F and torque T over a step of length H,
+<code>.velocity</code>, <code>.orientation</code> and <code>.angular_velocity</code> replace the state of the FMU; the
+energy of the jump is in the account <code>energy.importer</code>. With a constant external force F and torque T over a step of length H,
 and J, S and A the outputs <code>contact.impulse</code>, <code>contact.impulse_moment</code> and
-<code>contact.angular_impulse</code> after it, the importer lands on the predicted state to round-off with</p>
+<code>contact.angular_impulse</code> after it, the importer reaches the predicted state to round-off with</p>
 <p>x<sub>1</sub> = x<sub>0</sub> + v<sub>0</sub> H + &frac12; F H&sup2; / m + S / m<br>
 v<sub>1</sub> = v<sub>0</sub> + (F H + J) / m<br>
 L<sub>1</sub> = L<sub>0</sub> + T H + A</p>
 <p>where L is the angular momentum, and takes <code>projectile.predicted_orientation</code> as its orientation.</p>
 <h3>prescribed (1)</h3>
-<p>The kinematic inputs are the motion: x(s) = x<sub>0</sub> + v<sub>0</sub> s + &frac12; a s&sup2; within a step,
+<p>The kinematic inputs prescribe the motion: x(s) = x<sub>0</sub> + v<sub>0</sub> s + &frac12; a s&sup2; within a step,
 where a is the first derivative of the velocity input (<code>fmi2SetRealInputDerivatives</code>), or 0.</p>
-<h3>A projectile that is held in place</h3>
-<p>Where the scene holds the projectile (<code>projectile.fixed = true</code>), an input that is read in the mode and
+<h3>Fixed projectile</h3>
+<p>If the scene fixes the projectile (<code>projectile.fixed = true</code>), an input that is read in the mode and
 would move it is refused with <code>fmi2Error</code>: leave position and orientation as the scene has them, all else 0.</p>
 <h3>Inactive bodies, and domes</h3>
-<p>A body whose <code>active</code> is false stays where it is, touches nothing and is in no account. Made active, it starts
-from its kinematic inputs, in every mode; inside the gel it is refused. A body with the shape <code>dome</code> is the back
+<p>An inactive body (<code>active</code> is false) keeps its position, has no contact and is in no account. When activated,
+it starts from its kinematic inputs, in every mode; inside the gel it is refused. A body with the shape <code>dome</code> is the back
 face of an armour: a plate with a spherical cap whose height and base radius are the inputs <code>bulge_height</code> and
-<code>bulge_radius</code>, with their rates beside them, in every mode. The bulge moves with these rates within the step.
-<code>contact.bulge_height_impulse</code> is what worked on the height: divided by the mass that moves with it, the change of
-its rate.</p>
+<code>bulge_radius</code>, with their rates, in every mode. The bulge moves with these rates within the step.
+<code>contact.bulge_height_impulse</code> is the generalised impulse on the height: divided by the mass that moves with the
+height it is the change of its rate.</p>
 <h3>Forces or impulses</h3>
 <p>Contact acts by impulses. <code>contact.force</code> and <code>contact.torque</code> are means over the last step:
 wire them only for steps of at least <code>coupling.step_min</code>. <code>contact.linear_force</code> carries the
@@ -48,7 +48,7 @@ directional derivative by position and velocity and is not for wiring.</p>
 
 const FRAMES: &str = "\
 <h2>Frames, signs, units</h2>
-<p>SI units. The world frame is right-handed with z up; the undisturbed entry surface of a block or cylinder is z = 0,
+<p>SI units. The world frame is right-handed with z up; the undeformed entry surface of a block or cylinder is z = 0,
 the gel below it. Orientation is a Hamilton quaternion (w, x, y, z) from the body to the world frame; its norm must be
 1 to within 10<sup>-3</sup>. Inertia is in the frame of the body about its centre of mass: xx, yy, zz, xy, xz, yz.
 Angular velocity, torque and angular impulse are in the world frame about the centre of mass. Depth is positive into
@@ -61,11 +61,11 @@ const LIMITS: &str = "\
 <li>A step beyond a defined stop time, or of a length that is not positive and finite, is refused with
 <code>fmi2Error</code>. So are numbers that are not finite.</li>
 <li>A step that the mesh cannot follow returns <code>fmi2Discard</code> with <code>fmi2Terminated</code> true; the log
-says which element, when, and what to do. Outputs, states and reset keep working.</li>
+gives the element, the time and the remedy. Outputs, states and reset remain available.</li>
 <li>A body whose rear end has passed the back face of a block or cylinder has perforated it: <code>projectile.perforated</code>.
-<code>scene.stop_after_exit</code> later, once all bodies have left, the gel is at rest: steps go on as free flight, at no cost.
+<code>scene.stop_after_exit</code> later, once all bodies have left, the gel is at rest: later steps are free flight, at no cost.
 A step that brings a body back then is refused with <code>fmi2Error</code>; <code>scene.stop_after_exit</code> of <code>never</code>
-keeps the gel going.</li>
+keeps the gel active.</li>
 <li>Times in the log, in <code>history.csv</code>, in the frames and in <code>summary.json</code> count from the start
 of the simulation, whatever <code>startTime</code> is; the variable <code>time</code> and the last successful time
 begin with <code>startTime</code>.</li>
@@ -97,7 +97,7 @@ equal to its start leaves another <code>scene</code> as it is.</li>
 are cut there.</li>
 <li>Every call computes with rounding to nearest, all floating-point traps masked and subnormal numbers kept, and puts the
 floating-point environment of the importer back; the logger is called in that of the importer (x86-64 and AArch64).</li>
-<li>Memory: building the scene, a step that may exchange the mesh, a state, and the writing of results reserve what they need
+<li>Memory: building the scene, a step that may remesh, a state, and the writing of results reserve what they need
 before they begin. If the machine, the container or the process (RLIMIT_AS) has less, the call is refused with
 <code>fmi2Error</code>; the log says how much was needed and how much is available; the call can be repeated. A reserve is address
 space, not touched unless it is needed: at least 32 MiB while such a call runs, and 1 MiB as long as there is an instance. Two cases
@@ -136,7 +136,7 @@ pub fn external_dependencies(library: &[u8]) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>External dependencies</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>External dependencies</h1>\n{}\
-         <p>Beside the libraries of the system it needs nothing: no installation, no licence server, no network, no environment \
+         <p>Apart from system libraries the FMU needs nothing: no installation, no licence server, no network, no environment \
          variable.</p>\n<p>It reads its folder <code>resources</code> and, if the parameter <code>scene</code> is set, that file and \
          those that it names; it writes where the parameter <code>output_directory</code> says, and nothing if that is \
          empty.</p>\n</body></html>\n",
@@ -156,8 +156,8 @@ fn packed(scene: &Scene) -> String {
         Dimension::Spatial => "spatial",
     };
     format!(
-        "<h2>The packed scene</h2>\n<p><b>{}</b>: {}. It is {space}. It ends at {:?} s and exchanges every {:?} s \
-         by default. Its text is in <code>resources/scene.toml</code>.</p>\n",
+        "<h2>The packed scene</h2>\n<p><b>{}</b>: {}. The scene is {space}. Its end time is {:?} s, its default \
+         communication step {:?} s. Its text is in <code>resources/scene.toml</code>.</p>\n",
         escaped(&scene.scene.name),
         escaped(&scene.scene.title),
         scene.scene.end_time,
@@ -180,8 +180,8 @@ fn table(ports: VariablePorts) -> String {
         let _ = writeln!(
             rows,
             "<p>It has variables for {sensors} of the sensors of its scene: those named <code>sensor.&hellip;</code> below are \
-             <code>sensor[i].&hellip;</code>, such as <code>sensor[1].pressure</code>; of sensor i their references are higher by \
-             10000 (i &minus; 1). A sensor goes with the gel that is at its point at rest, whatever the mesh.</p>"
+             <code>sensor[i].&hellip;</code>, such as <code>sensor[1].pressure</code>; the references of sensor i are higher by \
+             10000 (i &minus; 1). A sensor follows its material point, independently of the mesh.</p>"
         );
     }
     rows += "<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
