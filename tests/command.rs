@@ -453,12 +453,8 @@ fn bench_measures_every_section_and_its_forms_agree() {
             }
         }
     }
-    let calls = value.get("calls").is_some();
-    assert_eq!(calls, said.err.is_empty(), "calls are there, or it is said why not: {}", said.err);
-    if calls {
-        for row in rows(&value, "calls") {
-            positive(row, "cpu_us");
-        }
+    for row in rows(&value, "calls") {
+        positive(row, "cpu_us");
     }
     kernels_agree(rows(&value, "kernels"));
     let steps = rows(&value, "steps");

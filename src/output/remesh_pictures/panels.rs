@@ -316,7 +316,7 @@ impl<'a> PanelSource<'a> {
                         conserved.",
             },
             RemeshMethod::Local => PanelText {
-                name: "velocity-retained",
+                name: "velocity-local",
                 title: "Vertical velocity on the locally remeshed mesh",
                 about: "Local remeshing of the same state: good nodes and the whole surface are retained, points of \
                     the quadtree fill the rest.",
