@@ -50,6 +50,7 @@ impl SplitWork for ClockUpdate<'_> {
 }
 
 /// Input of the clock update: the tick and the responses of all groups.
+#[derive(Clone, Copy)]
 pub(super) struct ClockInput<'a> {
     pub grid: TickGrid,
     pub moment: TickContext,

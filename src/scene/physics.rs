@@ -20,9 +20,7 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
         describe_contact(scene.contact.law),
     ];
     let remeshing = scene.remesh.as_ref().map(|remesh| match remesh.method {
-        RemeshMethod::Local => {
-            "remeshing: distorted mesh replaced locally, old nodes retained where elements are good"
-        }
+        RemeshMethod::Local => "remeshing: distorted mesh replaced locally, old nodes retained where elements are good",
         RemeshMethod::Immersed => {
             "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }

@@ -49,7 +49,9 @@ pub fn read_with_files(text: &str, files: &FileSource<'_>) -> Result<Scene, Scen
 /// Adds to an error the line on which its key is set.
 fn with_line(text: &str, error: SceneError) -> SceneError {
     let mut table = DeTable::parse(text).ok();
-    table.iter_mut().for_each(|table| rename_keys(table.get_mut()));
+    if let Some(table) = &mut table {
+        rename_keys(table.get_mut());
+    }
     let line = table.and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }

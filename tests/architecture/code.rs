@@ -121,7 +121,7 @@ pub fn without_tests(code: &str) -> String {
 /// Names of the structs, enums, traits and aliases of a file; of those associated with a trait none.
 pub fn types(code: &str) -> Vec<String> {
     let declared = |line: &str| {
-        let line = line.trim_start_matches(|c| c == ' ').trim_start_matches("pub ");
+        let line = line.trim_start().trim_start_matches("pub ");
         let line = if line.starts_with("pub(") { line.split_once(") ")?.1 } else { line };
         let (keyword, rest) = line.split_once(' ')?;
         ["struct", "enum", "trait", "type"].contains(&keyword).then(|| head(rest))

@@ -37,7 +37,9 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
 
 /// Notes each former name of a key in the scene.
 pub fn note_former_keys(source: &SceneSource, console: &Console) {
-    scene::former_keys(&source.text).iter().for_each(|note| console.note(note));
+    for note in scene::former_keys(&source.text) {
+        console.note(&note);
+    }
 }
 
 /// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: overrides do not remove levels.
