@@ -5,10 +5,10 @@ use super::piece::{PieceCurve, ProfilePiece, ProfilePoint, cross};
 ///
 /// # Examples
 /// ```
-/// use ballistic_gel::geometry::{Outline, Profile, SignedDistance, Sweep};
+/// use ballistic_gel::geometry::{ProfileBody, ProfileOutline, ProfileSweep, SignedDistance};
 ///
-/// let bowl = Outline::at_tip().arc(1.0, 1.0, 1.0).line(0.0, 1.0);
-/// let bowl = Profile::new(&bowl.rounded(0.1).expect("the rim has room"), Sweep::Revolution);
+/// let bowl = ProfileOutline::at_tip().arc(1.0, 1.0, 1.0).line(0.0, 1.0);
+/// let bowl = ProfileBody::new(&bowl.rounded(0.1).expect("the rim has room"), ProfileSweep::Revolution);
 /// assert!((bowl.reach(&nalgebra::Vector3::z()) - 3.0 / 8.0).abs() < 0.01);
 /// ```
 #[derive(Debug, Clone, PartialEq)]

@@ -28,12 +28,12 @@ use tree::TriangleTree;
 ///
 /// # Examples
 /// ```
-/// use ballistic_gel::geometry::{SignedDistance, Solid, Surface};
+/// use ballistic_gel::geometry::{SignedDistance, TriangleSurface, TriangulatedBody};
 /// use nalgebra::Vector3;
 ///
 /// let [o, x, y, z] = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
-/// let corner = Surface::new(&[[o, y, x], [o, z, y], [o, x, z], [x, y, z]]).expect("it is closed");
-/// let corner = Solid::new(corner, 2.0).expect("it does not cross itself");
+/// let corner = TriangleSurface::new(&[[o, y, x], [o, z, y], [o, x, z], [x, y, z]]).expect("it is closed");
+/// let corner = TriangulatedBody::new(corner, 2.0).expect("it does not cross itself");
 /// assert!((corner.volume().expect("it is bounded") - 8.0 / 6.0).abs() < 1e-15);
 /// assert!((corner.gap(&Vector3::zeros()).distance + 2.0 / 4.0 / 3.0_f64.sqrt()).abs() < 1e-15);
 /// ```

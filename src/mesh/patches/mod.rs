@@ -45,11 +45,11 @@ impl ElementPatches {
     /// has at most 4 nodes in the plane and 7 in space.
     ///
     /// ```
-    /// use ballistic_gel::mesh::{Block, ElementId, Patches, Split, block, uniform};
+    /// use ballistic_gel::mesh::{BlockSpec, CellSplit, ElementId, ElementPatches, block, uniform};
     ///
     /// let axis = || uniform(0.0, 1.0, 0.5);
-    /// let mesh = block(Block { planes: [axis(), axis(), axis()], split: Split::Centred, faces: vec![] });
-    /// let patches = Patches::grouped(&mesh);
+    /// let mesh = block(BlockSpec { planes: [axis(), axis(), axis()], split: CellSplit::Centred, faces: vec![] });
+    /// let patches = ElementPatches::grouped(&mesh);
     /// assert!(patches.iter().all(|elements| elements.len() == 4));
     /// ```
     #[must_use]
