@@ -12,8 +12,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    for path in ["build.rs", "build", "src", "modelDescription", "scenes", "Cargo.toml", "Cargo.lock"] {
+    for path in ["build.rs", "build", "modelDescription", "Cargo.toml", "Cargo.lock"] {
         println!("cargo::rerun-if-changed={path}");
+    }
+    if env::var_os("CARGO_FEATURE_BUNDLED").is_some() {
+        // The library inside the program is built from them.
+        println!("cargo::rerun-if-changed=src");
+        println!("cargo::rerun-if-changed=scenes");
     }
     for path in licenses::license_files(Path::new(".")).unwrap_or_default() {
         println!("cargo::rerun-if-changed={}", path.display());

@@ -32,8 +32,9 @@ impl PackedLibrary {
         if let Some(bytes) = bundled::LIBRARY {
             return Ok(Self { bytes: Cow::Borrowed(bytes), is_development: false });
         }
-        let file = beside_this_program().map_err(|error| missing(&format!("its own path is unknown: {error}")))?;
-        let bytes = std::fs::read(&file).map_err(|error| missing(&format!("{}: {error}", file.display())))?;
+        let files = beside_this_program().map_err(|error| missing(&format!("its own path is unknown: {error}")))?;
+        let read = files.iter().find_map(|file| std::fs::read(file).ok());
+        let bytes = read.ok_or_else(|| missing(&format!("no {}", files[1].display())))?;
         Ok(Self { bytes: Cow::Owned(bytes), is_development: true })
     }
 
@@ -47,10 +48,12 @@ impl PackedLibrary {
     }
 }
 
-/// The library that cargo makes together with this program.
-fn beside_this_program() -> std::io::Result<PathBuf> {
+/// Paths of the library that cargo makes together with this program. `cargo test` leaves it in `deps/` alone, where the copy beside the
+/// program, if there is one, is older.
+fn beside_this_program() -> std::io::Result<[PathBuf; 2]> {
     let name = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", env!("CARGO_PKG_NAME").replace('-', "_"));
-    Ok(std::env::current_exe()?.with_file_name(name))
+    let program = std::env::current_exe()?;
+    Ok([program.with_file_name("deps").join(&name), program.with_file_name(name)])
 }
 
 fn missing(reason: &str) -> RunError {
