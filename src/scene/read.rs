@@ -6,6 +6,7 @@ use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
 use super::{FileSource, Scene, SceneError, explain, files, fill, no_files};
 use serde::Deserialize;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 /// Greatest size of a scene text, bytes: two hundred times that of the longest built-in scene.
@@ -46,13 +47,16 @@ pub fn read_with_files(text: &str, files: &FileSource<'_>) -> Result<Scene, Scen
     }
 }
 
+/// Parses a scene text, with the present names of its keys.
+fn parse_table(text: &str) -> Result<Spanned<DeTable<'_>>, toml::de::Error> {
+    let mut table = DeTable::parse(text)?;
+    rename_keys(table.get_mut());
+    Ok(table)
+}
+
 /// Adds to an error the line on which its key is set.
 fn with_line(text: &str, error: SceneError) -> SceneError {
-    let mut table = DeTable::parse(text).ok();
-    if let Some(table) = &mut table {
-        rename_keys(table.get_mut());
-    }
-    let line = table.and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
+    let line = parse_table(text).ok().and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }
 
@@ -62,9 +66,8 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
-    let parsed = DeTable::parse(text);
-    let mut table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
-    rename_keys(table.get_mut());
+    let parsed = parse_table(text);
+    let table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     let places = KeyLocations::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());
     let mut whole = table.clone();
