@@ -15,19 +15,8 @@ use crate::mesh::NodeId;
 use prefetch_index::prefetch_index;
 use std::ops::Range;
 
-/// Nodes of a batch; each stage (sums, limits, kicks) runs over the whole batch. Not tuned: any number works that
-/// fills SIMD vectors and stays in the nearest cache.
-pub(super) const NODE_BATCH: usize = 32;
-const _: () = assert!(NODE_BATCH.is_multiple_of(LANES), "they fill vectors");
-/// Nodes of a tile, a part of a chunk; the sums of a tile stay in the nearest cache.
-pub(super) const TILE_NODES: usize = 256;
-/// Prefetch distance in overlaps; 1 to 12 perform equally.
-const PREFETCH_DISTANCE: usize = 3;
 /// Panic message for a [contiguous](NodalSums::is_contiguous) batch that is not full.
 pub(super) const FULL_BATCH: &str = "that many nodes go together";
-/// Bytes of a cache line.
-const CACHE_LINE: usize = 64;
-const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
 /// Data of the stable step rule at a node.
 #[derive(Debug, Clone, Copy)]
@@ -100,49 +89,6 @@ impl<const D: usize> NodalSums<D> {
                 }
             }
         }
-    }
-}
-
-/// Overlap of a block and a tile of nodes: the local number of the first common node and their count.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct TileOverlap {
-    block: u32,
-    first: u16,
-    n: u16,
-}
-
-impl TileOverlap {
-    /// Finds the overlaps of each tile of nodes, in the order of the blocks.
-    pub fn find_all(blocks: &[ElementBlock], n_nodes: usize) -> Vec<Vec<Self>> {
-        let mut overlaps = vec![vec![]; n_nodes.div_ceil(TILE_NODES)];
-        for (block, own) in (0..).zip(blocks) {
-            let mut first = 0;
-            for nodes in own.nodes.chunk_by(|a, b| a.index() / TILE_NODES == b.index() / TILE_NODES) {
-                let n = nodes.len() as u16;
-                overlaps[nodes[0].index() / TILE_NODES].push(Self { block, first, n });
-                first += n;
-            }
-        }
-        overlaps
-    }
-
-    /// Prefetches the data of the block for these nodes.
-    #[inline(always)]
-    fn prefetch<const D: usize>(self, blocks: &ElementBlocks<D>) {
-        let block = &blocks.all[self.block as usize];
-        // About one prefetch per cache line.
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeAccumulator>()) {
-            prefetch_index(&blocks.parts, block.first + number);
-        }
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeId>()) {
-            prefetch_index(&block.nodes, number);
-        }
-    }
-
-    /// Returns the local numbers of the nodes in the block.
-    fn numbers(self) -> Range<usize> {
-        let first = usize::from(self.first);
-        first..first + usize::from(self.n)
     }
 }
 

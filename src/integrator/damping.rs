@@ -6,55 +6,6 @@ use crate::fem::Potential;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 
-/// Loss of energy and momentum to damping.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct DampingLoss {
-    /// Work of the damping impulses, Σ J·(v⁻ + v⁺)/2, J.
-    pub energy: f64,
-    momentum: Vector3,
-    angular_momentum: Vector3,
-}
-
-impl Default for DampingLoss {
-    fn default() -> Self {
-        Self { energy: 0.0, momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
-    }
-}
-
-impl std::ops::Add for DampingLoss {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            energy: self.energy + other.energy,
-            momentum: self.momentum + other.momentum,
-            angular_momentum: self.angular_momentum + other.angular_momentum,
-        }
-    }
-}
-
-impl DampingLoss {
-    /// Adds the damping impulse on a node at `at`, m.
-    pub fn add_impulse<const D: usize>(&mut self, freedom: FreeDirections, at: &Vector<D>, impulse: &Vector<D>) {
-        let impulse = embed(impulse);
-        self.momentum += freedom.translation(&impulse);
-        self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
-    }
-
-    /// Posts the loss to the ledger.
-    pub fn post(&self, ledger: &mut Ledger) {
-        ledger.energy.damping += self.energy;
-        ledger.momentum.damping += self.momentum;
-        ledger.angular_momentum.damping += self.angular_momentum;
-    }
-}
-
-/// Returns the relative change of velocity by damping over a time, s: exp(−αt) − 1.
-#[inline]
-pub(super) fn decay(rate: f64, time: f64) -> f64 {
-    libm::expm1(-rate * time)
-}
-
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns the damping impulse on a node at this tick, N·s.
     pub(super) fn damping_impulse(&self, a: usize) -> Vector<D> {

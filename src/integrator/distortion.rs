@@ -10,15 +10,6 @@ use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex, is_worse, travel_bound};
 use crate::state::{SurfaceStretch, Tick};
 
-/// Distortion limits: a mesh is distorted as soon as one of its elements exceeds them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DistortionLimits {
-    /// Least shape quality of each element, 1 being the best.
-    pub quality: Vec<f64>,
-    /// Least measure, [`Potential::measure`], of each element.
-    pub least: Vec<f64>,
-}
-
 /// Age below which only a heavily distorted mesh ends, in its finest steps (A12), and the fraction of the limits that
 /// applies until then.
 const YOUNG_AGE: Tick = 50;

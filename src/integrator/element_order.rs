@@ -10,6 +10,9 @@ use crate::mesh::ElementId;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+/// Slots of a block: some 400 nodes and their sums take 40 kB of cache, and a node is in two blocks.
+pub(super) const SLOTS: usize = 1024;
+
 /// Layout of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) ·
 /// lanes + l.
 #[derive(Debug)]

@@ -8,24 +8,6 @@ use super::{TickGrid, WorkerPool};
 use crate::fem::{Dissipation, GroupResponse};
 use crate::state::GroupClock;
 
-/// Energy residual of the active groups of a block, or of all blocks.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct StepResidual {
-    /// Residual Σ ΔV + Σ A of the last tick − Σ A of this one, J; A is the leading-half work.
-    pub residual: f64,
-    /// Stored energy and dissipation.
-    pub spent: Dissipation,
-}
-
-impl StepResidual {
-    /// Adds the residual of another block.
-    fn merge(mut self, other: &Self) -> Self {
-        self.residual += other.residual;
-        self.spent += other.spent;
-        self
-    }
-}
-
 /// Update of the clocks of some consecutive blocks from the responses of their groups.
 struct ClockUpdate<'a> {
     blocks: &'a mut [ElementBlock],

@@ -18,35 +18,12 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::{DynamicState, GroupAlarm, GroupClock, MOST_TICKS, StateSizes, Tick};
 use std::sync::Arc;
 
-/// Settings of the integrator.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IntegratorSettings {
-    /// Schedule: the rule by which patches share ticks.
-    pub schedule: SteppingSchedule,
-    /// CFL number: fraction of the stable step that a patch takes.
-    pub cfl: f64,
-    /// Contact law for impulses.
-    pub law: ImpulseLaw,
-    /// Width of the averaging window of the peak force, s.
-    pub force_window: f64,
-    /// Damping coefficient α of nodal speeds, exp(−αt), 1/s.
-    pub damping: f64,
-}
-
 /// Error: a stable step is unusable, because it is not a number, is shorter than a tick or exceeds [`MOST_TICKS`]
 /// ticks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
     "the stable step of an element is {step:e} s: the ratio of stiffness to mass is out of range, or there is no \
      element"
-)]
-pub struct UnusableStep {
-    /// Stable step, s.
-    pub step: f64,
-    /// Positions of the nodes of the stiffest element at a node whose step is shorter than a tick, m; empty for
-    /// other causes.
-    pub corners: Vec<Vector3>,
-}
 
 /// Integrator of a gel and rigid bodies in time.
 #[derive(Debug)]
@@ -83,16 +60,6 @@ pub struct Engine<const D: usize, P> {
     /// Tick up to which nothing happens, while the gel is at rest.
     pub(super) quiet_until: Option<Tick>,
     start: BalanceReference,
-}
-
-/// Initial energy and momentum, the reference of the balances.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct BalanceReference {
-    pub energy: f64,
-    pub momentum: Vector3,
-    pub angular_momentum: Vector3,
-    /// Σ m|v| and Σ |x × mv|, scales of momentum and angular momentum.
-    pub scale: (f64, f64),
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -431,16 +398,6 @@ fn element_blocks<const D: usize, P: Potential<D>>(
 ) -> Option<ElementBlocks<D>> {
     let fast = rules.law != ImpulseLaw::Reversal && rules.schedule != SteppingSchedule::Queue;
     fast.then(|| ElementBlocks::new(gel, order)).flatten()
-}
-
-/// Returns the given grid, or a new one for these stable steps, s, and the shortest step, ticks.
-pub(super) fn tick_grid(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), UnusableStep> {
-    let step = steps.iter().copied().fold(f64::INFINITY, least);
-    if !step.is_normal() {
-        return Err(UnusableStep { step, corners: vec![] });
-    }
-    let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
-    Ok((grid, grid.ticks(step)))
 }
 
 /// Returns the clocks of groups that have not begun, with their initial energies.

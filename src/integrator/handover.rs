@@ -14,26 +14,6 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::{MOST_TICKS, MeshInstance, RunRecord, SurfaceStretch, Tick};
 use std::sync::Arc;
 
-/// End conditions of a mesh.
-#[derive(Debug, Clone, Default)]
-pub(super) struct EndConditions {
-    /// Distortion limits; `None` if the mesh never ends by them.
-    pub wear: Option<DistortionLimits>,
-    /// Ticks at or after which the mesh ends, distorted or not, ascending.
-    at: Vec<Tick>,
-    /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
-    pub exits: Option<ExitRule>,
-}
-
-/// Reason why the engine has stopped advancing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AdvanceOutcome {
-    /// The requested end time is reached.
-    End,
-    /// The mesh was distorted or due and has ended at a tick: positions and velocities are those of this instant.
-    Worn,
-}
-
 /// Least age of a mesh, in its finest steps, unless a step collapses (A12).
 const MIN_AGE: Tick = 4;
 

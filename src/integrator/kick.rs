@@ -14,60 +14,6 @@ use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// Reaction of the held directions: linear and angular momentum.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ConstraintReaction {
-    momentum: Vector3,
-    angular_momentum: Vector3,
-}
-
-impl Default for ConstraintReaction {
-    fn default() -> Self {
-        Self { momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
-    }
-}
-
-impl std::ops::Add for ConstraintReaction {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            momentum: self.momentum + other.momentum,
-            angular_momentum: self.angular_momentum + other.angular_momentum,
-        }
-    }
-}
-
-impl ConstraintReaction {
-    /// Adds the reaction of the held directions of a node at `at`, m, to an impulse, N·s.
-    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: FreeDirections, (at, push): (Vector3, Vector3)) {
-        if free.min() == 0.0 {
-            let reaction = embed(&restrict::<D>(&push).component_mul(free)) - push;
-            self.add_reaction(freedom, (at, reaction));
-        }
-    }
-
-    /// Adds a reaction impulse on a node at `at`, m.
-    pub fn add_reaction(&mut self, freedom: FreeDirections, (at, push): (Vector3, Vector3)) {
-        self.momentum += freedom.translation(&push);
-        self.angular_momentum += freedom.rotation(&at.cross(&push));
-    }
-
-    /// Posts the reaction to the ledger.
-    pub fn post(&self, ledger: &mut Ledger) {
-        ledger.momentum.restraint += self.momentum;
-        ledger.angular_momentum.restraint += self.angular_momentum;
-    }
-}
-
-/// Node with an impulse of pressure or contact, with its velocities before the element kicks and before that impulse.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ImpulseNode<const D: usize> {
-    pub node: NodeId,
-    pub before: Vector<D>,
-    pub kicked: Vector<D>,
-}
-
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Completes the kicks of the SIMD form, applies the pressures and solves contact; returns Σ p·(v⁻ + v⁺)/2 − Σ
     /// ΔQ, J.

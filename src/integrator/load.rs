@@ -101,36 +101,6 @@ impl PressureLoads {
     }
 }
 
-/// Pressure load on a facet at a tick.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FacetLoad<const D: usize> {
-    nodes: Facet,
-    forces: [Vector<D>; 3],
-    /// Group of the element behind the facet.
-    group: usize,
-    /// Length of the kick, s: its trailing half, then the whole kick once the next step is known.
-    weight: f64,
-}
-
-/// Load stiffness that a pressure adds to an active element.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LoadStiffness {
-    /// Index of the loaded facet.
-    facet: usize,
-    /// Slot of the element behind the facet.
-    slot: usize,
-    /// Added stiffness, and the stiffness before this tick's pressures, N/m.
-    added: f64,
-    before: f64,
-}
-
-impl<const D: usize> FacetLoad<D> {
-    /// Iterates over the nodes and the impulses on them, N·s.
-    fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
-        self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
-    }
-}
-
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns true if any pressure acts on the gel.
     pub(super) fn is_loaded(&self) -> bool {

@@ -17,20 +17,6 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 use std::ops::Range;
 
-/// Responses of the elements of the active groups.
-#[derive(Debug)]
-pub(super) struct GroupResponses<const D: usize> {
-    pub elements: Vec<(ElementId, ElementResponse<D>)>,
-    /// Range of elements of each active group.
-    pub groups: Vec<Range<usize>>,
-}
-
-impl<const D: usize> Default for GroupResponses<D> {
-    fn default() -> Self {
-        Self { elements: vec![], groups: vec![] }
-    }
-}
-
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Drifts the nodes of the active groups.
     pub(super) fn drift_group_nodes(&mut self, tick: Tick) {

@@ -99,6 +99,16 @@ struct BalanceScales {
     angular_momentum: f64,
 }
 
+/// Initial energy and momentum, the reference of the balances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BalanceReference {
+    pub energy: f64,
+    pub momentum: Vector3,
+    pub angular_momentum: Vector3,
+    /// Σ m|v| and Σ |x × mv|, scales of momentum and angular momentum.
+    pub scale: (f64, f64),
+}
+
 impl BalanceReference {
     /// Sums the initial energy, momenta and scales of a state.
     pub(super) fn of<const D: usize, P>(

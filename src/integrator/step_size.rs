@@ -12,8 +12,6 @@ use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{GroupAlarm, GroupClock, Tick};
 
-/// Factor by which the stable step must exceed a step before that step may be doubled.
-pub(super) const RAISE_MARGIN: f64 = 4.0;
 /// Number of a group's own ticks in a row at which [`RAISE_MARGIN`] must hold. Raising sooner pumps energy:
 /// per-update adaptation drifted by up to +18000 % in 400 wave transits, this rule by at most 1.2 % (numerics 1.4).
 const RAISE_PATIENCE: u32 = 64;
@@ -23,55 +21,6 @@ const MAX_DEPTH: f64 = 0.1;
 const EXTRA_DEPTH: f64 = 0.05;
 /// Maximum number of gap queries along a path; the bound proved so far is then taken.
 const MAX_QUERIES: usize = 16;
-
-/// Returns the stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
-///
-/// λ_a bounds the spectrum of the *assembled* system (1.3c): K = Σ K_K ≤ Σ κ_K 1_K = diag(λ_a m_a).
-pub(super) fn stable_steps<const D: usize, P: Potential<D>>(
-    gel: &DiscreteGel<D, P>,
-    stiffness: &[f64],
-    cfl: f64,
-) -> Vec<f64> {
-    let sum = |node| gel.star.of(node).iter().map(|element| stiffness[element.index()]).sum();
-    let limit_of = |a: usize| cfl * limit(sum(NodeId(a as u32)), gel.mass[a]);
-    let limits: Vec<f64> = (0..gel.mass.len()).map(limit_of).collect();
-    let least = |nodes: &[NodeId]| nodes.iter().map(|node| limits[node.index()]).fold(f64::INFINITY, f64::min);
-    (0..gel.potential.len() as u32).map(|element| least(gel.potential.nodes(ElementId(element)))).collect()
-}
-
-/// Returns the nodal stability limit 2/√λ_a, s, from Σ κ_K and m_a.
-#[inline]
-pub(super) fn limit(stiffness: f64, mass: f64) -> f64 {
-    2.0 / (stiffness / mass).sqrt()
-}
-
-/// Returns the nodal stability limit 2/√λ_a, s, summed over the elements of the node in ascending order (A8).
-pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
-    gel: &DiscreteGel<D, P>,
-    (stiffness, order): (&[f64], &ElementLayout),
-    node: NodeId,
-) -> f64 {
-    limit(gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(), gel.mass[node.index()])
-}
-
-/// Limits that contact sets to the steps around a node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ContactLimit {
-    /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
-    limit: f64,
-    /// True if a body is within an element's size.
-    is_near: bool,
-}
-
-/// Change of the step of a group at this tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct StepChange {
-    pub group: u32,
-    /// Time until the next own tick by the former step, ticks; 0 at the start.
-    pub planned: Tick,
-    /// Time until the next own tick by the new step, ticks.
-    pub ahead: Tick,
-}
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Updates the cost of one global stable step up to `tick`: its length is the smallest nodal limit so far.

@@ -18,6 +18,15 @@ use crate::fem::Potential;
 use crate::mesh::ElementId;
 use crate::state::Tick;
 
+/// Reason why the engine has stopped advancing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AdvanceOutcome {
+    /// The requested end time is reached.
+    End,
+    /// The mesh was distorted or due and has ended at a tick: positions and velocities are those of this instant.
+    Worn,
+}
+
 /// Largest angle that a tumbling body turns by in one step of its orientation, rad. At 0.05 the axis of a rod that
 /// spins at 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) by
 /// 2.5°.

@@ -95,3 +95,74 @@ impl<const D: usize> Workspace<D> {
         }
     }
 }
+
+/// Node with an impulse of pressure or contact, with its velocities before the element kicks and before that impulse.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ImpulseNode<const D: usize> {
+    pub node: NodeId,
+    pub before: Vector<D>,
+    pub kicked: Vector<D>,
+}
+
+/// Pressure load on a facet at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FacetLoad<const D: usize> {
+    nodes: Facet,
+    forces: [Vector<D>; 3],
+    /// Group of the element behind the facet.
+    group: usize,
+    /// Length of the kick, s: its trailing half, then the whole kick once the next step is known.
+    weight: f64,
+}
+
+impl<const D: usize> FacetLoad<D> {
+    /// Iterates over the nodes and the impulses on them, N·s.
+    fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
+        self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
+    }
+}
+
+/// Load stiffness that a pressure adds to an active element.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LoadStiffness {
+    /// Index of the loaded facet.
+    facet: usize,
+    /// Slot of the element behind the facet.
+    slot: usize,
+    /// Added stiffness, and the stiffness before this tick's pressures, N/m.
+    added: f64,
+    before: f64,
+}
+
+/// Responses of the elements of the active groups.
+#[derive(Debug)]
+pub(super) struct GroupResponses<const D: usize> {
+    pub elements: Vec<(ElementId, ElementResponse<D>)>,
+    /// Range of elements of each active group.
+    pub groups: Vec<Range<usize>>,
+}
+
+impl<const D: usize> Default for GroupResponses<D> {
+    fn default() -> Self {
+        Self { elements: vec![], groups: vec![] }
+    }
+}
+
+/// Limits that contact sets to the steps around a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ContactLimit {
+    /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
+    limit: f64,
+    /// True if a body is within an element's size.
+    is_near: bool,
+}
+
+/// Change of the step of a group at this tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct StepChange {
+    pub group: u32,
+    /// Time until the next own tick by the former step, ticks; 0 at the start.
+    pub planned: Tick,
+    /// Time until the next own tick by the new step, ticks.
+    pub ahead: Tick,
+}
