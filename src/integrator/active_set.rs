@@ -62,7 +62,7 @@ impl ActiveSet {
     }
 
     /// Inserts the nodes of a block; a full list is not extended.
-    fn insert_all(&mut self, nodes: impl Iterator<Item = usize>) {
+    pub fn insert_all(&mut self, nodes: impl Iterator<Item = usize>) {
         if self.listed_nodes().is_some() {
             nodes.for_each(|node| self.insert(node));
         } else {
@@ -100,7 +100,7 @@ impl ActiveSet {
 
     /// Returns true if one of these nodes is active.
     #[inline]
-    fn contains_any(&self, nodes: Range<usize>) -> bool {
+    pub fn contains_any(&self, nodes: Range<usize>) -> bool {
         self.all || self.marked[nodes].contains(&true)
     }
 

@@ -6,9 +6,10 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{ElementBlock, ElementBlocks, exceed_cache};
-use super::node_loop::RUN;
-use super::step_size;
+use super::active_set::{NODE_BATCH, TILE_NODES};
+use super::blocks::{ElementBlocks, exceed_cache};
+use super::stability::nodal_step_limit;
+use super::tile_overlap::PREFETCH_DISTANCE;
 use crate::fem::{LANES, NodeAccumulator};
 use crate::math::Vector;
 use crate::mesh::NodeId;
@@ -65,7 +66,7 @@ impl<const D: usize> NodalSums<D> {
         }
         // In a loop of its own, so that roots and divisions are vectorised.
         for i in 0..NODE_BATCH {
-            limit[i] = cfl * step_size::limit(parts[3][i], mass[i]);
+            limit[i] = cfl * nodal_step_limit(parts[3][i], mass[i]);
         }
         Self { parts, limit, moves: [false; NODE_BATCH], is_contiguous: false }
     }
@@ -123,7 +124,7 @@ impl NodeTile {
         let (overlaps, far) = (&blocks.overlaps[at], exceed_cache(blocks.n_nodes()));
         for (i, overlap) in overlaps.iter().enumerate() {
             if far && let Some(next) = overlaps.get(i + PREFETCH_DISTANCE) {
-                next.prefetch(blocks);
+                next.prefetch(&blocks.all[next.block as usize], &blocks.parts);
             }
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];

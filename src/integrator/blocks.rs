@@ -4,13 +4,13 @@
 //! sums the parts of the blocks around it in their order. No thread writes where another one reads, and no bit
 //! depends on the order of threads.
 
-use super::assembly::{NODE_BATCH, TileOverlap};
-use super::element_order::ElementLayout;
-use super::energy_residual::StepResidual;
-use super::node_loop::RUN;
+use super::active_set::NODE_BATCH;
+use super::element_block::{BlockActivity, ElementBlock, SweepCache, VisitMark};
+use super::element_order::{ElementLayout, SLOTS};
 use super::partial_block::GroupStar;
 use super::pool::PerThread;
-use super::step_size::RAISE_MARGIN;
+use super::step_monitor::StepMonitor;
+use super::tile_overlap::TileOverlap;
 use super::{DiscreteGel, TickGrid};
 use crate::fem::{Dissipation, ElementBatches, HistoryLanes, MAX_NODES, NodeAccumulator, NodeCache};
 use crate::fem::{Potential, rounding};
@@ -29,6 +29,10 @@ const CACHED_NODES: usize = 1 << 16;
 pub(super) fn exceed_cache(n_nodes: usize) -> bool {
     n_nodes > CACHED_NODES
 }
+
+/// Number of elements below which a tick is not shared among threads: some 100 µs of work. Ticks of elements that
+/// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
+pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
 /// Copy of a shared node in a block: the block, and the index of the entry of the node among all parts.
 #[derive(Debug, Clone, Copy)]
@@ -152,6 +156,17 @@ impl<const D: usize> ElementBlocks<D> {
         })
     }
 
+    /// Returns true if the moving blocks have enough elements to share a full tick among threads.
+    pub fn are_worth_sharing(&self) -> bool {
+        let moving = self.all.iter().filter(|block| block.is_moving());
+        moving.map(|block| block.n_elements).sum::<u64>() > MIN_SHARED_ELEMENTS
+    }
+
+    /// Returns true if no block moves and no step of one may be raised.
+    pub fn are_still(&self) -> bool {
+        self.all.iter().all(|block| !block.is_moving() && !block.restless)
+    }
+
     /// Returns the number of nodes of all blocks.
     pub fn n_nodes(&self) -> usize {
         self.start.len() - 1
@@ -171,8 +186,7 @@ impl<const D: usize> ElementBlocks<D> {
         all.steps = (least, most);
         all.lengths = steps.fold(0, |all, step| all | step);
         all.active_stars.clear();
-        front.hold_range = (grid.time(most), RAISE_MARGIN * grid.time(least));
-        front.node_hold_ranges.clear();
+        front.hold(grid.time(least), grid.time(most));
         if least < most {
             front.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
         }
@@ -232,11 +246,7 @@ impl<const D: usize> ElementBlocks<D> {
             let own = 4 * block.nodes.capacity();
             size_of::<ElementBlock>() + own + block.active_stars.values().map(GroupStar::bytes).sum::<usize>()
         };
-        let fronts = self
-            .fronts
-            .iter()
-            .map(|front| size_of::<StepMonitor>() + 16 * front.node_hold_ranges.capacity())
-            .sum::<usize>();
+        let fronts = self.fronts.iter().map(StepMonitor::bytes).sum::<usize>();
         let parts = size_of::<NodeAccumulator>() * self.parts.len() + fronts;
         self.lanes.bytes()
             + size_of_val(self.memory.as_slice())
@@ -252,4 +262,3 @@ impl<const D: usize> ElementBlocks<D> {
 pub(super) fn group_range(block: usize, groups: usize, all: usize) -> Range<usize> {
     block * groups..all.min((block + 1) * groups)
 }
-

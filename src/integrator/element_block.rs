@@ -94,13 +94,13 @@ impl Default for BlockReport {
 
 /// Mark of the last visit to a node: the block, counted from 1, and the local number there.
 #[derive(Debug, Clone, Copy, Default)]
-struct VisitMark {
-    block: u32,
-    number: u16,
+pub(super) struct VisitMark {
+    pub block: u32,
+    pub number: u16,
 }
 
 impl ElementBlock {
-    fn new<const D: usize, P: Potential<D>>(
+    pub fn new<const D: usize, P: Potential<D>>(
         gel: &DiscreteGel<D, P>,
         slots: &[Option<ElementId>],
         local: &mut [[u16; MAX_NODES]],
@@ -155,7 +155,7 @@ impl ElementBlock {
     }
 
     /// Returns true if all steps hold unless a node finds a new limit: all groups have begun, and no step is about to rise.
-    fn may_hold_steps(&self) -> bool {
+    pub fn may_hold_steps(&self) -> bool {
         self.contributes() && !self.restless && self.steps.0 > 0
     }
 
@@ -188,7 +188,7 @@ pub(super) struct StepResidual {
 
 impl StepResidual {
     /// Adds the residual of another block.
-    fn merge(mut self, other: &Self) -> Self {
+    pub fn merge(mut self, other: &Self) -> Self {
         self.residual += other.residual;
         self.spent += other.spent;
         self

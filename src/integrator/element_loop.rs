@@ -3,10 +3,9 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{
-    BlockActivity, BlockReport, ElementBlock, ElementBlocks, SLOTS, SweepCache, exceed_cache, group_range,
-};
-use super::element_order::ElementLayout;
+use super::blocks::{ElementBlocks, exceed_cache, group_range};
+use super::element_block::{BlockActivity, BlockReport, ElementBlock, SweepCache};
+use super::element_order::{ElementLayout, SLOTS};
 use super::partial_block::GroupStar;
 use super::pool::{SplitWork, share_work};
 use super::substep::{MeshPhase, TickContext};
@@ -68,10 +67,6 @@ impl SplitWork for ElementLoopOutput<'_> {
 
 /// SIMD batches per block.
 const BATCHES_PER_BLOCK: usize = SLOTS / LANES;
-
-/// Number of elements below which a tick is not shared among threads: some 100 µs of work. Ticks of elements that
-/// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
-pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
 impl<const D: usize> ElementBlocks<D> {
     /// Finds the active groups of every block; returns the number of elements to sweep.

@@ -4,7 +4,6 @@
 //! as in the paper, every patch is a group of its own. Within a block, patches of nearly equal limits are adjacent:
 //! the first patch of a group whose limit falls below the step shortens the step of the others.
 
-use super::blocks::SLOTS;
 use crate::fem::{Potential, max_patch_size};
 use crate::mesh::ElementId;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Conditions that end a mesh, or the integration of the gel.
 
-use super::exit::ExitRule;
+use super::ExitRule;
 use crate::state::Tick;
 
 /// End conditions of a mesh.
@@ -9,7 +9,7 @@ pub(super) struct EndConditions {
     /// Distortion limits; `None` if the mesh never ends by them.
     pub wear: Option<DistortionLimits>,
     /// Ticks at or after which the mesh ends, distorted or not, ascending.
-    at: Vec<Tick>,
+    pub at: Vec<Tick>,
     /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
     pub exits: Option<ExitRule>,
 }

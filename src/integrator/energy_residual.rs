@@ -1,6 +1,7 @@
 //! Energy residuals of the steps, and the update of the clocks of active groups (numerics A6).
 
-use super::blocks::{ElementBlock, ElementBlocks};
+use super::blocks::ElementBlocks;
+use super::element_block::{ElementBlock, StepResidual};
 use super::element_loop::count_for_share;
 use super::pool::{SplitWork, share_work};
 use super::substep::{MeshPhase, TickContext};

@@ -33,7 +33,7 @@ impl Default for KickSums {
 
 impl KickSums {
     /// Adds the sums of other nodes.
-    fn merge(self, other: &Self) -> Self {
+    pub fn merge(self, other: &Self) -> Self {
         Self {
             limit: self.limit.min(other.limit),
             work: self.work + other.work,

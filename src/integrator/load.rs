@@ -1,10 +1,10 @@
 //! Pressure loads on faces of the gel: each loaded facet is kicked at the ticks of the element behind it, as part of
 //! that element's energy (numerics A6). The work of the pressures is booked.
 
-use super::SteppingSchedule;
-use super::blocks::SLOTS;
-use super::engine::Engine;
-use super::kick::ConstraintReaction;
+use super::element_order::SLOTS;
+use super::kick_sums::ConstraintReaction;
+use super::system::DiscreteSystem;
+use super::workspace::{FacetLoad, LoadStiffness};
 use crate::fem::{Potential, Section, push};
 use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -101,168 +101,158 @@ impl PressureLoads {
     }
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Returns true if any pressure acts on the gel.
-    pub(super) fn is_loaded(&self) -> bool {
-        !self.gel.loads.facets.is_empty()
+/// Finds the pressure loads of the facets of active elements and adds their load stiffness; called before the
+/// clocks are set.
+pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    system.workspace.pushed.clear();
+    system.workspace.stiffer.clear();
+    if !system.is_loaded() {
+        return;
     }
-
-    /// Finds the pressure loads of the facets of active elements and adds their load stiffness; called before the
-    /// clocks are set.
-    pub(super) fn find_loads(&mut self, tick: Tick) {
-        self.scratch.pushed.clear();
-        self.scratch.stiffer.clear();
-        if !self.is_loaded() {
-            return;
+    let (gel, time) = (system.model.gel.clone(), system.model.grid.time(tick));
+    let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
+    for (facet, loaded) in gel.loads.facets.iter().enumerate() {
+        let group = system.model.layout.group(loaded.behind);
+        if is_group_active(system, group, tick) {
+            let slot = system.model.layout.slot(loaded.behind);
+            let (pushed, added) = find_load(system, loaded, &now, group, tick).unzip();
+            system.workspace.pushed.extend(pushed);
+            let (added, before) = (added.unwrap_or(0.0), system.state.stiffness[slot]);
+            system.workspace.stiffer.push(LoadStiffness { facet, slot, added, before });
         }
-        let (gel, time) = (self.gel.clone(), self.grid.time(tick));
-        let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
-        for (facet, loaded) in gel.loads.facets.iter().enumerate() {
-            let group = self.order.group(loaded.behind);
-            if self.is_group_active(group, tick) {
-                let slot = self.order.slot(loaded.behind);
-                let (pushed, added) = self.find_load(loaded, &now, group, tick).unzip();
-                self.scratch.pushed.extend(pushed);
-                let (added, before) = (added.unwrap_or(0.0), self.state.stiffness[slot]);
-                self.scratch.stiffer.push(LoadStiffness { facet, slot, added, before });
+    }
+    add_load_stiffness(system);
+}
+
+/// Finds the pressure load of a facet, and the stiffness that it adds to the element behind the facet, N/m.
+fn find_load<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    loaded: &LoadedFacet,
+    now: &[f64],
+    group: usize,
+    tick: Tick,
+) -> Option<(FacetLoad<D>, f64)> {
+    let (loads, time) = (&system.model.gel.loads, system.model.grid.time(tick));
+    let corners = loaded.facet.map(|node| system.position_at(node, time));
+    let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
+    let (pressure, growth) = loads.pressure(loaded.mark, now, middle[D - 1]);
+    if pressure == 0.0 {
+        return None;
+    }
+    let push = push(loads.section, &corners);
+    // f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D: its derivative through p′ has the norm p′A|w|/√D ≤
+    // p′A/√D.
+    let area = push.forces.iter().sum::<Vector<D>>().norm();
+    let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
+    let (forces, weight) = (push.forces.map(|force| force * pressure), system.owed(group, tick));
+    Some((FacetLoad { nodes: loaded.facet, forces, group, weight }, added))
+}
+
+/// Returns true if a group is active at this tick; called before the clocks are set.
+fn is_group_active<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize, tick: Tick) -> bool {
+    match system.blocks {
+        Some(_) => system.tick_context(tick).fires(system.state.clocks[group].step),
+        None => system.workspace.due.binary_search(&(group as u32)).is_ok(),
+    }
+}
+
+/// Adds the load stiffness of pressures to the stiffness of active elements. Elements of a block at rest were not
+/// swept: they take the stiffness of their last sweep without the former load stiffness, as a sweep now or a
+/// restart would give.
+pub(super) fn add_load_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let stiffness = &mut system.state.stiffness;
+    if let Some(blocks) = &mut system.blocks {
+        for stiffer in &system.workspace.stiffer {
+            let (found, stored) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
+            if blocks.all[stiffer.slot / SLOTS].report.is_some() {
+                *found = *stored;
             }
         }
-        self.add_load_stiffness();
-    }
-
-    /// Finds the pressure load of a facet, and the stiffness that it adds to the element behind the facet, N/m.
-    fn find_load(&self, loaded: &LoadedFacet, now: &[f64], group: usize, tick: Tick) -> Option<(FacetLoad<D>, f64)> {
-        let (loads, time) = (&self.gel.loads, self.grid.time(tick));
-        let corners = loaded.facet.map(|node| self.position_at(node, time));
-        let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
-        let (pressure, growth) = loads.pressure(loaded.mark, now, middle[D - 1]);
-        if pressure == 0.0 {
-            return None;
-        }
-        let push = push(loads.section, &corners);
-        // f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D: its derivative through p′ has the norm p′A|w|/√D ≤
-        // p′A/√D.
-        let area = push.forces.iter().sum::<Vector<D>>().norm();
-        let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
-        let (forces, weight) = (push.forces.map(|force| force * pressure), self.owed(group, tick));
-        Some((FacetLoad { nodes: loaded.facet, forces, group, weight }, added))
-    }
-
-    /// Returns true if a group is active at this tick; called before the clocks are set.
-    fn is_group_active(&self, group: usize, tick: Tick) -> bool {
-        match self.blocks {
-            Some(_) => self.tick_context(tick).fires(self.state.clocks[group].step),
-            None => self.scratch.due.binary_search(&(group as u32)).is_ok(),
+        let is_unswept = |stiffer: &&LoadStiffness| blocks.all[stiffer.slot / SLOTS].report.is_none();
+        for stiffer in system.workspace.stiffer.iter().filter(is_unswept) {
+            stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
         }
     }
-
-    /// Returns the trailing half of the kick of an active group, which belongs to the step behind, s; called before
-    /// the clocks are set.
-    pub(super) fn owed(&self, group: usize, tick: Tick) -> f64 {
-        self.grid.length(match self.rules.schedule {
-            SteppingSchedule::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
-            SteppingSchedule::Bins | SteppingSchedule::Global => {
-                self.tick_context(tick).owed(self.state.clocks[group].step)
-            }
-        })
+    for stiffer in &system.workspace.stiffer {
+        stiffness[stiffer.slot] += stiffer.added;
     }
+    sum_nodal_stiffness(system);
+}
 
-    /// Adds the load stiffness of pressures to the stiffness of active elements. Elements of a block at rest were not
-    /// swept: they take the stiffness of their last sweep without the former load stiffness, as a sweep now or a
-    /// restart would give.
-    pub(super) fn add_load_stiffness(&mut self) {
-        let stiffness = &mut self.state.stiffness;
-        if let Some(blocks) = &mut self.blocks {
-            for stiffer in &self.scratch.stiffer {
-                let (found, stored) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
-                if blocks.all[stiffer.slot / SLOTS].report.is_some() {
-                    *found = *stored;
-                }
-            }
-            let is_unswept = |stiffer: &&LoadStiffness| blocks.all[stiffer.slot / SLOTS].report.is_none();
-            for stiffer in self.scratch.stiffer.iter().filter(is_unswept) {
-                stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
-            }
+/// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and requests a step check
+/// around blocks at rest.
+fn sum_nodal_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let (Some(blocks), stiffness) = (&mut system.blocks, &system.state.stiffness) else { return };
+    let mut stiffened = std::mem::take(&mut system.workspace.stiffened);
+    for stiffer in &system.workspace.stiffer {
+        let (block, behind) = (stiffer.slot / SLOTS, system.model.gel.loads.facets[stiffer.facet].behind);
+        // A sweep leaves out the load stiffness of the tick before.
+        let (is_at_rest, was_swept) = (!blocks.all[block].is_moving(), blocks.all[block].report.is_some());
+        if stiffness[stiffer.slot] == stiffer.before && !(is_at_rest && was_swept) {
+            continue;
         }
-        for stiffer in &self.scratch.stiffer {
-            stiffness[stiffer.slot] += stiffer.added;
-        }
-        self.sum_nodal_stiffness();
-    }
-
-    /// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and requests a step check
-    /// around blocks at rest.
-    fn sum_nodal_stiffness(&mut self) {
-        let (Some(blocks), stiffness) = (&mut self.blocks, &self.state.stiffness) else { return };
-        let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
-        for stiffer in &self.scratch.stiffer {
-            let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
-            // A sweep leaves out the load stiffness of the tick before.
-            let (is_at_rest, was_swept) = (!blocks.all[block].is_moving(), blocks.all[block].report.is_some());
-            if stiffness[stiffer.slot] == stiffer.before && !(is_at_rest && was_swept) {
-                continue;
-            }
-            stiffened.push(block);
-            if is_at_rest {
-                self.gel.potential.nodes(behind).iter().for_each(|node| blocks.request_check_around(node.index()));
-            }
-        }
-        stiffened.sort_unstable();
-        stiffened.dedup();
-        for block in stiffened.drain(..) {
-            let (groups, own) = (blocks.groups_of(block), &blocks.all[block]);
-            let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
-            blocks.lanes.sum_stiffness(groups, &stiffness[block * SLOTS..], part);
-        }
-        self.scratch.stiffened = stiffened;
-    }
-
-    /// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.
-    pub(super) fn press(&mut self, tick: Tick) {
-        if self.scratch.pushed.is_empty() {
-            return;
-        }
-        let (gel, freedom, mut taken) = (self.gel.clone(), self.freedom(), ConstraintReaction::default());
-        let mut pushed = std::mem::take(&mut self.scratch.pushed);
-        for pushed in &mut pushed {
-            pushed.weight += 0.5 * self.grid.time(self.ahead(pushed.group, tick));
-            for (node, impulse) in pushed.impulses() {
-                let (a, push) = (node.index(), embed(&impulse));
-                self.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
-                let at = embed(&self.state.position[a]);
-                taken.add(&gel.free(a), freedom, (at, push));
-                self.state.ledger.momentum.load += freedom.translation(&push);
-                self.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
-                self.state.record.pressed += push.norm();
-            }
-        }
-        taken.post(&mut self.state.ledger);
-        self.scratch.pushed = pushed;
-    }
-
-    /// Iterates over the nodes of the loaded facets of this tick.
-    pub(super) fn pressed(&self) -> impl Iterator<Item = NodeId> + '_ {
-        self.scratch.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
-    }
-
-    /// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
-    /// that was still is not active.
-    fn velocity_before_loads(&self, node: NodeId) -> Vector<D> {
-        match self.scratch.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
-            Ok(at) if self.blocks.is_some() => self.scratch.carriers[at].before,
-            _ => self.scratch.before[node.index()],
+        stiffened.push(block);
+        if is_at_rest {
+            system.model.gel.potential.nodes(behind).iter().for_each(|node| blocks.request_check_around(node.index()));
         }
     }
-
-    /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
-    pub(super) fn book_loads(&mut self) {
-        let work = |(node, impulse): (NodeId, Vector<D>)| {
-            let velocity_sum = self.velocity_before_loads(node) + self.state.velocity[node.index()];
-            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&velocity_sum)
-        };
-        let work: f64 = self.scratch.pushed.iter().flat_map(FacetLoad::impulses).map(work).sum();
-        self.state.ledger.energy.load += work;
+    stiffened.sort_unstable();
+    stiffened.dedup();
+    for block in stiffened.drain(..) {
+        let (groups, own) = (blocks.groups_of(block), &blocks.all[block]);
+        let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
+        blocks.lanes.sum_stiffness(groups, &stiffness[block * SLOTS..], part);
     }
+    system.workspace.stiffened = stiffened;
+}
+
+/// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.
+pub(super) fn press<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    if system.workspace.pushed.is_empty() {
+        return;
+    }
+    let (gel, freedom, mut taken) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
+    let mut pushed = std::mem::take(&mut system.workspace.pushed);
+    for pushed in &mut pushed {
+        pushed.weight += 0.5 * system.model.grid.time(system.ahead(pushed.group, tick));
+        for (node, impulse) in pushed.impulses() {
+            let (a, push) = (node.index(), embed(&impulse));
+            system.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
+            let at = embed(&system.state.position[a]);
+            taken.add(&gel.free(a), freedom, (at, push));
+            system.state.ledger.momentum.load += freedom.translation(&push);
+            system.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
+            system.state.record.pressed += push.norm();
+        }
+    }
+    taken.post(&mut system.state.ledger);
+    system.workspace.pushed = pushed;
+}
+
+/// Iterates over the nodes of the loaded facets of this tick.
+pub(super) fn pressed<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+) -> impl Iterator<Item = NodeId> + '_ {
+    system.workspace.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
+}
+
+/// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
+/// that was still is not active.
+fn velocity_before_loads<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> Vector<D> {
+    match system.workspace.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
+        Ok(at) if system.blocks.is_some() => system.workspace.carriers[at].before,
+        _ => system.workspace.before[node.index()],
+    }
+}
+
+/// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
+pub(super) fn book_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let work = |(node, impulse): (NodeId, Vector<D>)| {
+        let velocity_sum = velocity_before_loads(system, node) + system.state.velocity[node.index()];
+        0.5 * impulse.component_mul(&system.model.gel.free(node.index())).dot(&velocity_sum)
+    };
+    let work: f64 = system.workspace.pushed.iter().flat_map(FacetLoad::impulses).map(work).sum();
+    system.state.ledger.energy.load += work;
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@
 //! brought a body near. A skipped node is proved to be out of reach, so no result depends on the list. The same bound
 //! skips the facets around a node, and the distortion check of elements whose nodes have not moved far enough.
 
-use super::gel::ContactSurface;
-use super::node_loop::RUN;
+use super::ContactSurface;
+use super::active_set::RUN;
 use crate::contact::{BodyState, RigidBody};
 use crate::math::Vector3;
 use crate::mesh::NodeId;

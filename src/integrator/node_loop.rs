@@ -2,13 +2,15 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::assembly::{NODE_BATCH, NodalSums, NodeTile, StepRule, TILE_NODES};
-use super::blocks::{BlockActivity, ElementBlocks};
-use super::damping::DampingLoss;
-use super::engine::Engine;
-use super::kick::ConstraintReaction;
+use super::active_set::{ActiveSet, NODE_BATCH, RUN, TILE_NODES};
+use super::assembly::{NodalSums, NodeTile, StepRule};
+use super::blocks::ElementBlocks;
+use super::element_block::BlockActivity;
+use super::kick_sums::KickSums;
+use super::node_chunks::NodeChunks;
 use super::node_update::NodeUpdate;
-use super::pool::{SplitWork, share_work};
+use super::pool::share_work;
+use super::system::DiscreteSystem;
 use crate::fem::{Potential, on};
 use crate::math::Vector;
 use crate::state::Tick;
@@ -46,89 +48,91 @@ impl<const D: usize> NodeChunks<'_, D> {
     }
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Collects the nodes of the active blocks that are not known to be at rest.
-    pub(super) fn find_active(&mut self) {
-        let Some(blocks) = &mut self.blocks else { return };
-        let active = &mut self.scratch.active;
-        active.clear();
-        for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.prepare(block);
-        }
-        active.all =
-            blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == BlockActivity::All && front.gives);
-        if active.all {
-            return;
-        }
-        for block in blocks.all.iter().filter(|block| block.contributes()) {
-            active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
-        }
-        for block in blocks.all.iter_mut().filter(|block| block.due != BlockActivity::Nothing && !block.contributes()) {
-            block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
-        }
+/// Collects the nodes of the active blocks that are not known to be at rest.
+pub(super) fn find_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let Some(blocks) = &mut system.blocks else { return };
+    let active = &mut system.workspace.active;
+    active.clear();
+    for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
+        front.prepare(block);
     }
+    active.all =
+        blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == BlockActivity::All && front.gives);
+    if active.all {
+        return;
+    }
+    for block in blocks.all.iter().filter(|block| block.contributes()) {
+        active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
+    }
+    for block in blocks.all.iter_mut().filter(|block| block.due != BlockActivity::Nothing && !block.contributes()) {
+        block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
+    }
+}
 
-    /// Drifts the active nodes without a kick.
-    pub(super) fn drift_active(&mut self, tick: Tick) {
-        let active = &self.scratch.active;
-        for (node, last) in self.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
-            let passed = self.grid.time(tick - *last);
-            self.state.position[node] += self.state.velocity[node] * passed;
-            *last = tick;
-        }
+/// Drifts the active nodes without a kick.
+pub(super) fn drift_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let active = &system.workspace.active;
+    for (node, last) in system.clock.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
+        let passed = system.model.grid.time(tick - *last);
+        system.state.position[node] += system.state.velocity[node] * passed;
+        *last = tick;
     }
+}
 
-    /// Drifts the active nodes, finds their stable limits, kicks and damps them.
-    ///
-    /// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
-    /// directions take the rest as reactions.
-    pub(super) fn update_nodes(&mut self, tick: Tick) -> KickSums {
-        let (gel, freedom) = (self.gel.clone(), self.freedom());
-        let (grid, leading_share, damping_rate) = (self.grid, self.leading_share(), self.rules.damping);
-        self.update_active_nodes(&NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
-    }
+/// Drifts the active nodes, finds their stable limits, kicks and damps them.
+///
+/// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
+/// directions take the rest as reactions.
+pub(super) fn update_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    let (gel, freedom) = (system.model.gel.clone(), system.freedom());
+    let (grid, leading_share, damping_rate) =
+        (system.model.grid, system.leading_share(), system.model.settings.damping);
+    update_active_nodes(system, &NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
+}
 
-    /// Updates the active nodes batch by batch; the sums do not depend on the threads.
-    fn update_active_nodes(&mut self, update: &NodeUpdate<'_, D, P>) -> KickSums {
-        let pool = self.pool.clone().filter(|_| self.is_worth_sharing());
-        let blocks = self.blocks.take().expect("the fast form has blocks");
-        let (state, scratch) = (&mut self.state, &mut self.scratch);
-        let level = blocks.level;
-        let few = scratch.active.listed_nodes();
-        let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
-        scratch.sums.resize(n_chunks, KickSums::default());
-        let mut all = NodeChunks {
-            first: 0,
-            position: &mut state.position,
-            velocity: &mut state.velocity,
-            before: &mut scratch.before,
-            last: &mut self.last,
-            limit: &mut scratch.limit,
-            excess: &mut state.excess,
-            decay: &mut scratch.decay,
-            sums: &mut scratch.sums,
-        };
-        let (active, mut total) = (&scratch.active, KickSums::default());
-        let rule = StepRule { mass: &update.gel.mass, cfl: self.rules.cfl };
-        if let Some(few) = few {
-            for some in few.chunks(NODE_BATCH) {
-                let mut nodes = [0; NODE_BATCH];
-                nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
-                let nodes = &nodes[..some.len()];
-                let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
-                update.apply(&mut all, nodes, &mut nodal, &mut total);
-                total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
-                nodal.notify_blocks(nodes, &blocks);
-            }
-        } else {
-            share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
-                on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
-            });
-            total = scratch.sums.iter().fold(total, KickSums::merge);
+/// Updates the active nodes batch by batch; the sums do not depend on the threads.
+fn update_active_nodes<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    update: &NodeUpdate<'_, D, P>,
+) -> KickSums {
+    let pool = system.pool.clone().filter(|_| system.is_worth_sharing());
+    let blocks = system.blocks.take().expect("the fast form has blocks");
+    let (state, scratch) = (&mut system.state, &mut system.workspace);
+    let level = blocks.level;
+    let few = scratch.active.listed_nodes();
+    let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
+    scratch.sums.resize(n_chunks, KickSums::default());
+    let mut all = NodeChunks {
+        first: 0,
+        position: &mut state.position,
+        velocity: &mut state.velocity,
+        before: &mut scratch.before,
+        last: &mut system.clock.last,
+        limit: &mut scratch.limit,
+        excess: &mut state.excess,
+        decay: &mut scratch.decay,
+        sums: &mut scratch.sums,
+    };
+    let (active, mut total) = (&scratch.active, KickSums::default());
+    let rule = StepRule { mass: &update.gel.mass, cfl: system.model.settings.cfl };
+    if let Some(few) = few {
+        for some in few.chunks(NODE_BATCH) {
+            let mut nodes = [0; NODE_BATCH];
+            nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
+            let nodes = &nodes[..some.len()];
+            let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+            update.apply(&mut all, nodes, &mut nodal, &mut total);
+            total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
+            nodal.notify_blocks(nodes, &blocks);
         }
-        self.blocks = Some(blocks);
-        total
+    } else {
+        share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
+            on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
+        });
+        total = scratch.sums.iter().fold(total, KickSums::merge);
     }
+    system.blocks = Some(blocks);
+    total
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::assembly::{FULL_BATCH, NODE_BATCH, NodalSums};
-use super::damping::decay;
-use super::node_loop::{KickSums, NodeChunks};
+use super::active_set::NODE_BATCH;
+use super::assembly::{FULL_BATCH, NodalSums};
+use super::kick_sums::{KickSums, decay};
+use super::node_chunks::NodeChunks;
 use super::{DiscreteGel, TickGrid};
 use crate::contact::FreeDirections;
 use crate::fem::Potential;

@@ -19,6 +19,12 @@ pub struct IntegratorSettings {
     pub damping: f64,
 }
 
+/// Error: a stable step is unusable, because it is not a number, is shorter than a tick or exceeds [`MOST_TICKS`](crate::state::MOST_TICKS)
+/// ticks.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "the stable step of an element is {step:e} s: the ratio of stiffness to mass is out of range, or there is no \
+     element"
 )]
 pub struct UnusableStep {
     /// Stable step, s.

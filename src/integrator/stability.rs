@@ -1,8 +1,8 @@
 //! Stable time step of the assembled system: the nodal rule of the critical step (numerics 1.3).
 
 use super::element_order::ElementLayout;
-use super::settings::UnusableStep;
-use super::{DiscreteGel, TickGrid};
+use super::neighbour_list::least;
+use super::{DiscreteGel, TickGrid, UnusableStep};
 use crate::fem::Potential;
 use crate::mesh::{ElementId, NodeId};
 
@@ -15,7 +15,7 @@ pub(super) fn stable_steps<const D: usize, P: Potential<D>>(
     cfl: f64,
 ) -> Vec<f64> {
     let sum = |node| gel.star.of(node).iter().map(|element| stiffness[element.index()]).sum();
-    let limit_of = |a: usize| cfl * limit(sum(NodeId(a as u32)), gel.mass[a]);
+    let limit_of = |a: usize| cfl * nodal_step_limit(sum(NodeId(a as u32)), gel.mass[a]);
     let limits: Vec<f64> = (0..gel.mass.len()).map(limit_of).collect();
     let least = |nodes: &[NodeId]| nodes.iter().map(|node| limits[node.index()]).fold(f64::INFINITY, f64::min);
     (0..gel.potential.len() as u32).map(|element| least(gel.potential.nodes(ElementId(element)))).collect()
@@ -23,7 +23,7 @@ pub(super) fn stable_steps<const D: usize, P: Potential<D>>(
 
 /// Returns the nodal stability limit 2/√λ_a, s, from Σ κ_K and m_a.
 #[inline]
-pub(super) fn limit(stiffness: f64, mass: f64) -> f64 {
+pub(super) fn nodal_step_limit(stiffness: f64, mass: f64) -> f64 {
     2.0 / (stiffness / mass).sqrt()
 }
 
@@ -33,7 +33,10 @@ pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
     (stiffness, order): (&[f64], &ElementLayout),
     node: NodeId,
 ) -> f64 {
-    limit(gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(), gel.mass[node.index()])
+    nodal_step_limit(
+        gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(),
+        gel.mass[node.index()],
+    )
 }
 
 /// Returns the given grid, or a new one for these stable steps, s, and the shortest step, ticks.

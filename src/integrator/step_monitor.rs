@@ -54,6 +54,17 @@ impl StepMonitor {
         }
     }
 
+    /// Sets the limits of any node that change no step, from the least and greatest step of the block, s.
+    pub fn hold(&mut self, least: f64, most: f64) {
+        self.hold_range = (most, RAISE_MARGIN * least);
+        self.node_hold_ranges.clear();
+    }
+
+    /// Returns the memory held, bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + 16 * self.node_hold_ranges.capacity()
+    }
+
     /// Prepares the monitor at the start of the node loop of a tick.
     pub fn prepare(&mut self, block: &ElementBlock) {
         self.gives = block.contributes();

@@ -12,7 +12,7 @@ use std::ops::Range;
 /// Overlap of a block and a tile of nodes: the local number of the first common node and their count.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TileOverlap {
-    block: u32,
+    pub block: u32,
     first: u16,
     n: u16,
 }
@@ -34,11 +34,10 @@ impl TileOverlap {
 
     /// Prefetches the data of the block for these nodes.
     #[inline(always)]
-    fn prefetch<const D: usize>(self, blocks: &ElementBlocks<D>) {
-        let block = &blocks.all[self.block as usize];
+    pub fn prefetch(self, block: &ElementBlock, parts: &[NodeAccumulator]) {
         // About one prefetch per cache line.
         for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeAccumulator>()) {
-            prefetch_index(&blocks.parts, block.first + number);
+            prefetch_index(parts, block.first + number);
         }
         for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeId>()) {
             prefetch_index(&block.nodes, number);
@@ -46,7 +45,7 @@ impl TileOverlap {
     }
 
     /// Returns the local numbers of the nodes in the block.
-    fn numbers(self) -> Range<usize> {
+    pub fn numbers(self) -> Range<usize> {
         let first = usize::from(self.first);
         first..first + usize::from(self.n)
     }
@@ -56,4 +55,4 @@ impl TileOverlap {
 const CACHE_LINE: usize = 64;
 
 /// Prefetch distance in overlaps; 1 to 12 perform equally.
-const PREFETCH_DISTANCE: usize = 3;
+pub(super) const PREFETCH_DISTANCE: usize = 3;

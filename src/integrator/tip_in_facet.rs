@@ -2,8 +2,8 @@
 //! node (numerics 2.6).
 
 use super::contact_solver::SLOP;
-use super::engine::Engine;
 use super::facet::outward_normal;
+use super::system::DiscreteSystem;
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance as _};
@@ -36,34 +36,33 @@ pub(super) struct TipPenetration {
     inner: Vector3,
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Finds where the line from a pole of the body inwards leaves the gel through this facet; the deepest of
-    /// several.
-    pub(super) fn find_penetration(
-        &self,
-        facet: ElementId,
-        rigid: &RigidBody,
-        state: &BodyState,
-    ) -> Option<TipPenetration> {
-        let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, state.time)));
-        let poles = rigid.shape.poles().iter();
-        let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
-        let penetrations =
-            poles.filter_map(|pole| intersect_facet::<D>(&corners, &to_world(&pole.end), &to_world(&pole.inner)));
-        penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
-    }
+/// Finds where the line from a pole of the body inwards leaves the gel through this facet; the deepest of
+/// several.
+pub(super) fn find_penetration<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    facet: ElementId,
+    rigid: &RigidBody,
+    state: &BodyState,
+) -> Option<TipPenetration> {
+    let corners =
+        system.model.gel.surface.facets[facet.index()].map(|node| embed(&system.position_at(node, state.time)));
+    let poles = rigid.shape.poles().iter();
+    let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
+    let penetrations =
+        poles.filter_map(|pole| intersect_facet::<D>(&corners, &to_world(&pole.end), &to_world(&pole.inner)));
+    penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
+}
 
-    /// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
-    pub(super) fn find_tip_contact(
-        &self,
-        facet: ElementId,
-        size: f64,
-        rigid: &RigidBody,
-        state: &BodyState,
-    ) -> Option<TipPenetration> {
-        let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
-        self.find_penetration(facet, rigid, state).filter(is_deep)
-    }
+/// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
+pub(super) fn find_tip_contact<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    facet: ElementId,
+    size: f64,
+    rigid: &RigidBody,
+    state: &BodyState,
+) -> Option<TipPenetration> {
+    let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
+    find_penetration(system, facet, rigid, state).filter(is_deep)
 }
 
 /// Returns the depth behind a facet at which a pole of the body is met, m. A sharp pole, into which a ball of half

@@ -1,17 +1,16 @@
 //! Workspace of a tick: buffers that are reused from tick to tick.
 
+use super::active_set::ActiveSet;
 use super::contact_solver::ContactPoint;
-use super::kick::ImpulseNode;
-use super::load::{FacetLoad, LoadStiffness};
-use super::node_loop::{ActiveSet, KickSums};
-use super::reference::GroupResponses;
-use super::step_size::{ContactLimit, StepChange};
+use super::kick_sums::KickSums;
 use super::symmetry_contact::SymmetryContact;
 use crate::contact::BodyState;
-use crate::fem::GroupResponse;
+use crate::fem::{ElementResponse, GroupResponse};
 use crate::geometry::Gap;
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::{ElementId, Facet, NodeId};
+use crate::state::Tick;
+use std::ops::Range;
 
 /// Workspace of a tick; no result depends on the contents from an earlier tick.
 #[derive(Debug, Default)]
@@ -107,17 +106,17 @@ pub(super) struct ImpulseNode<const D: usize> {
 /// Pressure load on a facet at a tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FacetLoad<const D: usize> {
-    nodes: Facet,
-    forces: [Vector<D>; 3],
+    pub nodes: Facet,
+    pub forces: [Vector<D>; 3],
     /// Group of the element behind the facet.
-    group: usize,
+    pub group: usize,
     /// Length of the kick, s: its trailing half, then the whole kick once the next step is known.
-    weight: f64,
+    pub weight: f64,
 }
 
 impl<const D: usize> FacetLoad<D> {
     /// Iterates over the nodes and the impulses on them, N·s.
-    fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
+    pub fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
         self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
     }
 }
@@ -126,12 +125,12 @@ impl<const D: usize> FacetLoad<D> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LoadStiffness {
     /// Index of the loaded facet.
-    facet: usize,
+    pub facet: usize,
     /// Slot of the element behind the facet.
-    slot: usize,
+    pub slot: usize,
     /// Added stiffness, and the stiffness before this tick's pressures, N/m.
-    added: f64,
-    before: f64,
+    pub added: f64,
+    pub before: f64,
 }
 
 /// Responses of the elements of the active groups.
@@ -152,9 +151,9 @@ impl<const D: usize> Default for GroupResponses<D> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ContactLimit {
     /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
-    limit: f64,
+    pub limit: f64,
     /// True if a body is within an element's size.
-    is_near: bool,
+    pub is_near: bool,
 }
 
 /// Change of the step of a group at this tick.
