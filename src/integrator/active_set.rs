@@ -2,6 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
+use crate::contact::NODE_RUN;
 use crate::fem::LANES;
 use std::ops::Range;
 
@@ -17,7 +18,7 @@ pub(super) const TILE_NODES: usize = 256;
 const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
 /// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (numerics A9).
-pub(super) const RUN: usize = 1024;
+pub(super) const RUN: usize = NODE_RUN;
 
 /// Number of active nodes from which on the loop runs over all nodes, in chunks that threads share, and not over a
 /// list.
@@ -108,5 +109,33 @@ impl ActiveSet {
     #[inline]
     pub fn has(&self, node: usize) -> bool {
         self.all || self.marked[node]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn active_set_holds_many_nodes_as_it_holds_few() {
+        let n_nodes = 3 * LIST_CAPACITY;
+        let mut active = ActiveSet::new(n_nodes);
+        for n in [0, 1, LIST_CAPACITY - 1, LIST_CAPACITY, n_nodes / 2] {
+            let mut odd = (0..n).map(|i| 2 * i + 1);
+            let first: Vec<usize> = odd.by_ref().take(LIST_CAPACITY).collect();
+            active.insert_all(first.iter().copied());
+            active.insert_all(odd.chain(first.iter().copied()));
+            assert!((0..n_nodes).all(|node| active.has(node) == (node % 2 == 1 && node < 2 * n)), "{n} active nodes");
+            let few: Option<Vec<usize>> =
+                active.listed_nodes().map(|few| few.iter().map(|node| *node as usize).collect());
+            assert_eq!(few, (n < LIST_CAPACITY).then_some(first), "{n} active nodes");
+            let (mut all, mut taken) = (0..n_nodes, vec![]);
+            while let Some((n, some)) = active.next_batch(&mut all) {
+                taken.extend_from_slice(&some[..n]);
+            }
+            assert!(taken.iter().copied().eq((0..n).map(|i| 2 * i + 1)), "{n} active nodes");
+            active.clear();
+            assert!((0..n_nodes).all(|node| !active.has(node)), "{n} active nodes were forgotten");
+        }
     }
 }

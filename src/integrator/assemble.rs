@@ -4,13 +4,12 @@ use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
 use super::derived::derive_from_state;
 use super::element_order::ElementLayout;
-use super::neighbour_list::NeighbourList;
 use super::sort_keys::element_layout;
 use super::stability::{stable_steps, tick_grid};
 use super::system::{DiscreteModel, DiscreteSystem};
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, UnusableStep};
-use crate::contact::{BodyState, ImpulseLaw, RigidBody};
+use crate::contact::{BodyState, ContactDetection, ImpulseLaw, NeighbourList, RigidBody};
 use crate::fem::{ElementStates, HistoryVariables, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, embed};
@@ -77,10 +76,11 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
         velocity,
     };
     let longest = grid.ticks(steps.iter().copied().fold(0.0, f64::max));
+    let neighbours = NeighbourList::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
     let mut system = DiscreteSystem {
         blocks: element_blocks(&gel, &layout, &settings),
         clock: MeshClock::new(origin, (step, longest), state.position.len()),
-        neighbours: NeighbourList::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node])),
+        contact: ContactDetection::new(neighbours, gel.surface.nodes.len()),
         workspace: Workspace::new(state.position.len(), gel.surface.nodes.len(), layout.n_groups()),
         model: DiscreteModel { gel: Arc::new(gel), layout: Arc::new(layout), bodies, settings, grid },
         state,

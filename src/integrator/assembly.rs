@@ -13,8 +13,6 @@ use super::tile_overlap::PREFETCH_DISTANCE;
 use crate::fem::{LANES, NodeAccumulator};
 use crate::math::Vector;
 use crate::mesh::NodeId;
-use prefetch_index::prefetch_index;
-use std::ops::Range;
 
 /// Panic message for a [contiguous](NodalSums::is_contiguous) batch that is not full.
 pub(super) const FULL_BATCH: &str = "that many nodes go together";
@@ -233,8 +231,9 @@ impl NodeTile {
 
 #[cfg(test)]
 mod tests {
-    use super::super::blocks::StepMonitor;
-    use super::super::node_loop::ActiveSet;
+    use super::super::active_set::ActiveSet;
+    use super::super::element_block::ElementBlock;
+    use super::super::step_monitor::StepMonitor;
     use super::super::test_cube;
     use super::*;
     use crate::contact::ImpulseExchange;
@@ -292,7 +291,7 @@ mod tests {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [ImpulseExchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
-        let mut blocks = engine.blocks.take().expect("bins have the fast form");
+        let mut blocks = engine.system.blocks.take().expect("bins have the fast form");
         assert!(n_nodes > 3 * TILE_NODES && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
         let some: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100).collect();
         let every: Vec<usize> = (0..n_nodes).collect();

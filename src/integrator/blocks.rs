@@ -12,14 +12,13 @@ use super::pool::PerThread;
 use super::step_monitor::StepMonitor;
 use super::tile_overlap::TileOverlap;
 use super::{DiscreteGel, TickGrid};
-use crate::fem::{Dissipation, ElementBatches, HistoryLanes, MAX_NODES, NodeAccumulator, NodeCache};
+use crate::fem::{ElementBatches, HistoryLanes, MAX_NODES, NodeAccumulator, NodeCache};
 use crate::fem::{Potential, rounding};
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::ElementId;
 use crate::state::{GroupClock, Tick};
 use fearless_simd::Level;
-use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Number of nodes above which nodal data exceed the near caches and are prefetched: it saves 6 % of a step with 175 000 nodes
 /// and costs 4 % with 32 000.

@@ -2,10 +2,8 @@
 
 use super::kick_sums::DampingLoss;
 use super::system::DiscreteSystem;
-use crate::contact::FreeDirections;
 use crate::fem::Potential;
-use crate::ledger::Ledger;
-use crate::math::{Vector, Vector3, embed};
+use crate::math::Vector;
 
 /// Returns the damping impulse on a node at this tick, N·s.
 pub(super) fn damping_impulse<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, a: usize) -> Vector<D> {

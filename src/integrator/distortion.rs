@@ -32,11 +32,11 @@ pub(super) fn is_distorted<const D: usize, P: Potential<D>>(
     if system.state.record.stretch >= SurfaceStretch::Worn && age >= MIN_STRETCHED_AGE {
         return true;
     }
-    if system.neighbours.n_parts() == 0 {
+    if system.contact.neighbours.n_parts() == 0 {
         divide_mesh(system);
     }
     let fraction = if age < YOUNG_AGE { YOUNG_FRACTION } else { 1.0 };
-    (0..system.neighbours.n_parts()).any(|block| is_block_distorted(system, block, tick, fraction))
+    (0..system.contact.neighbours.n_parts()).any(|block| is_block_distorted(system, block, tick, fraction))
 }
 
 /// Returns true if an element of a block exceeds a fraction of its limits after half of its step; the reference
@@ -57,18 +57,18 @@ fn is_block_distorted<const D: usize, P: Potential<D>>(
     };
     let (time, end) =
         (system.model.grid.time(tick), TickContext { phase: MeshPhase::Last, ..system.tick_context(tick) });
-    let travel = system.neighbours.part_travel(block, time);
-    if !system.neighbours.may_part_be_distorted(block, travel) {
+    let travel = system.contact.neighbours.part_travel(block, time);
+    if !system.contact.neighbours.may_part_be_distorted(block, travel) {
         return false;
     }
     for group in groups.clone() {
         let is_owed = end.owed(system.state.clocks[group].step) >= 0.0;
-        if is_owed && system.neighbours.may_group_be_distorted(group, travel) {
+        if is_owed && system.contact.neighbours.may_group_be_distorted(group, travel) {
             let Some(bound) = group_travel_bound(system, group, time, fraction) else { return true };
-            system.neighbours.set_group_bound(group, travel + bound);
+            system.contact.neighbours.set_group_bound(group, travel + bound);
         }
     }
-    system.neighbours.set_part_bound(block, groups);
+    system.contact.neighbours.set_part_bound(block, groups);
     false
 }
 
@@ -76,7 +76,7 @@ fn is_block_distorted<const D: usize, P: Potential<D>>(
 fn divide_mesh<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let all = || vec![(0..system.state.position.len().div_ceil(RUN) as u32).collect()];
     let parts = system.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(ElementBlock::runs).collect());
-    system.neighbours.set_parts(parts, system.state.clocks.len());
+    system.contact.neighbours.set_parts(parts, system.state.clocks.len());
 }
 
 /// Returns the travel of its nodes at which an element of a group can be distorted, m; `None` if an element

@@ -353,6 +353,7 @@ impl<const D: usize> NodeSource<D> for ElementLoopInput<'_, D> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::blocks::MIN_SHARED_ELEMENTS;
     use super::super::test_cube;
     use super::super::{DiscreteGel, Engine, LoadedFacet, PressureHistory, PressureLoads};
     use super::*;
@@ -368,16 +369,16 @@ mod tests {
             let (mut in_part, mut tick) = (0, 0);
             for _ in 0..32 {
                 engine
-                    .advance_to(engine.grid.time(tick), &mut [ImpulseExchange::default()])
+                    .advance_to(engine.system.model.grid.time(tick), &mut [ImpulseExchange::default()])
                     .expect("the gel only swings");
-                tick += engine.steps.0;
-                let all = &engine.blocks.as_ref().expect("bins have the fast form").all;
+                tick += engine.system.clock.steps.0;
+                let all = &engine.system.blocks.as_ref().expect("bins have the fast form").all;
                 let some = all.iter().any(|block| block.due == BlockActivity::Some);
                 in_part += usize::from(
                     some && all.iter().map(ElementBlock::elements_to_sweep).sum::<u64>() > MIN_SHARED_ELEMENTS,
                 );
             }
-            (engine.state.position, engine.state.velocity, in_part)
+            (engine.system.state.position, engine.system.state.velocity, in_part)
         };
         let one = run(1);
         assert!(one.2 > 4, "{} ticks of what fires in part are shared", one.2);
@@ -408,14 +409,18 @@ mod tests {
         let (mut in_part, mut seen) = (0, None);
         for step in 1..=steps {
             engine.advance_to(f64::from(step) * 2e-5, &mut [ImpulseExchange::default()]).expect("the gel only swings");
-            if std::mem::replace(&mut seen, engine.state.now) == engine.state.now {
+            if std::mem::replace(&mut seen, engine.system.state.now) == engine.system.state.now {
                 continue;
             }
-            let blocks = engine.blocks.as_ref().expect("bins have the fast form");
+            let blocks = engine.system.blocks.as_ref().expect("bins have the fast form");
             for (i, block) in blocks.all.iter().enumerate() {
                 let part = &blocks.parts[block.first..][..block.nodes.len()];
                 let mut whole = part.to_vec();
-                blocks.lanes.sum_stiffness(blocks.groups_of(i), &engine.state.stiffness[i * SLOTS..], &mut whole);
+                blocks.lanes.sum_stiffness(
+                    blocks.groups_of(i),
+                    &engine.system.state.stiffness[i * SLOTS..],
+                    &mut whole,
+                );
                 assert!(part.iter().zip(&whole).all(|(part, whole)| part[3] == whole[3]), "block {i} at step {step}");
                 in_part += usize::from(block.due == BlockActivity::Some && block.report.is_some());
             }

@@ -6,7 +6,7 @@ use super::element_loop::count_for_share;
 use super::pool::{SplitWork, share_work};
 use super::substep::{MeshPhase, TickContext};
 use super::{TickGrid, WorkerPool};
-use crate::fem::{Dissipation, GroupResponse};
+use crate::fem::GroupResponse;
 use crate::state::GroupClock;
 
 /// Update of the clocks of some consecutive blocks from the responses of their groups.

@@ -228,7 +228,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.
     pub fn set_distortion_limits(&mut self, wear: Option<DistortionLimits>) {
         self.system.clock.ends.wear = wear;
-        self.system.neighbours.clear_parts();
+        self.system.contact.neighbours.clear_parts();
     }
 
     /// Sets the times, s, ascending, at which the mesh ends, distorted or not. It ends at the first tick from a time

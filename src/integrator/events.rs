@@ -4,13 +4,12 @@ use super::blocks::ElementBlocks;
 use super::bodies::{place_bodies, rebase_body};
 use super::exit::is_away;
 use super::mesh_end::{is_over, next_remesh_tick};
-use super::neighbour_list::STRETCH;
 use super::orientation::{check_spin, next_orientation_step};
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::tick::{process_last_tick, process_tick};
 use super::{StepError, SteppingSchedule};
-use crate::contact::ImpulseExchange;
+use crate::contact::{ImpulseExchange, STRETCH};
 use crate::fem::Potential;
 use crate::state::Tick;
 
@@ -120,12 +119,11 @@ fn skip_quiet_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
         place_bodies_in_list(system);
     }
     let quiet_until = system.clock.quiet_until.unwrap_or_else(|| {
-        let reach = system.neighbours.reach(&system.model.bodies, system.horizon() * system.model.grid.time(1));
+        let reach = system.contact.neighbours.reach(&system.model.bodies, system.horizon() * system.model.grid.time(1));
         let within = |i: usize| STRETCH * system.model.gel.surface.nodes[i].size + reach;
-        system
-            .model
-            .grid
-            .last_tick(system.neighbours.time() + system.neighbours.quiet_time(&system.model.bodies, within))
+        system.model.grid.last_tick(
+            system.contact.neighbours.time() + system.contact.neighbours.quiet_time(&system.model.bodies, within),
+        )
     });
     system.clock.quiet_until = Some(quiet_until);
     if quiet_until <= now {
@@ -139,9 +137,9 @@ fn skip_quiet_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
 /// Moves the bodies of the neighbour list to their last event.
 fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let events = system.state.bodies.iter().map(|body| body.time);
-    let time = events.fold(system.neighbours.time(), f64::max);
+    let time = events.fold(system.contact.neighbours.time(), f64::max);
     place_bodies(system, time);
-    system.neighbours.go_on(time, &system.workspace.was);
+    system.contact.neighbours.go_on(time, &system.workspace.was);
     system.clock.knows_bodies = true;
 }
 

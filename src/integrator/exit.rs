@@ -4,8 +4,7 @@
 //! changes no bit of them.
 
 use crate::contact::{BodyMotion, BodyState, RigidBody};
-use crate::fem::Potential;
-use crate::state::{ContactRecord, ExitRecord, Tick};
+use crate::state::{ContactRecord, ExitRecord};
 
 /// Exit rule: the face through which bodies leave a gel, and how long it is integrated after that.
 #[derive(Debug, Clone, Copy, PartialEq)]

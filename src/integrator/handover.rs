@@ -98,15 +98,17 @@ mod tests {
     fn a_mesh_with_invalid_stable_steps_is_refused() {
         let mesh = test_cube::mesh(&[0.0, 0.5, 1.0]);
         let engine = test_cube::engine(test_cube::gel(&mesh));
-        let tick = engine.grid.length(1.0);
+        let tick = engine.system.model.grid.length(1.0);
         let begins = |first: f64| {
             let mut steps = vec![1024.0 * tick; mesh.elements.len()];
             steps[0] = first;
-            let (mass, corner_mass) = (engine.gel.mass.clone(), vec![[1.0; 4]; mesh.elements.len()]);
+            let (mass, corner_mass) = (engine.system.model.gel.mass.clone(), vec![[1.0; 4]; mesh.elements.len()]);
             let (mesh, position) = (mesh.clone(), mesh.rest.clone());
             let birth = MeshInstance { tick: 7, mesh, position, mass, corner_mass, references: vec![], steps };
             let gel = test_cube::gel(&birth.mesh);
-            engine.engine_on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth))).map(|other| other.origin)
+            engine
+                .engine_on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth)))
+                .map(|other| other.system.clock.origin)
         };
         assert_eq!(begins(tick).ok(), Some(7));
         for forged in [0.9 * tick, 1e-300, 1e300] {

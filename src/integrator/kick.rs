@@ -1,7 +1,7 @@
 //! Kicks of a tick and their entries in the ledger (numerics 1.2, A6).
 
 use super::blocks::ElementBlocks;
-use super::contact_solver::{ContactPoint, relative, solve};
+use super::contact_phase::solve;
 use super::damping::damping_impulse;
 use super::element_phase::evaluate_elements;
 use super::energy_residual::{ClockInput, update_clock};
@@ -10,13 +10,11 @@ use super::kick_sums::{ConstraintReaction, KickSums};
 use super::load::{add_load_stiffness, book_loads, press, pressed};
 use super::node_loop::update_nodes;
 use super::substep::MeshPhase;
-use super::symmetry_contact::book_symmetry_contacts;
 use super::system::DiscreteSystem;
 use super::workspace::{ImpulseNode, StepChange};
-use crate::contact::{BodyMotion, FreeDirections, ImpulseLaw};
+use crate::contact::{ContactPoint, ImpulseLaw};
 use crate::fem::{ElementResponse, Potential};
-use crate::ledger::Ledger;
-use crate::math::{Vector, Vector3, embed, restrict};
+use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
@@ -130,19 +128,19 @@ fn kick_more<const D: usize, P: Potential<D>>(
 pub(super) fn note_speeds<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let (active, speeds) =
         (&system.workspace.active, system.workspace.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
-    system.neighbours.note_speeds(active.all, speeds);
+    system.contact.neighbours.note_speeds(active.all, speeds);
     // The reference form has no chunks.
     let listed =
         if system.blocks.is_none() { active.reference_nodes() } else { active.listed_nodes().unwrap_or_default() };
     for node in listed.iter().map(|node| *node as usize) {
-        system.neighbours.note_speed(node, system.state.velocity[node].norm());
+        system.contact.neighbours.note_speed(node, system.state.velocity[node].norm());
     }
 }
 
 /// Records the speed of a node in the neighbour list and activates the blocks around it if it moves.
 fn note_speed<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, node: usize) {
     let velocity = system.state.velocity[node];
-    system.neighbours.note_speed(node, velocity.norm());
+    system.contact.neighbours.note_speed(node, velocity.norm());
     if let Some(blocks) = system.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
         blocks.activate_around(node);
     }
@@ -152,8 +150,9 @@ fn note_speed<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>
 fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let mut carriers = std::mem::take(&mut system.workspace.carriers);
     carriers.clear();
-    let met = system.workspace.meetings.iter().map(|meeting| meeting.node);
-    for node in system.workspace.touches.iter().flat_map(ContactPoint::nodes).copied().chain(met).chain(pressed(system))
+    let met = system.workspace.symmetry_contacts.iter().map(|meeting| meeting.node);
+    for node in
+        system.workspace.contact_points.iter().flat_map(ContactPoint::nodes).copied().chain(met).chain(pressed(system))
     {
         let (before, kicked) = (system.velocity_before(node), system.state.velocity[node.index()]);
         carriers.push(ImpulseNode { node, before, kicked });
@@ -223,41 +222,4 @@ fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
     }
     system.blocks = Some(blocks);
     total.residual
-}
-
-/// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, without its part Σ J b that removes penetration;
-/// that part; and the work of friction, Σ Jₜ·(u⁻ + u⁺)/2. Also posts the work of the support of a body that is
-/// not free and of a growing dome.
-pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let touches = std::mem::take(&mut system.workspace.touches);
-    let mut reaction = ConstraintReaction::default();
-    for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
-        let j = touch.impulse;
-        let mean = 0.5 * (touch.before + relative(system, touch));
-        let removal = j * touch.bias;
-        system.state.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;
-        system.state.ledger.energy.contact_bias += removal;
-        system.state.ledger.energy.friction += touch.drag.dot(&mean);
-        system.state.ledger.energy.external += touch.push().dot(&touch.swell);
-        for (node, w) in touch.carriers() {
-            let (at, push) = (embed(&system.state.position[node.index()]), touch.push() * w);
-            reaction.add(&system.model.gel.free(node.index()), system.freedom(), (at, push));
-        }
-        if system.model.bodies[touch.body].motion != BodyMotion::Free {
-            book_reaction(system, touch);
-        }
-    }
-    reaction.post(&mut system.state.ledger);
-    system.workspace.touches = touches;
-    book_symmetry_contacts(system);
-}
-
-/// Posts the momentum and work of the support that holds or moves a body.
-fn book_reaction<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, touch: &ContactPoint<D>) {
-    let (freedom, push, body) = (system.freedom(), touch.push(), touch.body);
-    let work = push.dot(&system.model.bodies[body].velocity_at(&system.workspace.was[body], &touch.point));
-    let ledger = &mut system.state.ledger;
-    ledger.energy.external += work;
-    ledger.momentum.external += freedom.translation(&push);
-    ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
 }

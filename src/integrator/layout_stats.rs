@@ -2,7 +2,7 @@
 
 use super::element_block::ElementBlock;
 use super::system::DiscreteSystem;
-use crate::fem::{ElementBatches, Potential};
+use crate::fem::Potential;
 use crate::mesh::NodeId;
 use std::ops::Range;
 

@@ -12,9 +12,7 @@ use super::node_update::NodeUpdate;
 use super::pool::share_work;
 use super::system::DiscreteSystem;
 use crate::fem::{Potential, on};
-use crate::math::Vector;
 use crate::state::Tick;
-use std::ops::Range;
 
 impl<const D: usize> NodeChunks<'_, D> {
     /// Updates the active nodes, chunk by chunk and tile by tile.
@@ -137,10 +135,12 @@ fn update_active_nodes<const D: usize, P: Potential<D>>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::blocks::{ElementBlock, StepMonitor};
+    use super::super::element_block::ElementBlock;
+    use super::super::step_monitor::StepMonitor;
     use super::super::test_cube;
     use super::*;
     use crate::contact::{FreeDirections, ImpulseExchange};
+    use crate::math::Vector;
 
     /// Result of an update, bit by bit: nodal vectors, limits, residuals and last ticks; flags of the blocks.
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
@@ -149,10 +149,10 @@ mod tests {
     fn updates_by_tile_and_by_list_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [ImpulseExchange::default()]).expect("the gel only swings");
-        let gel = engine.gel.clone();
+        let gel = engine.system.model.gel.clone();
         let n_nodes = gel.mass.len();
-        let mut blocks = engine.blocks.take().expect("bins have the fast form");
-        let (grid, tick) = (engine.grid, engine.state.now.expect("it has begun") + 1);
+        let mut blocks = engine.system.blocks.take().expect("bins have the fast form");
+        let (grid, tick) = (engine.system.model.grid, engine.system.state.now.expect("it has begun") + 1);
         let freedom = FreeDirections::SPATIAL;
         let update = NodeUpdate { gel: &gel, grid, freedom, tick, leading_share: 0.5, damping_rate: 0.0 };
         let rule = StepRule { mass: &gel.mass, cfl: 0.8 };
@@ -165,9 +165,10 @@ mod tests {
                 block.due = BlockActivity::All;
                 front.prepare(block);
             }
-            let (mut position, mut velocity) = (engine.state.position.clone(), engine.state.velocity.clone());
-            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.last.clone());
-            let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.state.excess.clone());
+            let (mut position, mut velocity) =
+                (engine.system.state.position.clone(), engine.system.state.velocity.clone());
+            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.system.clock.last.clone());
+            let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.system.state.excess.clone());
             let (mut decay, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
             let mut chunks = NodeChunks {
                 first: 0,
@@ -201,28 +202,5 @@ mod tests {
             ([position, velocity, before], [bits(limit), bits(excess)], last, [calm, awake])
         };
         assert!(after(true) == after(false));
-    }
-
-    #[test]
-    fn active_set_holds_many_nodes_as_it_holds_few() {
-        let n_nodes = 3 * LIST_CAPACITY;
-        let mut active = ActiveSet::new(n_nodes);
-        for n in [0, 1, LIST_CAPACITY - 1, LIST_CAPACITY, n_nodes / 2] {
-            let mut odd = (0..n).map(|i| 2 * i + 1);
-            let first: Vec<usize> = odd.by_ref().take(LIST_CAPACITY).collect();
-            active.insert_all(first.iter().copied());
-            active.insert_all(odd.chain(first.iter().copied()));
-            assert!((0..n_nodes).all(|node| active.has(node) == (node % 2 == 1 && node < 2 * n)), "{n} active nodes");
-            let few: Option<Vec<usize>> =
-                active.listed_nodes().map(|few| few.iter().map(|node| *node as usize).collect());
-            assert_eq!(few, (n < LIST_CAPACITY).then_some(first), "{n} active nodes");
-            let (mut all, mut taken) = (0..n_nodes, vec![]);
-            while let Some((n, some)) = active.next_batch(&mut all) {
-                taken.extend_from_slice(&some[..n]);
-            }
-            assert!(taken.iter().copied().eq((0..n).map(|i| 2 * i + 1)), "{n} active nodes");
-            active.clear();
-            assert!((0..n_nodes).all(|node| !active.has(node)), "{n} active nodes were forgotten");
-        }
     }
 }

@@ -192,7 +192,7 @@ impl<'a, const D: usize> NodeState<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::super::assembly::StepRule;
-    use super::super::kick::ConstraintReaction;
+    use super::super::kick_sums::ConstraintReaction;
     use super::super::test_cube;
     use super::*;
     use crate::fem::NodeAccumulator;

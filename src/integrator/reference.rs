@@ -4,20 +4,18 @@
 //! form with it.
 
 use super::SteppingSchedule;
-use super::contact_solver::{apply_reversal, solve};
+use super::contact_phase::{apply_reversal, correct_symmetry, solve};
 use super::damping::{book_damping, damp};
 use super::kick_sums::{ConstraintReaction, KickSums, decay};
 use super::load::press;
 use super::stability::nodal_limit;
 use super::substep::MeshPhase;
-use super::symmetry_contact::correct_symmetry_contacts;
 use super::system::DiscreteSystem;
 use crate::contact::ImpulseLaw;
 use crate::fem::{DEPTH, ElementResponse, GroupResponse, Potential};
 use crate::math::embed;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
-use std::ops::Range;
 
 /// Drifts the nodes of the active groups.
 pub(super) fn drift_group_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
@@ -133,7 +131,7 @@ pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &m
     press(system, tick);
     match system.model.settings.law {
         ImpulseLaw::Moreau { restitution, friction, .. } => solve(system, restitution, friction),
-        ImpulseLaw::Reversal => _ = correct_symmetry_contacts(system),
+        ImpulseLaw::Reversal => correct_symmetry(system),
     }
 }
 

@@ -1,9 +1,9 @@
 //! Stable time step of the assembled system: the nodal rule of the critical step (numerics 1.3).
 
 use super::element_order::ElementLayout;
-use super::neighbour_list::least;
 use super::{DiscreteGel, TickGrid, UnusableStep};
 use crate::fem::Potential;
+use crate::math::least;
 use crate::mesh::{ElementId, NodeId};
 
 /// Returns the stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.

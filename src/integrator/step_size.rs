@@ -216,8 +216,9 @@ fn add_groups_near_contact<const D: usize, P: Potential<D>>(
     tick: Tick,
     groups: &mut Vec<u32>,
 ) {
-    for surface in &system.workspace.close {
-        let nearness = &system.workspace.nearness[system.workspace.place[*surface as usize] as usize];
+    for surface in &system.contact.close {
+        let Some(index) = system.contact.index_of(*surface) else { continue };
+        let nearness = &system.workspace.nearness[index];
         let is_concerned = |group: &u32| {
             let clock = &system.state.clocks[*group as usize];
             let is_active = system.model.settings.schedule.fires(clock.step, tick);
@@ -324,9 +325,8 @@ fn limit_by_contact<const D: usize, P: Potential<D>>(
     let elements = system.model.layout.elements(system.model.layout.slots(group));
     for node in elements.flat_map(|element| system.model.gel.potential.nodes(element)) {
         let Some(surface) = system.model.gel.surface.of[node.index()] else { continue };
-        let Some(nearness) = system.workspace.nearness.get(system.workspace.place[surface as usize] as usize) else {
-            continue;
-        };
+        let Some(index) = system.contact.index_of(surface) else { continue };
+        let nearness = &system.workspace.nearness[index];
         limit = limit.min(nearness.limit);
         is_near |= nearness.is_near;
     }
@@ -344,11 +344,12 @@ pub(super) fn find_contact_limits<const D: usize, P: Potential<D>>(system: &mut 
     let horizon = system.horizon();
     let mut all = std::mem::take(&mut system.workspace.nearness);
     all.clear();
-    for (index, surface) in system.workspace.reached.iter().enumerate() {
+    for (index, surface) in system.contact.queried.iter().enumerate() {
         let at = system.model.gel.surface.nodes[*surface as usize];
         let mut nearness = ContactLimit { limit: f64::INFINITY, is_near: false };
-        let gaps = &system.workspace.gaps[index * system.model.bodies.len()..][..system.model.bodies.len()];
-        for (body, gap) in gaps.iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?))) {
+        for (body, gap) in
+            system.contact.gaps_of(index).iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?)))
+        {
             let proved = path_limit(system, at.node, at.size, &gap, horizon, body);
             nearness.limit = if proved < horizon { nearness.limit.min(proved) } else { nearness.limit };
             nearness.is_near |= gap.distance < at.size;

@@ -1,13 +1,11 @@
 //! Stretch limit: how far the gel surface is stretched over a body, and when the stretch ends a mesh or a run (A11).
 
 use super::StepError;
-use super::contact_solver::{body_at_tick, facet_corners};
-use super::facet::find_deepest_point;
+use super::contact_phase::SurfaceAtTick;
 use super::system::DiscreteSystem;
-use super::tip_in_facet::find_penetration;
+use crate::contact::{FacetCandidate, facet_corners, find_deepest_point, find_penetration};
 use crate::fem::Potential;
 use crate::geometry::SignedDistance as _;
-use crate::mesh::ElementId;
 use crate::state::SurfaceStretch;
 
 /// Leak depth: a stopped facet leaks if it is deeper in the body, at its deepest point or where a pole of the body
@@ -42,8 +40,8 @@ pub(super) fn check_stretch<const D: usize, P: Potential<D>>(
 /// and the first leak.
 pub(super) fn find_stretch<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> StretchCheck {
     let (mut stretch, mut leak) = (SurfaceStretch::Little, None);
-    for (body, facet, (size, _)) in &system.workspace.facets {
-        match check_facet(system, *facet, *size, *body as usize, time) {
+    for candidate in &system.contact.facets {
+        match check_facet(system, candidate, time) {
             Ok(here) => stretch = stretch.max(here),
             Err(error) => (stretch, leak) = (SurfaceStretch::Leaking, leak.or(Some(error))),
         }
@@ -54,17 +52,16 @@ pub(super) fn find_stretch<const D: usize, P: Potential<D>>(system: &DiscreteSys
 /// Returns the stretch of a facet over a body, or the leak.
 fn check_facet<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
-    facet: ElementId,
-    size: f64,
-    body: usize,
+    candidate: &FacetCandidate,
     time: f64,
 ) -> Result<SurfaceStretch, StepError> {
-    let (rigid, at) = body_at_tick(system, body);
+    let FacetCandidate { body, facet, least_size: size, .. } = *candidate;
+    let surface = SurfaceAtTick::of(system);
+    let (corners, (rigid, at)) = (facet_corners(&surface, facet), surface.bodies().get(body));
     let unit = size.min(rigid.shape.inner_radius());
     let threshold = if system.can_be_distorted() { DISTORTED_DEPTH } else { LEAK_DEPTH };
-    let deep = find_deepest_point::<D>(&facet_corners(system, facet), threshold * unit, |p| rigid.gap(at, p))
-        .map(|deep| deep.point);
-    let pierced = find_penetration(system, facet, rigid, at).map(|tip| tip.point);
+    let deep = find_deepest_point::<D>(&corners, threshold * unit, |p| rigid.gap(at, p)).map(|deep| deep.point);
+    let pierced = find_penetration::<D>(&corners, rigid, at).map(|tip| tip.point);
     for point in deep.into_iter().chain(pierced) {
         let depth = -rigid.gap(at, &point).distance;
         if depth > LEAK_DEPTH * unit {

@@ -6,11 +6,10 @@
 use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
 use super::element_order::ElementLayout;
-use super::neighbour_list::NeighbourList;
 use super::substep::TickContext;
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
-use crate::contact::{FreeDirections, RigidBody};
+use crate::contact::{ContactDetection, FreeDirections, RigidBody};
 use crate::fem::Potential;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
@@ -39,7 +38,7 @@ pub(super) struct DiscreteSystem<const D: usize, P> {
     /// Blocks of elements for the SIMD form; `None` if the potential, the schedule or the contact law needs the
     /// reference form.
     pub blocks: Option<ElementBlocks<D>>,
-    pub neighbours: NeighbourList,
+    pub contact: ContactDetection,
     pub workspace: Workspace<D>,
     pub pool: Option<Arc<WorkerPool>>,
 }
@@ -108,8 +107,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
     /// Returns the velocity of a node before the kicks of this tick, m/s.
     pub fn velocity_before(&self, node: NodeId) -> Vector<D> {
-        let a = node.index();
-        if self.workspace.active.has(a) { self.workspace.before[a] } else { self.state.velocity[a] }
+        self.workspace.velocity_before(node, &self.state.velocity)
     }
 
     /// Returns the fraction of a kick that belongs to the next step.

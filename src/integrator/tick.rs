@@ -5,11 +5,11 @@
 //! that ends, the leading half to the step that begins. Groups that are not active neither move nor push.
 
 use super::bodies::place_bodies;
-use super::broad_phase::query_gaps;
-use super::contact_solver::{find_contact_points, receive};
+use super::contact_accounts::{post_contact_work, receive};
+use super::contact_phase::{find_contact_points, query_gaps};
 use super::derived::update_step_range;
 use super::element_phase::{add_leading_weights, check_elements, evaluate_elements, find_failure};
-use super::kick::{kick_fast, note_speeds, post_contact_work, post_residual};
+use super::kick::{kick_fast, note_speeds, post_residual};
 use super::kick_sums::KickSums;
 use super::load::find_loads;
 use super::mesh_end::find_collapse;

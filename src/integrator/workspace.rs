@@ -1,12 +1,9 @@
 //! Workspace of a tick: buffers that are reused from tick to tick.
 
 use super::active_set::ActiveSet;
-use super::contact_solver::ContactPoint;
 use super::kick_sums::KickSums;
-use super::symmetry_contact::SymmetryContact;
-use crate::contact::BodyState;
+use crate::contact::{BodyState, ContactPoint, SymmetryContact};
 use crate::fem::{ElementResponse, GroupResponse};
-use crate::geometry::Gap;
 use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
 use crate::state::Tick;
@@ -27,22 +24,10 @@ pub(super) struct Workspace<const D: usize> {
     pub limit: Vec<f64>,
     /// Stable limits by local number in one block, s.
     pub limits: Vec<f64>,
-    /// Active surface nodes that may be near a body, ascending.
-    pub reached: Vec<u32>,
-    /// Index in `reached` of each surface node.
-    pub place: Vec<u32>,
-    /// Nodes of `reached` that a body may reach before their next tick or that are within an element size of one.
-    pub close: Vec<u32>,
     /// Contact limit of the steps at each node of `reached`.
     pub nearness: Vec<ContactLimit>,
     /// Star of each surface node that a body was close to.
     pub beside: Vec<NodeStar>,
-    /// Facets that reach to a body, with the least and greatest size of their nodes near it, body by body.
-    pub facets: Vec<(u32, ElementId, (f64, f64))>,
-    /// Candidate facets around those nodes, with the distance of a body and the size there.
-    pub found: Vec<(ElementId, f64, f64)>,
-    /// Gap φ and normal n of each node of `reached` to each active body.
-    pub gaps: Vec<Option<Gap>>,
     /// Bodies at this tick before its impulses.
     pub was: Vec<BodyState>,
     /// Bodies at this tick with the impulses applied so far.
@@ -56,9 +41,9 @@ pub(super) struct Workspace<const D: usize> {
     /// Groups whose step changed.
     pub changed: Vec<StepChange>,
     /// Contact points: surface points inside a body.
-    pub touches: Vec<ContactPoint<D>>,
+    pub contact_points: Vec<ContactPoint<D>>,
     /// Surface nodes that have met their mirror image.
-    pub meetings: Vec<SymmetryContact>,
+    pub symmetry_contacts: Vec<SymmetryContact>,
     /// Nodes with impulses of contact or pressure.
     pub carriers: Vec<ImpulseNode<D>>,
     /// Pressure loads on the facets of active elements.
@@ -87,11 +72,16 @@ impl<const D: usize> Workspace<D> {
             before: vec![Vector::<D>::zeros(); n_nodes],
             decay: vec![0.0; n_nodes],
             limit: vec![0.0; n_nodes],
-            place: vec![u32::MAX; n_surface],
             beside: vec![NodeStar::default(); n_surface],
             answers: vec![GroupResponse::default(); n_groups],
             ..Self::default()
         }
+    }
+
+    /// Returns the velocity of a node before the kicks of this tick, m/s, from the present velocities.
+    pub fn velocity_before(&self, node: NodeId, velocity: &[Vector<D>]) -> Vector<D> {
+        let a = node.index();
+        if self.active.has(a) { self.before[a] } else { velocity[a] }
     }
 }
 
