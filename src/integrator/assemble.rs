@@ -93,7 +93,7 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
 /// Selects the reference form of every phase, which processes one element after the other.
 pub(super) fn use_reference_form<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     system.blocks = None;
-    system.workspace.sums.clear();
+    system.workspace.chunk_sums.clear();
     derive_from_state(system);
 }
 

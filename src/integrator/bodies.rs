@@ -6,10 +6,12 @@ use crate::fem::Potential;
 
 /// Moves the bodies to a time, s, as they are before the impulses of the tick.
 pub(super) fn place_bodies<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, time: f64) {
-    let scratch = &mut system.workspace;
-    scratch.was.clear();
-    scratch.was.extend(system.model.bodies.iter().zip(&system.state.bodies).map(|(body, last)| last.at(body, time)));
-    scratch.now.clone_from(&scratch.was);
+    let workspace = &mut system.workspace;
+    workspace.bodies_before.clear();
+    workspace
+        .bodies_before
+        .extend(system.model.bodies.iter().zip(&system.state.bodies).map(|(body, last)| last.at(body, time)));
+    workspace.bodies_after.clone_from(&workspace.bodies_before);
 }
 
 /// Moves a body to time `t`, s, as an event and posts the work of its wrench.

@@ -14,13 +14,13 @@ pub(super) struct MeshClock {
     /// Place of the current tick in the life of the mesh.
     pub phase: MeshPhase,
     /// Last tick of each node; arbitrary for a node at rest.
-    pub last: Vec<Tick>,
+    pub last_ticks: Vec<Tick>,
     /// Event queue, for the schedule of that name.
     pub queue: EventQueue,
     /// Least and greatest step of any group, ticks.
-    pub steps: (Tick, Tick),
+    pub step_range: (Tick, Tick),
     /// Shortest and longest stable step of an element on the new mesh, ticks.
-    pub first: (f64, f64),
+    pub initial_steps: (f64, f64),
     /// Tick up to which nothing happens, while the gel is at rest.
     pub quiet_until: Option<Tick>,
     /// True if the neighbour list knows the last event of every body.
@@ -33,14 +33,14 @@ pub(super) struct MeshClock {
 
 impl MeshClock {
     /// Creates the clock of a mesh that begins at a tick, from the shortest and longest stable step, ticks.
-    pub fn new(origin: Tick, first: (f64, f64), n_nodes: usize) -> Self {
+    pub fn new(origin: Tick, initial_steps: (f64, f64), n_nodes: usize) -> Self {
         Self {
             origin,
             phase: MeshPhase::First,
-            last: vec![origin; n_nodes],
+            last_ticks: vec![origin; n_nodes],
             queue: EventQueue::default(),
-            steps: (0, 0),
-            first,
+            step_range: (0, 0),
+            initial_steps,
             quiet_until: None,
             knows_bodies: false,
             ends: EndConditions::default(),

@@ -18,7 +18,7 @@ pub(super) fn receive<const D: usize, P: Potential<D>>(
         exchange.impulse += impulse;
         exchange.impulse_moment += impulse * (end - time);
         rebase_body(system, body, time);
-        system.state.bodies[body] = system.workspace.now[body];
+        system.state.bodies[body] = system.workspace.bodies_after[body];
         record_impulse(system, body, impulse, time);
     }
 }
@@ -30,7 +30,8 @@ fn body_impulse<const D: usize, P: Potential<D>>(
     body: usize,
     exchange: &mut ImpulseExchange,
 ) -> Option<Vector3> {
-    let (rigid, was, now) = (&system.model.bodies[body], &system.workspace.was[body], &system.workspace.now[body]);
+    let (rigid, was, now) =
+        (&system.model.bodies[body], &system.workspace.bodies_before[body], &system.workspace.bodies_after[body]);
     let record = &mut system.state.record.contacts[body];
     let touches = system.workspace.contact_points.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);
     touches.fold(None, |sum: Option<Vector3>, touch| {
@@ -81,7 +82,7 @@ pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut Di
     let mut reaction = ConstraintReaction::default();
     for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
         let j = touch.impulse;
-        let (rigid, now) = (&system.model.bodies[touch.body], &system.workspace.now[touch.body]);
+        let (rigid, now) = (&system.model.bodies[touch.body], &system.workspace.bodies_after[touch.body]);
         let relative = touch.relative_velocity(rigid, now, |node| system.state.velocity[node.index()]);
         let mean = 0.5 * (touch.before + relative);
         let removal = j * touch.bias;
@@ -105,7 +106,7 @@ pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut Di
 /// Posts the momentum and work of the support that holds or moves a body.
 fn book_reaction<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, touch: &ContactPoint<D>) {
     let (freedom, push, body) = (system.freedom(), touch.push(), touch.body);
-    let work = push.dot(&system.model.bodies[body].velocity_at(&system.workspace.was[body], &touch.point));
+    let work = push.dot(&system.model.bodies[body].velocity_at(&system.workspace.bodies_before[body], &touch.point));
     let ledger = &mut system.state.ledger;
     ledger.energy.external += work;
     ledger.momentum.external += freedom.translation(&push);

@@ -32,7 +32,7 @@ impl<'a, const D: usize, P> SurfaceAtTick<'a, D, P> {
 
     /// Returns the bodies before the impulses of the tick.
     pub fn bodies(&self) -> TickBodies<'a> {
-        TickBodies { fixed: &self.model.bodies, at: &self.workspace.was }
+        TickBodies { fixed: &self.model.bodies, at: &self.workspace.bodies_before }
     }
 }
 
@@ -56,8 +56,8 @@ impl<const D: usize, P: Potential<D>> SurfaceView<D> for SurfaceAtTick<'_, D, P>
     }
 
     fn drifted(&self, node: NodeId) -> Vector<D> {
-        let (a, time) = (node.index(), self.workspace.was[0].time);
-        self.state.position[a] + self.state.velocity[a] * (time - self.model.grid.time(self.clock.last[a]))
+        let (a, time) = (node.index(), self.workspace.bodies_before[0].time);
+        self.state.position[a] + self.state.velocity[a] * (time - self.model.grid.time(self.clock.last_ticks[a]))
     }
 
     fn velocity(&self, node: NodeId) -> Vector<D> {
@@ -72,7 +72,7 @@ impl<const D: usize, P: Potential<D>> SurfaceView<D> for SurfaceAtTick<'_, D, P>
 /// Queries φ and n of the active surface nodes to the active bodies, where a body may be within reach.
 pub(super) fn query_gaps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
     system.contact.clear();
-    system.contact.neighbours.go_on(system.model.grid.time(tick), &system.workspace.was);
+    system.contact.neighbours.go_on(system.model.grid.time(tick), &system.workspace.bodies_before);
     system.clock.knows_bodies = true;
     let horizon = system.horizon() * system.model.grid.time(1);
     let reach = system.contact.neighbours.reach(&system.model.bodies, horizon);
@@ -91,7 +91,7 @@ fn find_queried_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
     if let Some(blocks) = &system.blocks {
         return neighbours.append_queries(surface, reach, |node| blocks.fires(node.index()), queried);
     }
-    let active = system.workspace.active.reference_nodes().iter().filter_map(|a| surface.of[*a as usize]);
+    let active = system.workspace.active_nodes.reference_nodes().iter().filter_map(|a| surface.of[*a as usize]);
     queried.extend(active.filter(|node| neighbours.needs_query(*node, surface.nodes[*node as usize].size, reach)));
     queried.sort_unstable();
 }
@@ -100,7 +100,7 @@ fn find_queried_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
 fn collect_stars<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let (gel, layout, workspace) = (&system.model.gel, &system.model.layout, &mut system.workspace);
     for surface in &system.contact.close {
-        let star = &mut workspace.beside[*surface as usize];
+        let star = &mut workspace.surface_stars[*surface as usize];
         if star.nodes.is_empty() {
             let around = || gel.star.of(gel.surface.nodes[*surface as usize].node).iter();
             star.nodes = distinct(around().flat_map(|element| gel.potential.nodes(*element)).copied());
@@ -140,7 +140,7 @@ pub(super) fn find_contact_points<const D: usize, P: Potential<D>>(system: &mut 
     // At the last tick of a mesh there is no step ahead.
     for point in points.iter_mut().filter(|_| system.clock.phase != MeshPhase::Last) {
         let step = system.model.grid.time(shortest_step_around(system, point.nodes[0]) as Tick);
-        let (rigid, at) = (&system.model.bodies[point.body], &system.workspace.was[point.body]);
+        let (rigid, at) = (&system.model.bodies[point.body], &system.workspace.bodies_before[point.body]);
         point.lead = point.lead_velocity(rigid, at, step);
         let greatest_approach = system.state.record.contacts[point.body].approach;
         point.bias = point.bias_velocity(system.model.settings.law, tolerances.slop, greatest_approach, step);
@@ -158,7 +158,7 @@ fn find_symmetry_contacts<const D: usize, P: Potential<D>>(system: &mut Discrete
     let mut contacts = std::mem::take(&mut system.workspace.symmetry_contacts);
     contacts.clear();
     if !system.model.gel.mirrored.is_empty() {
-        let (active, surface) = (&system.workspace.active, &system.model.gel.surface);
+        let (active, surface) = (&system.workspace.active_nodes, &system.model.gel.surface);
         if let Some(few) = active.listed_nodes() {
             let listed = few.iter().filter_map(|node| surface.of[*node as usize]);
             listed.for_each(|at| add_symmetry_contacts(system, &surface.nodes[at as usize], tick, &mut contacts));
@@ -201,8 +201,8 @@ fn contact_problem<const D: usize, P: Potential<D>>(
         masses: &*model.gel,
         velocity: &mut state.velocity,
         bodies: &model.bodies,
-        was: &workspace.was,
-        now: &mut workspace.now,
+        was: &workspace.bodies_before,
+        now: &mut workspace.bodies_after,
         points: &mut workspace.contact_points,
         symmetry: &mut workspace.symmetry_contacts,
     }

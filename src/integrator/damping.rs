@@ -7,8 +7,8 @@ use crate::math::Vector;
 
 /// Returns the damping impulse on a node at this tick, N·s.
 pub(super) fn damping_impulse<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, a: usize) -> Vector<D> {
-    if system.model.settings.damping > 0.0 && system.workspace.active.has(a) {
-        system.workspace.before[a] * (system.model.gel.mass[a] * system.workspace.decay[a])
+    if system.model.settings.damping > 0.0 && system.workspace.active_nodes.has(a) {
+        system.workspace.velocities_before[a] * (system.model.gel.mass[a] * system.workspace.decay[a])
     } else {
         Vector::<D>::zeros()
     }
@@ -20,8 +20,8 @@ pub(super) fn damp<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<
         return;
     }
     let (freedom, mut loss) = (system.freedom(), DampingLoss::default());
-    for a in system.workspace.active.reference_nodes().iter().map(|a| *a as usize) {
-        system.state.velocity[a] += system.workspace.before[a] * system.workspace.decay[a];
+    for a in system.workspace.active_nodes.reference_nodes().iter().map(|a| *a as usize) {
+        system.state.velocity[a] += system.workspace.velocities_before[a] * system.workspace.decay[a];
         loss.add_impulse(freedom, &system.state.position[a], &damping_impulse(system, a));
     }
     loss.post(&mut system.state.ledger);
@@ -29,10 +29,10 @@ pub(super) fn damp<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<
 
 /// Posts the work of damping of the reference form, once all velocities of the tick are known.
 pub(super) fn book_damping<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let both = |a: usize| system.workspace.before[a] + system.state.velocity[a];
+    let both = |a: usize| system.workspace.velocities_before[a] + system.state.velocity[a];
     let of = |a: usize| 0.5 * damping_impulse(system, a).dot(&both(a));
     if system.model.settings.damping > 0.0 {
-        let work: f64 = system.workspace.active.reference_nodes().iter().map(|a| of(*a as usize)).sum();
+        let work: f64 = system.workspace.active_nodes.reference_nodes().iter().map(|a| of(*a as usize)).sum();
         system.state.ledger.energy.damping += work;
     }
 }

@@ -35,7 +35,8 @@ pub(super) fn derive_from_state<const D: usize, P: Potential<D>>(system: &mut Di
 
 /// Derives the last tick of each node: the latest tick of the groups at the node.
 fn derive_last_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let (state, order, gel, all) = (&system.state, &system.model.layout, &system.model.gel, &mut system.clock.last);
+    let (state, order, gel, all) =
+        (&system.state, &system.model.layout, &system.model.gel, &mut system.clock.last_ticks);
     let now = state.now.unwrap_or(system.clock.origin);
     let last = |group: usize| match system.model.settings.schedule {
         SteppingSchedule::Bins => now & !state.clocks[group].step.saturating_sub(1),
@@ -67,7 +68,7 @@ fn derive_last_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSyste
 pub(super) fn update_step_range<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let all = |(least, most): (Tick, Tick), of: (Tick, Tick)| (least.min(of.0), most.max(of.1));
     let none = (Tick::MAX, 0);
-    system.clock.steps = match &system.blocks {
+    system.clock.step_range = match &system.blocks {
         Some(blocks) => blocks.all.iter().map(|block| block.steps).fold(none, all),
         None => system.state.clocks.iter().map(|clock| (clock.step, clock.step)).fold(none, all),
     };

@@ -371,7 +371,7 @@ mod tests {
                 engine
                     .advance_to(engine.system.model.grid.time(tick), &mut [ImpulseExchange::default()])
                     .expect("the gel only swings");
-                tick += engine.system.clock.steps.0;
+                tick += engine.system.clock.step_range.0;
                 let all = &engine.system.blocks.as_ref().expect("bins have the fast form").all;
                 let some = all.iter().any(|block| block.due == BlockActivity::Some);
                 in_part += usize::from(

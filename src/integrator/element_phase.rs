@@ -25,12 +25,12 @@ pub(super) fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut Di
         position: &system.state.position,
         velocity: &system.state.velocity,
         rest: system.model.gel.potential.rest(),
-        last: &system.clock.last,
+        last: &system.clock.last_ticks,
         clocks: &system.state.clocks,
         order: &system.model.layout,
     };
     let n_elements = blocks.find_active(&input);
-    let (stiffness, answers) = (system.state.stiffness.as_mut_slice(), system.workspace.answers.as_mut_slice());
+    let (stiffness, answers) = (system.state.stiffness.as_mut_slice(), system.workspace.responses.as_mut_slice());
     let pool = system.pool.as_deref().filter(|_| n_elements > MIN_SHARED_ELEMENTS);
     blocks.sweep(&input, stiffness, answers, pool);
     find_active(system);
@@ -39,7 +39,7 @@ pub(super) fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut Di
 /// Lists the active groups in ascending order (reference form).
 fn find_active_groups<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
     let moment = system.tick_context(tick);
-    let due = &mut system.workspace.due;
+    let due = &mut system.workspace.active_groups;
     due.clear();
     if system.model.settings.schedule == SteppingSchedule::Queue && tick > 0 {
         system.clock.queue.pop_at(tick, due);
@@ -51,10 +51,10 @@ fn find_active_groups<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
 
 /// Sets the kick weight of each active group to the trailing half of its last step, s (reference form).
 fn set_trailing_weights<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let owed = system.workspace.due.iter().map(|group| system.owed(*group as usize, tick));
+    let owed = system.workspace.active_groups.iter().map(|group| system.owed(*group as usize, tick));
     let owed: Vec<f64> = owed.collect();
-    system.workspace.weights.clear();
-    system.workspace.weights.extend(owed);
+    system.workspace.kick_lengths.clear();
+    system.workspace.kick_lengths.extend(owed);
 }
 
 /// Fails if an element is inverted for the second tick in a row or its energy is not a number; only the drift has
@@ -75,13 +75,13 @@ pub(super) fn find_failure<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     time: f64,
 ) -> Option<StepError> {
-    let fails = |group: &usize| is_failure(&system.state.clocks[*group], &system.workspace.answers[*group]);
+    let fails = |group: &usize| is_failure(&system.state.clocks[*group], &system.workspace.responses[*group]);
     let failed = match &system.blocks {
         Some(blocks) => blocks.all.iter().filter_map(|block| block.report?.failed_group).max_by_key(|group| {
             // An energy that is not a number is reported before an inverted element.
-            (!system.workspace.answers[*group].energy.is_finite(), std::cmp::Reverse(*group))
+            (!system.workspace.responses[*group].energy.is_finite(), std::cmp::Reverse(*group))
         }),
-        None => system.workspace.due.iter().map(|group| *group as usize).find(fails),
+        None => system.workspace.active_groups.iter().map(|group| *group as usize).find(fails),
     };
     failed.map(|group| describe_failure(system, group, time))
 }
@@ -92,7 +92,7 @@ fn describe_failure<const D: usize, P: Potential<D>>(
     group: usize,
     time: f64,
 ) -> StepError {
-    let (answer, clock) = (&system.workspace.answers[group], &system.state.clocks[group]);
+    let (answer, clock) = (&system.workspace.responses[group], &system.state.clocks[group]);
     let first = system.model.layout.slots(group).start;
     let twice = answer.inverted & clock.inverted;
     if answer.energy.is_finite() {
@@ -106,8 +106,8 @@ fn describe_failure<const D: usize, P: Potential<D>>(
 
 /// Adds the leading half of the next step to the kick weight of each active group, s (reference form).
 pub(super) fn add_leading_weights<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    for i in 0..system.workspace.due.len() {
-        let ahead = system.model.grid.time(system.ahead(system.workspace.due[i] as usize, tick));
-        system.workspace.weights[i] += 0.5 * ahead;
+    for i in 0..system.workspace.active_groups.len() {
+        let ahead = system.model.grid.time(system.ahead(system.workspace.active_groups[i] as usize, tick));
+        system.workspace.kick_lengths[i] += 0.5 * ahead;
     }
 }

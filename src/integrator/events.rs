@@ -55,7 +55,7 @@ pub(super) fn process_ticks<const D: usize, P: Potential<D>>(
     }
     // Skipped ticks count as processed.
     if let (Some(now), SteppingSchedule::Bins) = (system.state.now, system.model.settings.schedule) {
-        system.state.now = Some(now.max(end / system.clock.steps.0 * system.clock.steps.0));
+        system.state.now = Some(now.max(end / system.clock.step_range.0 * system.clock.step_range.0));
     }
     Ok(AdvanceOutcome::End)
 }
@@ -90,7 +90,7 @@ fn next_event<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>
 /// Returns the next tick at which a group is active.
 fn next_tick<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, now: Tick) -> Option<Tick> {
     match system.model.settings.schedule {
-        SteppingSchedule::Bins => Some((now / system.clock.steps.0 + 1) * system.clock.steps.0),
+        SteppingSchedule::Bins => Some((now / system.clock.step_range.0 + 1) * system.clock.step_range.0),
         SteppingSchedule::Global => system.state.alarms.first().map(|alarm| alarm.next),
         SteppingSchedule::Queue => system.clock.queue.next_tick(),
     }
@@ -100,7 +100,7 @@ fn next_tick<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, now
 fn is_due<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, tick: Tick) -> bool {
     match system.model.settings.schedule {
         _ if system.state.now.is_none() => true,
-        SteppingSchedule::Bins => tick.is_multiple_of(system.clock.steps.0),
+        SteppingSchedule::Bins => tick.is_multiple_of(system.clock.step_range.0),
         SteppingSchedule::Queue | SteppingSchedule::Global => next_tick(system, tick) == Some(tick),
     }
 }
@@ -139,7 +139,7 @@ fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSy
     let events = system.state.bodies.iter().map(|body| body.time);
     let time = events.fold(system.contact.neighbours.time(), f64::max);
     place_bodies(system, time);
-    system.contact.neighbours.go_on(time, &system.workspace.was);
+    system.contact.neighbours.go_on(time, &system.workspace.bodies_before);
     system.clock.knows_bodies = true;
 }
 
@@ -147,14 +147,18 @@ fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSy
 pub(super) fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> bool {
     let Some(rule) = system.clock.ends.exits else { return false };
     let (bodies, contacts) = (&system.model.bodies, &mut system.state.record.contacts);
-    for (i, (body, at)) in bodies.iter().zip(&system.workspace.now).enumerate() {
+    for (i, (body, at)) in bodies.iter().zip(&system.workspace.bodies_after).enumerate() {
         rule.update(body, at, &mut contacts[i]);
     }
     let exit = system.state.record.contacts[0].exit;
-    let is_over = exit.is_some_and(|exit| system.workspace.now[0].time - exit.time >= rule.rest_after);
+    let is_over = exit.is_some_and(|exit| system.workspace.bodies_after[0].time - exit.time >= rule.rest_after);
     let all_away = || {
         (0..system.model.bodies.len()).all(|body| {
-            is_away(&system.model.bodies[body], &system.workspace.now[body], &system.state.record.contacts[body])
+            is_away(
+                &system.model.bodies[body],
+                &system.workspace.bodies_after[body],
+                &system.state.record.contacts[body],
+            )
         })
     };
     system.state.record.at_rest = is_over && all_away();

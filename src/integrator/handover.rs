@@ -79,7 +79,7 @@ fn begin_mesh<const D: usize, P: Potential<D>>(
     if let (Some(new), Some(old)) = (&mut new.blocks, &system.blocks) {
         (new.level, new.never_rest) = (old.level, old.never_rest);
     }
-    let ((least, most), grid) = (new.clock.first, new.model.grid);
+    let ((least, most), grid) = (new.clock.initial_steps, new.model.grid);
     if least < 1.0 {
         return Err(UnusableStep { step: grid.length(least), corners: stepless_corners(&new) });
     }

@@ -49,10 +49,10 @@ fn take_first_kick<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<
 /// Corrects the kicks of groups whose step changed: the sweep took half of the planned step; adds half of the
 /// difference to the chosen one.
 fn correct_kicks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> f64 {
-    let mut answers = std::mem::take(&mut system.workspace.reference.elements);
+    let mut answers = std::mem::take(&mut system.workspace.element_responses.elements);
     let mut work = 0.0;
-    for i in 0..system.workspace.changed.len() {
-        let StepChange { group, planned, ahead } = system.workspace.changed[i];
+    for i in 0..system.workspace.changed_steps.len() {
+        let StepChange { group, planned, ahead } = system.workspace.changed_steps[i];
         let contributes = |blocks: &ElementBlocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
         if !system.blocks.as_ref().is_some_and(contributes) {
             continue;
@@ -65,7 +65,7 @@ fn correct_kicks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D,
             work += kick_more(system, *element, answer, 0.5 * change * system.model.grid.time(1));
         }
     }
-    system.workspace.reference.elements = answers;
+    system.workspace.element_responses.elements = answers;
     work
 }
 
@@ -80,16 +80,16 @@ fn separate_power<const D: usize, P: Potential<D>>(
     let block = group / blocks.groups;
     let end = blocks.groups_of(block).end;
     if let Some(power_accumulator) = &mut blocks.all[block].power_accumulator {
-        let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&system.workspace.before[node.index()]);
+        let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&system.workspace.velocities_before[node.index()]);
         let element_power = |(element, answer): &(ElementId, ElementResponse<D>)| -> f64 {
             system.model.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
         };
         let power = elements.iter().map(element_power).sum();
-        let rest = system.workspace.answers[*power_accumulator].power - power;
+        let rest = system.workspace.responses[*power_accumulator].power - power;
         // Groups come in ascending order: where the first one leaves, the next one accumulates the rest.
         *power_accumulator += usize::from(*power_accumulator == group);
-        system.workspace.answers[group].power = power;
-        system.workspace.answers[*power_accumulator..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
+        system.workspace.responses[group].power = power;
+        system.workspace.responses[*power_accumulator..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
     }
     system.blocks = Some(blocks);
 }
@@ -107,15 +107,17 @@ fn kick_more<const D: usize, P: Potential<D>>(
         let (a, push) = (node.index(), force * weight);
         let kicked = system.state.velocity[a];
         system.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
-        let (first, both) =
-            (kicked - system.workspace.before[a], system.state.velocity[a] - system.workspace.before[a]);
+        let (first, both) = (
+            kicked - system.workspace.velocities_before[a],
+            system.state.velocity[a] - system.workspace.velocities_before[a],
+        );
         // The impulse p = m Δ does the work p·v⁻ + p·Δ/2, and Q is half of p·Δ, because no kick is corrected in
         // the first or last tick of a mesh. The work of damping in it is not the element's.
         let damped = damping_impulse(system, a).dot(&(both - first));
         system.state.ledger.energy.damping += 0.5 * damped;
         let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
         system.state.excess[a] += 0.5 * more;
-        work += gel.mass[a] * (both - first).dot(&system.workspace.before[a]);
+        work += gel.mass[a] * (both - first).dot(&system.workspace.velocities_before[a]);
         reaction.add(&gel.free(a), system.freedom(), (embed(&system.state.position[a]), embed(&push)));
         note_speed(system, a);
     }
@@ -127,7 +129,7 @@ fn kick_more<const D: usize, P: Potential<D>>(
 /// all of them.
 pub(super) fn note_speeds<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let (active, speeds) =
-        (&system.workspace.active, system.workspace.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
+        (&system.workspace.active_nodes, system.workspace.chunk_sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
     system.contact.neighbours.note_speeds(active.all, speeds);
     // The reference form has no chunks.
     let listed =
@@ -148,7 +150,7 @@ fn note_speed<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>
 
 /// Finds the nodes with impulses of contact, symmetry planes or pressures, and their velocities before these.
 fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let mut carriers = std::mem::take(&mut system.workspace.carriers);
+    let mut carriers = std::mem::take(&mut system.workspace.impulse_nodes);
     carriers.clear();
     let met = system.workspace.symmetry_contacts.iter().map(|meeting| meeting.node);
     for node in
@@ -159,22 +161,22 @@ fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
     }
     carriers.sort_unstable_by_key(|carrier| carrier.node);
     carriers.dedup_by_key(|carrier| carrier.node);
-    system.workspace.carriers = carriers;
+    system.workspace.impulse_nodes = carriers;
 }
 
 /// Accounts for the change of velocity by pressures and contact after the kicks. Returns their additional work,
 /// Σ p·(v⁺ − v)/2 with p = m (v − v⁻) without the damping, less the change of Q, J.
 fn account_for_impulses<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> f64 {
     let mut work = 0.0;
-    for i in 0..system.workspace.carriers.len() {
-        let ImpulseNode { node, before, kicked } = system.workspace.carriers[i];
+    for i in 0..system.workspace.impulse_nodes.len() {
+        let ImpulseNode { node, before, kicked } = system.workspace.impulse_nodes[i];
         let a = node.index();
         let (drag, change) = (damping_impulse(system, a), system.state.velocity[a] - kicked);
         let more = ((kicked - before) * system.model.gel.mass[a] - drag).dot(&change);
         system.state.ledger.energy.damping += 0.5 * drag.dot(&change);
         system.state.excess[a] += system.leading_share() * more;
         work += (0.5 - system.leading_share()) * more;
-        system.clock.last[a] = tick;
+        system.clock.last_ticks[a] = tick;
         note_speed(system, a);
     }
     work
@@ -192,9 +194,9 @@ pub(super) fn post_residual<const D: usize, P: Potential<D>>(system: &mut Discre
 /// Updates the clocks of the active groups (reference form); returns the residual, J.
 fn update_group_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> f64 {
     let mut residual = 0.0;
-    for group in system.workspace.due.iter().map(|group| *group as usize) {
+    for group in system.workspace.active_groups.iter().map(|group| *group as usize) {
         let ahead = system.ahead(group, tick);
-        let (clock, answer) = (&mut system.state.clocks[group], &system.workspace.answers[group]);
+        let (clock, answer) = (&mut system.state.clocks[group], &system.workspace.responses[group]);
         residual += update_clock(clock, answer, system.model.grid.time(ahead));
         system.state.record.min_jacobian = system.state.record.min_jacobian.min(answer.least_jacobian);
         system.state.record.updates += system.model.layout.elements(system.model.layout.slots(group)).count() as u64;
@@ -206,7 +208,7 @@ fn update_group_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
 fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> f64 {
     let Some(mut blocks) = system.blocks.take() else { return 0.0 };
     let (moment, groups_per_block) = (system.tick_context(tick), blocks.groups);
-    let input = ClockInput { grid: system.model.grid, moment, answers: &system.workspace.answers };
+    let input = ClockInput { grid: system.model.grid, moment, answers: &system.workspace.responses };
     let total = blocks.update_clocks(input, &mut system.state.clocks, system.pool.as_deref());
     system.state.ledger.energy.book_dissipation(&total.spent);
     let record = &mut system.state.record;
@@ -215,7 +217,7 @@ fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
         record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
     }
     let block_of = |change: &StepChange| change.group as usize / groups_per_block;
-    for changed in system.workspace.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
+    for changed in system.workspace.changed_steps.chunk_by(|a, b| block_of(a) == block_of(b)) {
         let block = block_of(&changed[0]);
         blocks.update_steps(block, &system.state.clocks, system.model.grid);
         blocks.all[block].restless = true;

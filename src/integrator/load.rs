@@ -14,8 +14,8 @@ use crate::state::Tick;
 /// Finds the pressure loads of the facets of active elements and adds their load stiffness; called before the
 /// clocks are set.
 pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    system.workspace.pushed.clear();
-    system.workspace.stiffer.clear();
+    system.workspace.facet_loads.clear();
+    system.workspace.load_stiffness.clear();
     if !system.is_loaded() {
         return;
     }
@@ -26,9 +26,9 @@ pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
         if is_group_active(system, group, tick) {
             let slot = system.model.layout.slot(loaded.behind);
             let (pushed, added) = find_load(system, loaded, &now, group, tick).unzip();
-            system.workspace.pushed.extend(pushed);
+            system.workspace.facet_loads.extend(pushed);
             let (added, before) = (added.unwrap_or(0.0), system.state.stiffness[slot]);
-            system.workspace.stiffer.push(LoadStiffness { facet, slot, added, before });
+            system.workspace.load_stiffness.push(LoadStiffness { facet, slot, added, before });
         }
     }
     add_load_stiffness(system);
@@ -62,7 +62,7 @@ fn find_load<const D: usize, P: Potential<D>>(
 fn is_group_active<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize, tick: Tick) -> bool {
     match system.blocks {
         Some(_) => system.tick_context(tick).fires(system.state.clocks[group].step),
-        None => system.workspace.due.binary_search(&(group as u32)).is_ok(),
+        None => system.workspace.active_groups.binary_search(&(group as u32)).is_ok(),
     }
 }
 
@@ -72,18 +72,18 @@ fn is_group_active<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P
 pub(super) fn add_load_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let stiffness = &mut system.state.stiffness;
     if let Some(blocks) = &mut system.blocks {
-        for stiffer in &system.workspace.stiffer {
+        for stiffer in &system.workspace.load_stiffness {
             let (found, stored) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
             if blocks.all[stiffer.slot / SLOTS].report.is_some() {
                 *found = *stored;
             }
         }
         let is_unswept = |stiffer: &&LoadStiffness| blocks.all[stiffer.slot / SLOTS].report.is_none();
-        for stiffer in system.workspace.stiffer.iter().filter(is_unswept) {
+        for stiffer in system.workspace.load_stiffness.iter().filter(is_unswept) {
             stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
         }
     }
-    for stiffer in &system.workspace.stiffer {
+    for stiffer in &system.workspace.load_stiffness {
         stiffness[stiffer.slot] += stiffer.added;
     }
     sum_nodal_stiffness(system);
@@ -93,8 +93,8 @@ pub(super) fn add_load_stiffness<const D: usize, P: Potential<D>>(system: &mut D
 /// around blocks at rest.
 fn sum_nodal_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let (Some(blocks), stiffness) = (&mut system.blocks, &system.state.stiffness) else { return };
-    let mut stiffened = std::mem::take(&mut system.workspace.stiffened);
-    for stiffer in &system.workspace.stiffer {
+    let mut stiffened = std::mem::take(&mut system.workspace.stiffened_blocks);
+    for stiffer in &system.workspace.load_stiffness {
         let (block, behind) = (stiffer.slot / SLOTS, system.model.gel.loads.facets[stiffer.facet].behind);
         // A sweep leaves out the load stiffness of the tick before.
         let (is_at_rest, was_swept) = (!blocks.all[block].is_moving(), blocks.all[block].report.is_some());
@@ -113,16 +113,16 @@ fn sum_nodal_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
         let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
         blocks.lanes.sum_stiffness(groups, &stiffness[block * SLOTS..], part);
     }
-    system.workspace.stiffened = stiffened;
+    system.workspace.stiffened_blocks = stiffened;
 }
 
 /// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.
 pub(super) fn press<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    if system.workspace.pushed.is_empty() {
+    if system.workspace.facet_loads.is_empty() {
         return;
     }
     let (gel, freedom, mut taken) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
-    let mut pushed = std::mem::take(&mut system.workspace.pushed);
+    let mut pushed = std::mem::take(&mut system.workspace.facet_loads);
     for pushed in &mut pushed {
         pushed.weight += 0.5 * system.model.grid.time(system.ahead(pushed.group, tick));
         for (node, impulse) in pushed.impulses() {
@@ -136,22 +136,22 @@ pub(super) fn press<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
         }
     }
     taken.post(&mut system.state.ledger);
-    system.workspace.pushed = pushed;
+    system.workspace.facet_loads = pushed;
 }
 
 /// Iterates over the nodes of the loaded facets of this tick.
 pub(super) fn pressed<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
 ) -> impl Iterator<Item = NodeId> + '_ {
-    system.workspace.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
+    system.workspace.facet_loads.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
 }
 
 /// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
 /// that was still is not active.
 fn velocity_before_loads<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> Vector<D> {
-    match system.workspace.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
-        Ok(at) if system.blocks.is_some() => system.workspace.carriers[at].before,
-        _ => system.workspace.before[node.index()],
+    match system.workspace.impulse_nodes.binary_search_by_key(&node, |carrier| carrier.node) {
+        Ok(at) if system.blocks.is_some() => system.workspace.impulse_nodes[at].before,
+        _ => system.workspace.velocities_before[node.index()],
     }
 }
 
@@ -161,6 +161,6 @@ pub(super) fn book_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
         let velocity_sum = velocity_before_loads(system, node) + system.state.velocity[node.index()];
         0.5 * impulse.component_mul(&system.model.gel.free(node.index())).dot(&velocity_sum)
     };
-    let work: f64 = system.workspace.pushed.iter().flat_map(FacetLoad::impulses).map(work).sum();
+    let work: f64 = system.workspace.facet_loads.iter().flat_map(FacetLoad::impulses).map(work).sum();
     system.state.ledger.energy.load += work;
 }

@@ -16,7 +16,7 @@ const MIN_AGE: Tick = 4;
 /// Returns the step collapse or leak that has ended a young mesh: the next one would fare no better. Age counts
 /// the finest step at its start.
 pub(super) fn early_failure<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Option<&StepError> {
-    let is_young = ((system.last_tick() - system.clock.origin) as f64) < MIN_AGE as f64 * system.clock.first.0;
+    let is_young = ((system.last_tick() - system.clock.origin) as f64) < MIN_AGE as f64 * system.clock.initial_steps.0;
     let ends_at_once =
         |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
     system.clock.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
@@ -33,9 +33,9 @@ pub(super) fn is_over<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
     if system.state.now.is_none() || system.model.settings.schedule == SteppingSchedule::Queue {
         return false;
     }
-    let age = (tick - system.clock.origin) / system.clock.steps.0;
+    let age = (tick - system.clock.origin) / system.clock.step_range.0;
     let is_due = || next_remesh_tick(system).is_some_and(|due| due <= tick);
-    let is_whole = system.model.settings.schedule.fires(system.clock.steps.1, tick);
+    let is_whole = system.model.settings.schedule.fires(system.clock.step_range.1, tick);
     age >= MIN_AGE && (is_whole && is_due() || is_distorted(system, tick, age))
         || has_collapsed(system)
         || has_leaked(system)
@@ -92,6 +92,6 @@ pub(super) fn stepless_corners<const D: usize, P: Potential<D>>(system: &Discret
 
 /// Iterates over the groups with a step of one tick, the shortest possible step.
 fn finest_groups<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> impl Iterator<Item = usize> + '_ {
-    let least = if system.clock.steps.0 == 1 { system.state.clocks.as_slice() } else { &[] };
+    let least = if system.clock.step_range.0 == 1 { system.state.clocks.as_slice() } else { &[] };
     least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
 }

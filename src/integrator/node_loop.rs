@@ -49,7 +49,7 @@ impl<const D: usize> NodeChunks<'_, D> {
 /// Collects the nodes of the active blocks that are not known to be at rest.
 pub(super) fn find_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let Some(blocks) = &mut system.blocks else { return };
-    let active = &mut system.workspace.active;
+    let active = &mut system.workspace.active_nodes;
     active.clear();
     for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
         front.prepare(block);
@@ -69,8 +69,8 @@ pub(super) fn find_active<const D: usize, P: Potential<D>>(system: &mut Discrete
 
 /// Drifts the active nodes without a kick.
 pub(super) fn drift_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let active = &system.workspace.active;
-    for (node, last) in system.clock.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
+    let active = &system.workspace.active_nodes;
+    for (node, last) in system.clock.last_ticks.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
         let passed = system.model.grid.time(tick - *last);
         system.state.position[node] += system.state.velocity[node] * passed;
         *last = tick;
@@ -95,23 +95,23 @@ fn update_active_nodes<const D: usize, P: Potential<D>>(
 ) -> KickSums {
     let pool = system.pool.clone().filter(|_| system.is_worth_sharing());
     let blocks = system.blocks.take().expect("the fast form has blocks");
-    let (state, scratch) = (&mut system.state, &mut system.workspace);
+    let (state, workspace) = (&mut system.state, &mut system.workspace);
     let level = blocks.level;
-    let few = scratch.active.listed_nodes();
+    let few = workspace.active_nodes.listed_nodes();
     let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
-    scratch.sums.resize(n_chunks, KickSums::default());
+    workspace.chunk_sums.resize(n_chunks, KickSums::default());
     let mut all = NodeChunks {
         first: 0,
         position: &mut state.position,
         velocity: &mut state.velocity,
-        before: &mut scratch.before,
-        last: &mut system.clock.last,
-        limit: &mut scratch.limit,
+        before: &mut workspace.velocities_before,
+        last: &mut system.clock.last_ticks,
+        limit: &mut workspace.node_limits,
         excess: &mut state.excess,
-        decay: &mut scratch.decay,
-        sums: &mut scratch.sums,
+        decay: &mut workspace.decay,
+        sums: &mut workspace.chunk_sums,
     };
-    let (active, mut total) = (&scratch.active, KickSums::default());
+    let (active, mut total) = (&workspace.active_nodes, KickSums::default());
     let rule = StepRule { mass: &update.gel.mass, cfl: system.model.settings.cfl };
     if let Some(few) = few {
         for some in few.chunks(NODE_BATCH) {
@@ -127,7 +127,7 @@ fn update_active_nodes<const D: usize, P: Potential<D>>(
         share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
             on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
         });
-        total = scratch.sums.iter().fold(total, KickSums::merge);
+        total = workspace.chunk_sums.iter().fold(total, KickSums::merge);
     }
     system.blocks = Some(blocks);
     total
@@ -167,7 +167,7 @@ mod tests {
             }
             let (mut position, mut velocity) =
                 (engine.system.state.position.clone(), engine.system.state.velocity.clone());
-            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.system.clock.last.clone());
+            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.system.clock.last_ticks.clone());
             let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.system.state.excess.clone());
             let (mut decay, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
             let mut chunks = NodeChunks {

@@ -19,8 +19,8 @@ use crate::state::Tick;
 
 /// Drifts the nodes of the active groups.
 pub(super) fn drift_group_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    system.workspace.active.clear();
-    for group in &system.workspace.due {
+    system.workspace.active_nodes.clear();
+    for group in &system.workspace.active_groups {
         for element in system.model.layout.elements(system.model.layout.slots(*group as usize)) {
             system
                 .model
@@ -28,36 +28,36 @@ pub(super) fn drift_group_nodes<const D: usize, P: Potential<D>>(system: &mut Di
                 .potential
                 .nodes(element)
                 .iter()
-                .for_each(|node| system.workspace.active.insert(node.index()));
+                .for_each(|node| system.workspace.active_nodes.insert(node.index()));
         }
     }
-    for a in system.workspace.active.reference_nodes().iter().map(|a| *a as usize) {
+    for a in system.workspace.active_nodes.reference_nodes().iter().map(|a| *a as usize) {
         let velocity = system.state.velocity[a];
-        let passed = system.model.grid.time(tick - system.clock.last[a]);
+        let passed = system.model.grid.time(tick - system.clock.last_ticks[a]);
         system.state.position[a] += velocity * passed;
         if system.model.settings.damping > 0.0 {
             system.workspace.decay[a] = decay(system.model.settings.damping, passed);
         }
-        system.clock.last[a] = tick;
-        system.workspace.before[a] = velocity;
+        system.clock.last_ticks[a] = tick;
+        system.workspace.velocities_before[a] = velocity;
     }
 }
 
 /// Evaluates the forces of the active groups.
 pub(super) fn evaluate_forces<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let mut answers = std::mem::take(&mut system.workspace.reference);
+    let mut answers = std::mem::take(&mut system.workspace.element_responses);
     answers.elements.clear();
     answers.groups.clear();
-    for i in 0..system.workspace.due.len() {
-        let (group, first) = (system.workspace.due[i] as usize, answers.elements.len());
-        system.workspace.answers[group] =
+    for i in 0..system.workspace.active_groups.len() {
+        let (group, first) = (system.workspace.active_groups[i] as usize, answers.elements.len());
+        system.workspace.responses[group] =
             evaluate_group(system, group, elapsed(system, group, tick), &mut answers.elements);
         answers.groups.push(first..answers.elements.len());
         for (element, answer) in &answers.elements[first..] {
             system.state.stiffness[system.model.layout.slot(*element)] = answer.stiffness;
         }
     }
-    system.workspace.reference = answers;
+    system.workspace.element_responses = answers;
 }
 
 /// Returns the time since the last tick of an active group, s.
@@ -107,9 +107,9 @@ pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
 pub(super) fn measure_limits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> KickSums {
     let known = (system.state.stiffness.as_slice(), &*system.model.layout);
     let mut sums = KickSums::default();
-    for a in system.workspace.active.reference_nodes() {
+    for a in system.workspace.active_nodes.reference_nodes() {
         let limit = system.model.settings.cfl * nodal_limit(&system.model.gel, known, NodeId(*a));
-        system.workspace.limit[*a as usize] = limit;
+        system.workspace.node_limits[*a as usize] = limit;
         sums.limit = sums.limit.min(limit);
     }
     sums
@@ -117,16 +117,16 @@ pub(super) fn measure_limits<const D: usize, P: Potential<D>>(system: &mut Discr
 
 /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
 pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let answers = std::mem::take(&mut system.workspace.reference);
+    let answers = std::mem::take(&mut system.workspace.element_responses);
     for (i, elements) in answers.groups.iter().enumerate() {
         for (element, answer) in &answers.elements[elements.clone()] {
-            kick_element(system, *element, answer, system.workspace.weights[i]);
+            kick_element(system, *element, answer, system.workspace.kick_lengths[i]);
             if system.model.settings.law == ImpulseLaw::Reversal {
                 apply_reversal(system, *element);
             }
         }
     }
-    system.workspace.reference = answers;
+    system.workspace.element_responses = answers;
     damp(system);
     press(system, tick);
     match system.model.settings.law {
@@ -157,14 +157,15 @@ fn kick_element<const D: usize, P: Potential<D>>(
 /// kicks less the change of the carried kick work.
 pub(super) fn kick_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> f64 {
     book_damping(system);
-    let (answers, share) = (&system.workspace.reference, system.leading_share());
+    let (answers, share) = (&system.workspace.element_responses, system.leading_share());
     let mut work: f64 =
-        system.workspace.active.reference_nodes().iter().map(|a| system.state.excess[*a as usize]).sum();
-    system.workspace.active.reference_nodes().iter().for_each(|a| system.state.excess[*a as usize] = 0.0);
-    for (elements, weight) in answers.groups.iter().zip(&system.workspace.weights) {
+        system.workspace.active_nodes.reference_nodes().iter().map(|a| system.state.excess[*a as usize]).sum();
+    system.workspace.active_nodes.reference_nodes().iter().for_each(|a| system.state.excess[*a as usize] = 0.0);
+    for (elements, weight) in answers.groups.iter().zip(&system.workspace.kick_lengths) {
         for (element, answer) in &answers.elements[elements.clone()] {
             for (node, force) in system.model.gel.potential.nodes(*element).iter().zip(&answer.forces) {
-                let (before, after) = (system.workspace.before[node.index()], system.state.velocity[node.index()]);
+                let (before, after) =
+                    (system.workspace.velocities_before[node.index()], system.state.velocity[node.index()]);
                 let excess = share * weight * force.dot(&(after - before));
                 system.state.excess[node.index()] += excess;
                 work += 0.5 * weight * force.dot(&(before + after)) - excess;

@@ -57,7 +57,7 @@ pub(super) fn groups_to_check<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
 ) -> Vec<u32> {
-    let mut groups = std::mem::take(&mut system.workspace.due);
+    let mut groups = std::mem::take(&mut system.workspace.active_groups);
     if system.blocks.is_some() {
         groups.clear();
         check_blocks(system, tick, &mut groups);
@@ -73,7 +73,7 @@ pub(super) fn groups_to_check<const D: usize, P: Potential<D>>(
 fn check_blocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick, groups: &mut Vec<u32>) {
     let Some(blocks) = &mut system.blocks else { return };
     let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
-    let mut limits = std::mem::take(&mut system.workspace.limits);
+    let mut limits = std::mem::take(&mut system.workspace.block_limits);
     for (i, (block, front)) in all.iter_mut().zip(&mut fronts).enumerate() {
         let is_watched = front.gives || block.looked_at || block.restless;
         if block.due == BlockActivity::Nothing || !is_watched || front.holds_steps() {
@@ -87,7 +87,7 @@ fn check_blocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, 
             watch_limits(system, front, i, block.nodes.len(), &limits);
         }
     }
-    system.workspace.limits = limits;
+    system.workspace.block_limits = limits;
     if let Some(blocks) = &mut system.blocks {
         (blocks.all, blocks.fronts) = (all, fronts);
     }
@@ -156,8 +156,8 @@ fn collect_limits<const D: usize, P: Potential<D>>(
     limits.resize(block.nodes.len(), f64::INFINITY);
     for number in block.active_nodes() {
         let a = block.nodes[number].index();
-        if system.workspace.active.has(a) {
-            limits[number] = system.workspace.limit[a];
+        if system.workspace.active_nodes.has(a) {
+            limits[number] = system.workspace.node_limits[a];
         }
     }
 }
@@ -165,8 +165,8 @@ fn collect_limits<const D: usize, P: Potential<D>>(
 /// Returns CFL · 2/√λ_a of any node, s, from Σ κ of the last sweep of each block around it, as the active nodes
 /// have it.
 fn node_limit<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> f64 {
-    if system.workspace.active.has(node.index()) {
-        return system.workspace.limit[node.index()];
+    if system.workspace.active_nodes.has(node.index()) {
+        return system.workspace.node_limits[node.index()];
     }
     let Some(blocks) = &system.blocks else {
         return system.model.settings.cfl
@@ -185,7 +185,7 @@ fn add_inverting_groups<const D: usize, P: Potential<D>>(
     groups: &mut Vec<u32>,
 ) {
     let Some(blocks) = system.blocks.as_ref().filter(|_| system.can_be_distorted()) else { return };
-    let (moment, answers) = (system.tick_context(tick), &system.workspace.answers);
+    let (moment, answers) = (system.tick_context(tick), &system.workspace.responses);
     for (i, _) in blocks.all.iter().enumerate().filter(|(_, block)| block.report.is_some_and(|report| report.closes)) {
         let is_concerned = |group: &usize| {
             let step = system.state.clocks[*group].step;
@@ -203,7 +203,7 @@ fn time_to_inversion<const D: usize, P: Potential<D>>(
     clock: &GroupClock,
     tick: Tick,
 ) -> f64 {
-    let time = system.model.grid.ticks(1.0 / system.workspace.answers[group].closing);
+    let time = system.model.grid.ticks(1.0 / system.workspace.responses[group].closing);
     let look_ahead = FORESEEN * system.tick_context(tick).elapsed(clock.step) as f64;
     let is_foreseen = system.can_be_distorted() && (clock.step == 0 || time < look_ahead);
     if is_foreseen { time } else { f64::INFINITY }
@@ -218,13 +218,13 @@ fn add_groups_near_contact<const D: usize, P: Potential<D>>(
 ) {
     for surface in &system.contact.close {
         let Some(index) = system.contact.index_of(*surface) else { continue };
-        let nearness = &system.workspace.nearness[index];
+        let nearness = &system.workspace.contact_limits[index];
         let is_concerned = |group: &u32| {
             let clock = &system.state.clocks[*group as usize];
             let is_active = system.model.settings.schedule.fires(clock.step, tick);
             is_active && (nearness.limit < clock.step as f64 || nearness.is_near && clock.calm > 0)
         };
-        groups.extend(system.workspace.beside[*surface as usize].groups.iter().copied().filter(is_concerned));
+        groups.extend(system.workspace.surface_stars[*surface as usize].groups.iter().copied().filter(is_concerned));
     }
 }
 
@@ -237,7 +237,7 @@ pub(super) fn set_clocks<const D: usize, P: Potential<D>>(
     tick: Tick,
 ) -> Option<StepError> {
     let mut collapsed = None;
-    system.workspace.changed.clear();
+    system.workspace.changed_steps.clear();
     for group in groups {
         let (i, was) = (*group as usize, system.state.clocks[*group as usize]);
         let limit = group_limit(system, i);
@@ -252,7 +252,7 @@ pub(super) fn set_clocks<const D: usize, P: Potential<D>>(
         let moment = system.tick_context(tick);
         if step != was.step {
             let (planned, ahead) = (moment.ahead(was.step), moment.ahead(step));
-            system.workspace.changed.push(StepChange { group: *group, planned, ahead });
+            system.workspace.changed_steps.push(StepChange { group: *group, planned, ahead });
         }
         if system.model.settings.schedule == SteppingSchedule::Queue {
             // In the queue, patches near contact wait for the common multiples of their steps, so that they are
@@ -269,12 +269,12 @@ pub(super) fn set_clocks<const D: usize, P: Potential<D>>(
 
 /// Sets all steps to the least one, for the global schedule.
 fn equalise_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    if let Some(StepChange { planned, .. }) = system.workspace.changed.first().copied() {
+    if let Some(StepChange { planned, .. }) = system.workspace.changed_steps.first().copied() {
         let ahead = system.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
         system.state.clocks.iter_mut().for_each(|clock| clock.step = ahead);
-        system.workspace.changed.clear();
+        system.workspace.changed_steps.clear();
         let all = 0..system.state.clocks.len() as u32;
-        system.workspace.changed.extend(all.map(|group| StepChange { group, planned, ahead }));
+        system.workspace.changed_steps.extend(all.map(|group| StepChange { group, planned, ahead }));
     }
     system.state.alarms[0] = GroupAlarm { last: tick, next: tick + system.state.clocks[0].step };
 }
@@ -290,7 +290,7 @@ pub(super) fn collapse_error<const D: usize, P: Potential<D>>(
     let elements = system.model.layout.elements(system.model.layout.slots(group));
     let element = elements.min_by(|a, b| own(a).total_cmp(&own(b))).map_or(0, ElementId::index);
     let (step, time) = (limit * system.model.grid.time(1), system.model.grid.time(tick));
-    StepError::StepCollapsed { element, time, step, jacobian: system.workspace.answers[group].least_jacobian }
+    StepError::StepCollapsed { element, time, step, jacobian: system.workspace.responses[group].least_jacobian }
 }
 
 /// Returns the step and the hold count of a group: shortened at once, doubled only when aligned and after a long
@@ -326,7 +326,7 @@ fn limit_by_contact<const D: usize, P: Potential<D>>(
     for node in elements.flat_map(|element| system.model.gel.potential.nodes(element)) {
         let Some(surface) = system.model.gel.surface.of[node.index()] else { continue };
         let Some(index) = system.contact.index_of(surface) else { continue };
-        let nearness = &system.workspace.nearness[index];
+        let nearness = &system.workspace.contact_limits[index];
         limit = limit.min(nearness.limit);
         is_near |= nearness.is_near;
     }
@@ -342,7 +342,7 @@ fn limit_by_contact<const D: usize, P: Potential<D>>(
 /// Finds the contact limits of the steps around each node close to a body.
 pub(super) fn find_contact_limits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let horizon = system.horizon();
-    let mut all = std::mem::take(&mut system.workspace.nearness);
+    let mut all = std::mem::take(&mut system.workspace.contact_limits);
     all.clear();
     for (index, surface) in system.contact.queried.iter().enumerate() {
         let at = system.model.gel.surface.nodes[*surface as usize];
@@ -359,7 +359,7 @@ pub(super) fn find_contact_limits<const D: usize, P: Potential<D>>(system: &mut 
         }
         all.push(nearness);
     }
-    system.workspace.nearness = all;
+    system.workspace.contact_limits = all;
 }
 
 /// Returns the shortest stable step of the elements of a surface node, ticks: with this step all of them are
@@ -369,7 +369,7 @@ pub(super) fn find_contact_limits<const D: usize, P: Potential<D>>(system: &mut 
 /// area, and its finest cell would set every step. A mesh of 1:8 took 16 % more updates then; the depth differed
 /// by 0.01 %.
 fn stable_step_around<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, surface: u32) -> f64 {
-    system.model.grid.ticks(least_limit(system, &system.workspace.beside[surface as usize].nodes))
+    system.model.grid.ticks(least_limit(system, &system.workspace.surface_stars[surface as usize].nodes))
 }
 
 /// Returns the shortest present step of the elements of a surface node, ticks.
@@ -377,8 +377,8 @@ pub(super) fn shortest_step_around<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     node: NodeId,
 ) -> f64 {
-    let cached =
-        system.model.gel.surface.of[node.index()].map(|surface| &system.workspace.beside[surface as usize].groups);
+    let cached = system.model.gel.surface.of[node.index()]
+        .map(|surface| &system.workspace.surface_stars[surface as usize].groups);
     let cached = cached.map_or(&[] as &[u32], Vec::as_slice);
     // A corner of a facet that no body is close to has no cached groups.
     let star = if cached.is_empty() { system.model.gel.star.of(node) } else { &[] };
@@ -405,7 +405,7 @@ fn path_limit<const D: usize, P: Potential<D>>(
     body: usize,
 ) -> f64 {
     let (x, v) = (embed(&system.state.position[node.index()]), embed(&system.velocity_before(node)));
-    let (rigid, body) = (&system.model.bodies[body], &system.workspace.was[body]);
+    let (rigid, body) = (&system.model.bodies[body], &system.workspace.bodies_before[body]);
     // A spinning sphere occupies the same place.
     let is_sphere = matches!(rigid.shape, ShapeGeometry::Sphere(_));
     let relative_velocity: Vector3 = v - if is_sphere { body.velocity } else { rigid.velocity_at(body, &x) };

@@ -66,12 +66,12 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
     /// Returns the longest step of a group, ticks.
     pub fn longest_step(&self) -> Tick {
-        self.clock.steps.1
+        self.clock.step_range.1
     }
 
     /// Returns the longest step that any group can have after this tick, ticks.
     pub fn horizon(&self) -> f64 {
-        if self.state.now.is_none() { self.clock.first.1 } else { 2.0 * self.longest_step() as f64 }
+        if self.state.now.is_none() { self.clock.initial_steps.1 } else { 2.0 * self.longest_step() as f64 }
     }
 
     /// Returns true if the mesh can end by distortion.
@@ -102,7 +102,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
     /// Returns the position of a node drifted to time `t`, m.
     pub fn position_at(&self, node: NodeId, t: f64) -> Vector<D> {
         let a = node.index();
-        self.state.position[a] + self.state.velocity[a] * (t - self.model.grid.time(self.clock.last[a]))
+        self.state.position[a] + self.state.velocity[a] * (t - self.model.grid.time(self.clock.last_ticks[a]))
     }
 
     /// Returns the velocity of a node before the kicks of this tick, m/s.

@@ -83,7 +83,7 @@ fn choose_steps<const D: usize, P: Potential<D>>(
     query_gaps(system, tick);
     let groups = groups_to_check(system, tick);
     let collapsed = set_clocks(system, &groups, tick);
-    system.workspace.due = groups;
+    system.workspace.active_groups = groups;
     collapsed
 }
 
@@ -117,7 +117,7 @@ fn check_tick<const D: usize, P: Potential<D>>(
         Some(error) => return Err(error),
         None => {}
     }
-    system.workspace.now.iter().enumerate().try_for_each(|(body, at)| check_spin(system, body, at))?;
+    system.workspace.bodies_after.iter().enumerate().try_for_each(|(body, at)| check_spin(system, body, at))?;
     check_stretch(system, time)
 }
 
@@ -140,11 +140,11 @@ pub(super) fn complete_kicks<const D: usize, P: Potential<D>>(
 /// Returns the active groups to the event queue and updates the range of steps if steps changed.
 fn requeue_groups<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     if system.model.settings.schedule == SteppingSchedule::Queue {
-        for group in &system.workspace.due {
+        for group in &system.workspace.active_groups {
             system.clock.queue.push(*group, system.state.alarms[*group as usize].next);
         }
     }
-    if !system.workspace.changed.is_empty() {
+    if !system.workspace.changed_steps.is_empty() {
         update_step_range(system);
     }
 }
@@ -169,7 +169,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     }
     find_loads(system, tick);
     place_bodies(system, time);
-    system.workspace.changed.clear();
+    system.workspace.changed_steps.clear();
     let sums = if system.blocks.is_some() { update_nodes(system, tick) } else { measure_limits(system) };
     count_global_steps(system, sums.limit, tick);
     system.clock.failure = system.clock.failure.take().or_else(|| find_collapse(system, tick));

@@ -13,47 +13,47 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Workspace<const D: usize> {
     /// Active nodes, without those of blocks at rest.
-    pub active: ActiveSet,
+    pub active_nodes: ActiveSet,
     /// Active groups, ascending; in the SIMD form only those whose step may change.
-    pub due: Vec<u32>,
+    pub active_groups: Vec<u32>,
     /// Velocities of the active nodes at the start of the tick, m/s.
-    pub before: Vec<Vector<D>>,
+    pub velocities_before: Vec<Vector<D>>,
     /// Relative change of these velocities by damping.
     pub decay: Vec<f64>,
     /// Stable limits CFL · 2/√λ_a of the active nodes, s.
-    pub limit: Vec<f64>,
+    pub node_limits: Vec<f64>,
     /// Stable limits by local number in one block, s.
-    pub limits: Vec<f64>,
+    pub block_limits: Vec<f64>,
     /// Contact limit of the steps at each node of `reached`.
-    pub nearness: Vec<ContactLimit>,
+    pub contact_limits: Vec<ContactLimit>,
     /// Star of each surface node that a body was close to.
-    pub beside: Vec<NodeStar>,
+    pub surface_stars: Vec<NodeStar>,
     /// Bodies at this tick before its impulses.
-    pub was: Vec<BodyState>,
+    pub bodies_before: Vec<BodyState>,
     /// Bodies at this tick with the impulses applied so far.
-    pub now: Vec<BodyState>,
+    pub bodies_after: Vec<BodyState>,
     /// Responses of the groups; those of active groups are current.
-    pub answers: Vec<GroupResponse>,
+    pub responses: Vec<GroupResponse>,
     /// Responses of the elements of the active groups (reference form).
-    pub reference: GroupResponses<D>,
+    pub element_responses: GroupResponses<D>,
     /// Kick lengths of the active groups, s (reference form).
-    pub weights: Vec<f64>,
+    pub kick_lengths: Vec<f64>,
     /// Groups whose step changed.
-    pub changed: Vec<StepChange>,
+    pub changed_steps: Vec<StepChange>,
     /// Contact points: surface points inside a body.
     pub contact_points: Vec<ContactPoint<D>>,
     /// Surface nodes that have met their mirror image.
     pub symmetry_contacts: Vec<SymmetryContact>,
     /// Nodes with impulses of contact or pressure.
-    pub carriers: Vec<ImpulseNode<D>>,
+    pub impulse_nodes: Vec<ImpulseNode<D>>,
     /// Pressure loads on the facets of active elements.
-    pub pushed: Vec<FacetLoad<D>>,
+    pub facet_loads: Vec<FacetLoad<D>>,
     /// Stiffness that the loads add to the elements behind them.
-    pub stiffer: Vec<LoadStiffness>,
+    pub load_stiffness: Vec<LoadStiffness>,
     /// Blocks whose stiffness these loads changed.
-    pub stiffened: Vec<usize>,
+    pub stiffened_blocks: Vec<usize>,
     /// Sums over chunks of nodes.
-    pub sums: Vec<KickSums>,
+    pub chunk_sums: Vec<KickSums>,
 }
 
 /// Star of a node, without duplicates.
@@ -68,12 +68,12 @@ pub(super) struct NodeStar {
 impl<const D: usize> Workspace<D> {
     pub fn new(n_nodes: usize, n_surface: usize, n_groups: usize) -> Self {
         Self {
-            active: ActiveSet::new(n_nodes),
-            before: vec![Vector::<D>::zeros(); n_nodes],
+            active_nodes: ActiveSet::new(n_nodes),
+            velocities_before: vec![Vector::<D>::zeros(); n_nodes],
             decay: vec![0.0; n_nodes],
-            limit: vec![0.0; n_nodes],
-            beside: vec![NodeStar::default(); n_surface],
-            answers: vec![GroupResponse::default(); n_groups],
+            node_limits: vec![0.0; n_nodes],
+            surface_stars: vec![NodeStar::default(); n_surface],
+            responses: vec![GroupResponse::default(); n_groups],
             ..Self::default()
         }
     }
@@ -81,7 +81,7 @@ impl<const D: usize> Workspace<D> {
     /// Returns the velocity of a node before the kicks of this tick, m/s, from the present velocities.
     pub fn velocity_before(&self, node: NodeId, velocity: &[Vector<D>]) -> Vector<D> {
         let a = node.index();
-        if self.active.has(a) { self.before[a] } else { velocity[a] }
+        if self.active_nodes.has(a) { self.velocities_before[a] } else { velocity[a] }
     }
 }
 
