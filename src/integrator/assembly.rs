@@ -79,11 +79,11 @@ impl<const D: usize> NodalSums<D> {
     pub fn notify_blocks(&self, nodes: &[usize], blocks: &ElementBlocks<D>) {
         for (i, node) in nodes.iter().enumerate() {
             for copy in blocks.node_copies(*node) {
-                let front = &blocks.fronts[copy.block as usize];
-                if !front.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
-                    front.request_check();
+                let monitor = &blocks.monitors[copy.block as usize];
+                if !monitor.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
+                    monitor.request_check();
                 }
-                if self.moves[i] && !front.gives {
+                if self.moves[i] && !monitor.contributes {
                     blocks.activate(copy.block as usize);
                 }
             }
@@ -128,7 +128,7 @@ impl NodeTile {
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];
             // Two loops, because a branch at each node takes half as long again.
-            if blocks.fronts[overlap.block as usize].gives {
+            if blocks.monitors[overlap.block as usize].contributes {
                 for (node, given) in nodes.iter().zip(given) {
                     let part = &mut parts[node.index() % TILE_NODES];
                     (0..4).for_each(|i| part[i] += given[i]);
@@ -192,17 +192,17 @@ impl NodeTile {
     pub fn notify_blocks<const D: usize>(&self, blocks: &ElementBlocks<D>) {
         let limits = self.limit_range();
         for overlap in &blocks.overlaps[self.at] {
-            let (block, front) = (&blocks.all[overlap.block as usize], &blocks.fronts[overlap.block as usize]);
+            let (block, monitor) = (&blocks.all[overlap.block as usize], &blocks.monitors[overlap.block as usize]);
             let nodes = &block.nodes[overlap.numbers()];
-            if front.gives {
+            if monitor.contributes {
                 let holds = |(node, number): (&NodeId, usize)| {
                     let at = node.index() % TILE_NODES;
-                    !self.active[at] || front.holds_at(number, self.limit[at])
+                    !self.active[at] || monitor.holds_at(number, self.limit[at])
                 };
-                if !front.holds_for_all(limits.least, limits.greatest)
+                if !monitor.holds_for_all(limits.least, limits.greatest)
                     && !nodes.iter().zip(overlap.numbers()).all(holds)
                 {
-                    front.request_check();
+                    monitor.request_check();
                 }
             } else if !block.is_moving() && nodes.iter().any(|node| self.moves[node.index() % TILE_NODES]) {
                 blocks.activate(overlap.block as usize);
@@ -241,10 +241,10 @@ mod tests {
 
     /// Prepares the monitors so that two of three blocks contribute.
     fn open(blocks: &mut ElementBlocks<3>) {
-        for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
+        for (i, (block, monitor)) in blocks.all.iter_mut().zip(&mut blocks.monitors).enumerate() {
             *block.awake.get_mut() = i % 3 > 0;
-            front.prepare(block);
-            front.gives = i % 3 > 0;
+            monitor.prepare(block);
+            monitor.contributes = i % 3 > 0;
         }
     }
 
@@ -301,7 +301,7 @@ mod tests {
             let told = [by_tile, by_node].map(|tell| {
                 open(&mut blocks);
                 active.chunk_by(|a, b| a / TILE_NODES == b / TILE_NODES).for_each(|nodes| tell(nodes, rule, &blocks));
-                let calm: Vec<bool> = blocks.fronts.iter_mut().map(StepMonitor::holds_steps).collect();
+                let calm: Vec<bool> = blocks.monitors.iter_mut().map(StepMonitor::holds_steps).collect();
                 (calm, blocks.all.iter().map(ElementBlock::is_moving).collect::<Vec<bool>>())
             });
             assert_eq!(told[0], told[1], "at a CFL of {cfl}");

@@ -47,7 +47,7 @@ pub(super) struct ElementBlocks<const D: usize> {
     /// Contributions of each block to its nodes: impulses of its last sweep and Σ κ of all its elements.
     pub parts: Vec<NodeAccumulator>,
     /// Step monitor of each block.
-    pub fronts: Vec<StepMonitor>,
+    pub monitors: Vec<StepMonitor>,
     pub lanes: ElementBatches<D>,
     /// History variables, batch by batch; those of the state lag behind while ticks are processed.
     pub memory: Vec<HistoryLanes>,
@@ -112,13 +112,13 @@ impl<const D: usize> ElementBlocks<D> {
         let still = rounding(gel.potential.rest());
         let (groups, n_groups, locals) =
             (SLOTS / order.width(), order.n_groups(), PerThread::new(NodeCache::new(still)));
-        let fronts = blocks.iter().map(|_| StepMonitor::default()).collect();
+        let monitors = blocks.iter().map(|_| StepMonitor::default()).collect();
         let parts = vec![[0.0; 4]; n_parts];
         let memory = lanes.memory();
         Some(Self {
             all: blocks,
             parts,
-            fronts,
+            monitors,
             lanes,
             memory,
             memories: gel.potential.memories(),
@@ -143,11 +143,11 @@ impl<const D: usize> ElementBlocks<D> {
     }
 
     /// Returns true if a node belongs to an active group.
-    pub fn fires(&self, node: usize) -> bool {
+    pub fn is_active(&self, node: usize) -> bool {
         self.node_copies(node).iter().any(|copy| {
             let block = &self.all[copy.block as usize];
             let number = || (copy.at as usize - block.first) as u16;
-            match block.due {
+            match block.activity {
                 BlockActivity::Nothing => false,
                 BlockActivity::Some => block.active_star().nodes.binary_search(&number()).is_ok(),
                 BlockActivity::All => true,
@@ -163,7 +163,7 @@ impl<const D: usize> ElementBlocks<D> {
 
     /// Returns true if no block moves and no step of one may be raised.
     pub fn are_still(&self) -> bool {
-        self.all.iter().all(|block| !block.is_moving() && !block.restless)
+        self.all.iter().all(|block| !block.is_moving() && !block.may_raise_step)
     }
 
     /// Returns the number of nodes of all blocks.
@@ -181,13 +181,13 @@ impl<const D: usize> ElementBlocks<D> {
         let groups = self.groups_of(block);
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
         let (least, most) = steps.clone().fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
-        let (all, front) = (&mut self.all[block], &mut self.fronts[block]);
+        let (all, monitor) = (&mut self.all[block], &mut self.monitors[block]);
         all.steps = (least, most);
         all.lengths = steps.fold(0, |all, step| all | step);
         all.active_stars.clear();
-        front.hold(grid.time(least), grid.time(most));
+        monitor.hold(grid.time(least), grid.time(most));
         if least < most {
-            front.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
+            monitor.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
         }
     }
 
@@ -197,7 +197,7 @@ impl<const D: usize> ElementBlocks<D> {
         for (node, sum) in nodes.iter().zip(&mut parts) {
             for copy in self.node_copies(*node) {
                 let part = &self.parts[copy.at as usize];
-                let from = if self.fronts[copy.block as usize].gives { 0 } else { 3 };
+                let from = if self.monitors[copy.block as usize].contributes { 0 } else { 3 };
                 (from..4).for_each(|i| sum[i] += part[i]);
             }
         }
@@ -214,7 +214,7 @@ impl<const D: usize> ElementBlocks<D> {
     /// Requests a check of the steps around a node at their next tick.
     pub fn request_check_around(&mut self, node: usize) {
         for at in self.start[node]..self.start[node + 1] {
-            self.all[self.spots[at as usize].block as usize].restless = true;
+            self.all[self.spots[at as usize].block as usize].may_raise_step = true;
         }
     }
 
@@ -234,7 +234,7 @@ impl<const D: usize> ElementBlocks<D> {
             self.update_steps(i, clocks, grid);
             let block = &mut self.all[i];
             block.cache = SweepCache::Empty;
-            block.restless = true;
+            block.may_raise_step = true;
             *block.awake.get_mut() = is_prestrained || block.nodes.iter().any(|node| moves(node.index()));
         }
     }
@@ -245,8 +245,8 @@ impl<const D: usize> ElementBlocks<D> {
             let own = 4 * block.nodes.capacity();
             size_of::<ElementBlock>() + own + block.active_stars.values().map(GroupStar::bytes).sum::<usize>()
         };
-        let fronts = self.fronts.iter().map(StepMonitor::bytes).sum::<usize>();
-        let parts = size_of::<NodeAccumulator>() * self.parts.len() + fronts;
+        let monitors = self.monitors.iter().map(StepMonitor::bytes).sum::<usize>();
+        let parts = size_of::<NodeAccumulator>() * self.parts.len() + monitors;
         self.lanes.bytes()
             + size_of_val(self.memory.as_slice())
             + parts

@@ -8,7 +8,7 @@ use crate::fem::Potential;
 use crate::math::{Vector, Vector3, embed};
 
 /// Makes the impulses events of the bodies, and adds them to the exchanges with the importer and to the record.
-pub(super) fn receive<const D: usize, P: Potential<D>>(
+pub(super) fn post_body_impulses<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     time: f64,
     (end, exchanges): (f64, &mut [ImpulseExchange]),
@@ -95,16 +95,16 @@ pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut Di
             reaction.add(&system.model.gel.free(node.index()), system.freedom(), (at, push));
         }
         if system.model.bodies[touch.body].motion != BodyMotion::Free {
-            book_reaction(system, touch);
+            post_support_reaction(system, touch);
         }
     }
     reaction.post(&mut system.state.ledger);
     system.workspace.contact_points = touches;
-    book_symmetry_contacts(system);
+    post_symmetry_work(system);
 }
 
 /// Posts the momentum and work of the support that holds or moves a body.
-fn book_reaction<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, touch: &ContactPoint<D>) {
+fn post_support_reaction<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, touch: &ContactPoint<D>) {
     let (freedom, push, body) = (system.freedom(), touch.push(), touch.body);
     let work = push.dot(&system.model.bodies[body].velocity_at(&system.workspace.bodies_before[body], &touch.point));
     let ledger = &mut system.state.ledger;
@@ -115,7 +115,7 @@ fn book_reaction<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D,
 
 /// Posts the work of the symmetry contacts, Σ J (u⁻ + u⁺)/2, and their momentum, which the plane's restraint
 /// gives.
-pub(super) fn book_symmetry_contacts<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+pub(super) fn post_symmetry_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let mut taken = ConstraintReaction::default();
     for SymmetryContact { node, axis, before, impulse, .. } in &system.workspace.symmetry_contacts {
         let a = node.index();

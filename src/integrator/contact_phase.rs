@@ -89,7 +89,7 @@ fn find_queried_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
     let (surface, contact) = (&system.model.gel.surface, &mut system.contact);
     let (neighbours, queried) = (&mut contact.neighbours, &mut contact.queried);
     if let Some(blocks) = &system.blocks {
-        return neighbours.append_queries(surface, reach, |node| blocks.fires(node.index()), queried);
+        return neighbours.append_queries(surface, reach, |node| blocks.is_active(node.index()), queried);
     }
     let active = system.workspace.active_nodes.reference_nodes().iter().filter_map(|a| surface.of[*a as usize]);
     queried.extend(active.filter(|node| neighbours.needs_query(*node, surface.nodes[*node as usize].size, reach)));

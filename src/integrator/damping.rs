@@ -15,7 +15,7 @@ pub(super) fn damping_impulse<const D: usize, P: Potential<D>>(system: &Discrete
 }
 
 /// Damps the active nodes of the reference form.
-pub(super) fn damp<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+pub(super) fn apply_damping<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     if system.model.settings.damping <= 0.0 {
         return;
     }
@@ -28,7 +28,7 @@ pub(super) fn damp<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<
 }
 
 /// Posts the work of damping of the reference form, once all velocities of the tick are known.
-pub(super) fn book_damping<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+pub(super) fn post_damping_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let both = |a: usize| system.workspace.velocities_before[a] + system.state.velocity[a];
     let of = |a: usize| 0.5 * damping_impulse(system, a).dot(&both(a));
     if system.model.settings.damping > 0.0 {

@@ -26,7 +26,7 @@ pub(super) fn is_distorted<const D: usize, P: Potential<D>>(
     tick: Tick,
     age: Tick,
 ) -> bool {
-    if system.clock.ends.wear.is_none() {
+    if system.clock.ends.distortion.is_none() {
         return false;
     }
     if system.state.record.stretch >= SurfaceStretch::Worn && age >= MIN_STRETCHED_AGE {
@@ -62,7 +62,7 @@ fn is_block_distorted<const D: usize, P: Potential<D>>(
         return false;
     }
     for group in groups.clone() {
-        let is_owed = end.owed(system.state.clocks[group].step) >= 0.0;
+        let is_owed = end.trailing_half(system.state.clocks[group].step) >= 0.0;
         if is_owed && system.contact.neighbours.may_group_be_distorted(group, travel) {
             let Some(bound) = group_travel_bound(system, group, time, fraction) else { return true };
             system.contact.neighbours.set_group_bound(group, travel + bound);
@@ -87,19 +87,19 @@ fn group_travel_bound<const D: usize, P: Potential<D>>(
     time: f64,
     fraction: f64,
 ) -> Option<f64> {
-    let wear = system.clock.ends.wear.as_ref()?;
+    let limits = system.clock.ends.distortion.as_ref()?;
     let mut least = f64::INFINITY;
     for element in system.model.layout.elements(system.model.layout.slots(group)) {
         let (e, nodes) = (element.index(), system.model.gel.potential.nodes(element));
         let mut now = [Vector::<D>::zeros(); MAX_NODES];
         now.iter_mut().zip(nodes).for_each(|(corner, node)| *corner = system.position_at(*node, time));
         let measure = system.model.gel.potential.measure(&now);
-        if measure < fraction * wear.least[e] || is_worse(&now, &CORNERS, fraction * wear.quality[e]) {
+        if measure < fraction * limits.least[e] || is_worse(&now, &CORNERS, fraction * limits.quality[e]) {
             return None;
         }
         let rings = system.model.gel.potential.measures_rings();
         let radius = if rings { ReferenceShape::of(&now, &CORNERS).radius } else { f64::INFINITY };
-        least = least.min(travel_bound(&now, &CORNERS, (wear.quality[e], wear.least[e] / measure), radius));
+        least = least.min(travel_bound(&now, &CORNERS, (limits.quality[e], limits.least[e] / measure), radius));
     }
     Some(least)
 }

@@ -47,7 +47,7 @@ pub(super) struct ElementBlock {
     /// Bitwise union of the steps of its groups, ticks: with bins each step is one bit.
     pub lengths: Tick,
     /// Activity at this tick, and the number of elements of the active groups.
-    pub due: BlockActivity,
+    pub activity: BlockActivity,
     pub n_active_elements: u64,
     /// Node stars of the active groups where some are active, keyed by the longest active step.
     pub active_stars: BTreeMap<Tick, GroupStar>,
@@ -58,15 +58,15 @@ pub(super) struct ElementBlock {
     /// True if a node of the block has moved or moves.
     pub awake: AtomicBool,
     /// True if a node of the block was active at this tick through another block.
-    pub looked_at: bool,
+    pub has_active_nodes: bool,
     /// True if a group of the block may raise its step.
-    pub restless: bool,
+    pub may_raise_step: bool,
     /// True if history variables in the block are newer than those of the state.
     pub has_unsaved_history: bool,
     /// Report of the sweep at this tick; `None` if the block was not swept.
     pub report: Option<BlockReport>,
     /// Energy stored by the groups active at the last sweep, and their dissipation since the previous tick of each.
-    pub spent: Dissipation,
+    pub dissipation: Dissipation,
     /// Energy residual of the groups active at the last sweep.
     pub step_residual: StepResidual,
     /// Group whose response accumulates the power of all groups without their own power; `None` if each has its own.
@@ -124,7 +124,7 @@ impl ElementBlock {
             }
         }
         let n_elements = elements().count() as u64;
-        Self { n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
+        Self { n_elements, awake: AtomicBool::new(true), may_raise_step: true, nodes, ..Self::default() }
     }
 
     /// Returns the chunks of nodes that contain its nodes.
@@ -141,7 +141,7 @@ impl ElementBlock {
 
     /// Returns true if the block must be swept at this tick; a block at rest need not after one full sweep at rest.
     pub fn needs_sweep(&self) -> bool {
-        self.due != BlockActivity::Nothing && (self.is_moving() || self.cache != SweepCache::AtRest)
+        self.activity != BlockActivity::Nothing && (self.is_moving() || self.cache != SweepCache::AtRest)
     }
 
     /// Returns the number of elements to sweep at this tick.
@@ -151,12 +151,12 @@ impl ElementBlock {
 
     /// Returns true if its part contributes impulses at this tick.
     pub fn contributes(&self) -> bool {
-        self.due != BlockActivity::Nothing && self.is_moving()
+        self.activity != BlockActivity::Nothing && self.is_moving()
     }
 
     /// Returns true if all steps hold unless a node finds a new limit: all groups have begun, and no step is about to rise.
     pub fn may_hold_steps(&self) -> bool {
-        self.contributes() && !self.restless && self.steps.0 > 0
+        self.contributes() && !self.may_raise_step && self.steps.0 > 0
     }
 
     /// Returns the node star of the active groups where some are active.
@@ -171,8 +171,8 @@ impl ElementBlock {
 
     /// Returns the local numbers of its active nodes.
     pub fn active_nodes(&self) -> impl Iterator<Item = usize> + '_ {
-        let all = if self.due == BlockActivity::All { 0..self.nodes.len() } else { 0..0 };
-        let some = if self.due == BlockActivity::Some { self.active_star().nodes.as_slice() } else { &[] };
+        let all = if self.activity == BlockActivity::All { 0..self.nodes.len() } else { 0..0 };
+        let some = if self.activity == BlockActivity::Some { self.active_star().nodes.as_slice() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
     }
 }
@@ -183,14 +183,14 @@ pub(super) struct StepResidual {
     /// Residual Σ ΔV + Σ A of the last tick − Σ A of this one, J; A is the leading-half work.
     pub residual: f64,
     /// Stored energy and dissipation.
-    pub spent: Dissipation,
+    pub dissipation: Dissipation,
 }
 
 impl StepResidual {
     /// Adds the residual of another block.
     pub fn merge(mut self, other: &Self) -> Self {
         self.residual += other.residual;
-        self.spent += other.spent;
+        self.dissipation += other.dissipation;
         self
     }
 }

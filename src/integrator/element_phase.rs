@@ -30,9 +30,9 @@ pub(super) fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut Di
         order: &system.model.layout,
     };
     let n_elements = blocks.find_active(&input);
-    let (stiffness, answers) = (system.state.stiffness.as_mut_slice(), system.workspace.responses.as_mut_slice());
+    let (stiffness, responses) = (system.state.stiffness.as_mut_slice(), system.workspace.responses.as_mut_slice());
     let pool = system.pool.as_deref().filter(|_| n_elements > MIN_SHARED_ELEMENTS);
-    blocks.sweep(&input, stiffness, answers, pool);
+    blocks.sweep(&input, stiffness, responses, pool);
     find_active(system);
 }
 
@@ -45,16 +45,16 @@ fn find_active_groups<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
         system.clock.queue.pop_at(tick, due);
         return;
     }
-    let active = system.state.clocks.iter().zip(0..).filter(|(clock, _)| moment.fires(clock.step));
+    let active = system.state.clocks.iter().zip(0..).filter(|(clock, _)| moment.is_active(clock.step));
     due.extend(active.map(|(_, group)| group));
 }
 
 /// Sets the kick weight of each active group to the trailing half of its last step, s (reference form).
 fn set_trailing_weights<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let owed = system.workspace.active_groups.iter().map(|group| system.owed(*group as usize, tick));
-    let owed: Vec<f64> = owed.collect();
+    let trailing_half = system.workspace.active_groups.iter().map(|group| system.trailing_half(*group as usize, tick));
+    let trailing_half: Vec<f64> = trailing_half.collect();
     system.workspace.kick_lengths.clear();
-    system.workspace.kick_lengths.extend(owed);
+    system.workspace.kick_lengths.extend(trailing_half);
 }
 
 /// Fails if an element is inverted for the second tick in a row or its energy is not a number; only the drift has
@@ -92,13 +92,13 @@ fn describe_failure<const D: usize, P: Potential<D>>(
     group: usize,
     time: f64,
 ) -> StepError {
-    let (answer, clock) = (&system.workspace.responses[group], &system.state.clocks[group]);
+    let (response, clock) = (&system.workspace.responses[group], &system.state.clocks[group]);
     let first = system.model.layout.slots(group).start;
-    let twice = answer.inverted & clock.inverted;
-    if answer.energy.is_finite() {
+    let twice = response.inverted & clock.inverted;
+    if response.energy.is_finite() {
         let slot = first + twice.trailing_zeros() as usize;
         let element = system.model.layout.element(slot).map_or(0, ElementId::index);
-        return StepError::Inverted { element, time, jacobian: answer.least_jacobian };
+        return StepError::Inverted { element, time, jacobian: response.least_jacobian };
     }
     let element = system.model.layout.elements(system.model.layout.slots(group)).next().map_or(0, ElementId::index);
     StepError::NotFinite { element, time }

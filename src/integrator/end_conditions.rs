@@ -7,7 +7,7 @@ use crate::state::Tick;
 #[derive(Debug, Clone, Default)]
 pub(super) struct EndConditions {
     /// Distortion limits; `None` if the mesh never ends by them.
-    pub wear: Option<DistortionLimits>,
+    pub distortion: Option<DistortionLimits>,
     /// Ticks at or after which the mesh ends, distorted or not, ascending.
     pub at: Vec<Tick>,
     /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.

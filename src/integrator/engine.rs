@@ -226,8 +226,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.
-    pub fn set_distortion_limits(&mut self, wear: Option<DistortionLimits>) {
-        self.system.clock.ends.wear = wear;
+    pub fn set_distortion_limits(&mut self, limits: Option<DistortionLimits>) {
+        self.system.clock.ends.distortion = limits;
         self.system.contact.neighbours.clear_parts();
     }
 

@@ -36,7 +36,7 @@ pub(super) fn process_ticks<const D: usize, P: Potential<D>>(
 ) -> Result<AdvanceOutcome, StepError> {
     let end = system.model.grid.last_tick(t);
     if system.is_at_rest() {
-        return fly(system, end);
+        return advance_bodies(system, end);
     }
     while let Some(tick) = next_event(system, end).filter(|tick| *tick <= end) {
         step_orientations(system, tick)?;
@@ -50,7 +50,7 @@ pub(super) fn process_ticks<const D: usize, P: Potential<D>>(
         system.state.now = Some(tick);
         done?;
         if due && find_exits(system) {
-            return fly(system, end);
+            return advance_bodies(system, end);
         }
     }
     // Skipped ticks count as processed.
@@ -166,7 +166,7 @@ pub(super) fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteS
 }
 
 /// Moves the bodies beside a gel at rest up to a tick: only the orientation steps of tumbling bodies remain.
-pub(super) fn fly<const D: usize, P: Potential<D>>(
+pub(super) fn advance_bodies<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     end: Tick,
 ) -> Result<AdvanceOutcome, StepError> {

@@ -74,9 +74,9 @@ pub(super) fn reevaluate_group<const D: usize, P: Potential<D>>(
     blocks.store_history(system.model.layout.slots(group), &system.model.layout, &mut system.state.memory);
     for patch in system.model.layout.patches(group) {
         let own = system.model.gel.potential.patches().of(*patch as usize);
-        let (mut answers, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&system.model.layout, own));
+        let (mut responses, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&system.model.layout, own));
         let history = (system.state.memory.as_slice(), &viscous);
-        system.model.gel.potential.again(*patch as usize, &system.state.position, history, &mut answers);
-        elements.extend(own.iter().copied().zip(answers));
+        system.model.gel.potential.again(*patch as usize, &system.state.position, history, &mut responses);
+        elements.extend(own.iter().copied().zip(responses));
     }
 }

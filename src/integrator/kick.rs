@@ -7,7 +7,7 @@ use super::element_phase::evaluate_elements;
 use super::energy_residual::{ClockInput, update_clock};
 use super::history_rows::reevaluate_group;
 use super::kick_sums::{ConstraintReaction, KickSums};
-use super::load::{add_load_stiffness, book_loads, press, pressed};
+use super::load::{add_load_stiffness, apply_pressures, loaded_nodes, post_load_work};
 use super::node_loop::update_nodes;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
@@ -20,7 +20,7 @@ use crate::state::Tick;
 
 /// Completes the kicks of the SIMD form, applies the pressures and solves contact; returns Σ p·(v⁻ + v⁺)/2 − Σ
 /// ΔQ, J.
-pub(super) fn kick_fast<const D: usize, P: Potential<D>>(
+pub(super) fn complete_simd_kicks<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
     sums: &KickSums,
@@ -32,7 +32,7 @@ pub(super) fn kick_fast<const D: usize, P: Potential<D>>(
     note_speeds(system);
     let correction = if begun.is_some() { 0.0 } else { correct_kicks(system) };
     find_impulse_nodes(system);
-    press(system, tick);
+    apply_pressures(system, tick);
     if let ImpulseLaw::Moreau { restitution, friction, .. } = system.model.settings.law {
         solve(system, restitution, friction);
     }
@@ -49,23 +49,23 @@ fn take_first_kick<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<
 /// Corrects the kicks of groups whose step changed: the sweep took half of the planned step; adds half of the
 /// difference to the chosen one.
 fn correct_kicks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> f64 {
-    let mut answers = std::mem::take(&mut system.workspace.element_responses.elements);
+    let mut responses = std::mem::take(&mut system.workspace.element_responses.elements);
     let mut work = 0.0;
     for i in 0..system.workspace.changed_steps.len() {
         let StepChange { group, planned, ahead } = system.workspace.changed_steps[i];
-        let contributes = |blocks: &ElementBlocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
+        let contributes = |blocks: &ElementBlocks<D>| blocks.monitors[group as usize / blocks.groups].contributes;
         if !system.blocks.as_ref().is_some_and(contributes) {
             continue;
         }
         let change = ahead as f64 - planned as f64;
-        answers.clear();
-        reevaluate_group(system, group as usize, &mut answers);
-        separate_power(system, group as usize, &answers);
-        for (element, answer) in &answers {
-            work += kick_more(system, *element, answer, 0.5 * change * system.model.grid.time(1));
+        responses.clear();
+        reevaluate_group(system, group as usize, &mut responses);
+        separate_power(system, group as usize, &responses);
+        for (element, response) in &responses {
+            work += correct_element_kick(system, *element, response, 0.5 * change * system.model.grid.time(1));
         }
     }
-    system.workspace.element_responses.elements = answers;
+    system.workspace.element_responses.elements = responses;
     work
 }
 
@@ -81,29 +81,32 @@ fn separate_power<const D: usize, P: Potential<D>>(
     let end = blocks.groups_of(block).end;
     if let Some(power_accumulator) = &mut blocks.all[block].power_accumulator {
         let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&system.workspace.velocities_before[node.index()]);
-        let element_power = |(element, answer): &(ElementId, ElementResponse<D>)| -> f64 {
-            system.model.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
+        let element_power = |(element, response): &(ElementId, ElementResponse<D>)| -> f64 {
+            system.model.gel.potential.nodes(*element).iter().zip(&response.forces).map(of_node).sum()
         };
         let power = elements.iter().map(element_power).sum();
         let rest = system.workspace.responses[*power_accumulator].power - power;
         // Groups come in ascending order: where the first one leaves, the next one accumulates the rest.
         *power_accumulator += usize::from(*power_accumulator == group);
         system.workspace.responses[group].power = power;
-        system.workspace.responses[*power_accumulator..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
+        system.workspace.responses[*power_accumulator..end]
+            .iter_mut()
+            .take(1)
+            .for_each(|response| response.power = rest);
     }
     system.blocks = Some(blocks);
 }
 
 /// Adds a kick of an element to those of the tick; returns the additional work less the change of the carried
 /// kick work, J.
-fn kick_more<const D: usize, P: Potential<D>>(
+fn correct_element_kick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     element: ElementId,
-    answer: &ElementResponse<D>,
+    response: &ElementResponse<D>,
     weight: f64,
 ) -> f64 {
     let (gel, mut reaction, mut work) = (system.model.gel.clone(), ConstraintReaction::default(), 0.0);
-    for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
+    for (node, force) in gel.potential.nodes(element).iter().zip(&response.forces) {
         let (a, push) = (node.index(), force * weight);
         let kicked = system.state.velocity[a];
         system.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
@@ -153,8 +156,14 @@ fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
     let mut carriers = std::mem::take(&mut system.workspace.impulse_nodes);
     carriers.clear();
     let met = system.workspace.symmetry_contacts.iter().map(|meeting| meeting.node);
-    for node in
-        system.workspace.contact_points.iter().flat_map(ContactPoint::nodes).copied().chain(met).chain(pressed(system))
+    for node in system
+        .workspace
+        .contact_points
+        .iter()
+        .flat_map(ContactPoint::nodes)
+        .copied()
+        .chain(met)
+        .chain(loaded_nodes(system))
     {
         let (before, kicked) = (system.velocity_before(node), system.state.velocity[node.index()]);
         carriers.push(ImpulseNode { node, before, kicked });
@@ -188,7 +197,7 @@ pub(super) fn post_residual<const D: usize, P: Potential<D>>(system: &mut Discre
     let residual =
         if system.blocks.is_some() { update_block_clocks(system, tick) } else { update_group_clocks(system, tick) };
     system.state.ledger.energy.integration += residual + work;
-    book_loads(system);
+    post_load_work(system);
 }
 
 /// Updates the clocks of the active groups (reference form); returns the residual, J.
@@ -196,9 +205,9 @@ fn update_group_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
     let mut residual = 0.0;
     for group in system.workspace.active_groups.iter().map(|group| *group as usize) {
         let ahead = system.ahead(group, tick);
-        let (clock, answer) = (&mut system.state.clocks[group], &system.workspace.responses[group]);
-        residual += update_clock(clock, answer, system.model.grid.time(ahead));
-        system.state.record.min_jacobian = system.state.record.min_jacobian.min(answer.least_jacobian);
+        let (clock, response) = (&mut system.state.clocks[group], &system.workspace.responses[group]);
+        residual += update_clock(clock, response, system.model.grid.time(ahead));
+        system.state.record.min_jacobian = system.state.record.min_jacobian.min(response.least_jacobian);
         system.state.record.updates += system.model.layout.elements(system.model.layout.slots(group)).count() as u64;
     }
     residual
@@ -208,9 +217,9 @@ fn update_group_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
 fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> f64 {
     let Some(mut blocks) = system.blocks.take() else { return 0.0 };
     let (moment, groups_per_block) = (system.tick_context(tick), blocks.groups);
-    let input = ClockInput { grid: system.model.grid, moment, answers: &system.workspace.responses };
+    let input = ClockInput { grid: system.model.grid, moment, responses: &system.workspace.responses };
     let total = blocks.update_clocks(input, &mut system.state.clocks, system.pool.as_deref());
-    system.state.ledger.energy.book_dissipation(&total.spent);
+    system.state.ledger.energy.book_dissipation(&total.dissipation);
     let record = &mut system.state.record;
     for report in blocks.all.iter().filter_map(|block| block.report) {
         record.updates += report.updates;
@@ -220,7 +229,7 @@ fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
     for changed in system.workspace.changed_steps.chunk_by(|a, b| block_of(a) == block_of(b)) {
         let block = block_of(&changed[0]);
         blocks.update_steps(block, &system.state.clocks, system.model.grid);
-        blocks.all[block].restless = true;
+        blocks.all[block].may_raise_step = true;
     }
     system.blocks = Some(blocks);
     total.residual

@@ -54,14 +54,14 @@ fn find_load<const D: usize, P: Potential<D>>(
     // p′A/√D.
     let area = push.forces.iter().sum::<Vector<D>>().norm();
     let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
-    let (forces, weight) = (push.forces.map(|force| force * pressure), system.owed(group, tick));
+    let (forces, weight) = (push.forces.map(|force| force * pressure), system.trailing_half(group, tick));
     Some((FacetLoad { nodes: loaded.facet, forces, group, weight }, added))
 }
 
 /// Returns true if a group is active at this tick; called before the clocks are set.
 fn is_group_active<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize, tick: Tick) -> bool {
     match system.blocks {
-        Some(_) => system.tick_context(tick).fires(system.state.clocks[group].step),
+        Some(_) => system.tick_context(tick).is_active(system.state.clocks[group].step),
         None => system.workspace.active_groups.binary_search(&(group as u32)).is_ok(),
     }
 }
@@ -117,7 +117,7 @@ fn sum_nodal_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
 }
 
 /// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.
-pub(super) fn press<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
     if system.workspace.facet_loads.is_empty() {
         return;
     }
@@ -140,7 +140,7 @@ pub(super) fn press<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
 }
 
 /// Iterates over the nodes of the loaded facets of this tick.
-pub(super) fn pressed<const D: usize, P: Potential<D>>(
+pub(super) fn loaded_nodes<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
 ) -> impl Iterator<Item = NodeId> + '_ {
     system.workspace.facet_loads.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
@@ -156,7 +156,7 @@ fn velocity_before_loads<const D: usize, P: Potential<D>>(system: &DiscreteSyste
 }
 
 /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
-pub(super) fn book_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+pub(super) fn post_load_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let work = |(node, impulse): (NodeId, Vector<D>)| {
         let velocity_sum = velocity_before_loads(system, node) + system.state.velocity[node.index()];
         0.5 * impulse.component_mul(&system.model.gel.free(node.index())).dot(&velocity_sum)

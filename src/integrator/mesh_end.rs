@@ -35,7 +35,7 @@ pub(super) fn is_over<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
     }
     let age = (tick - system.clock.origin) / system.clock.step_range.0;
     let is_due = || next_remesh_tick(system).is_some_and(|due| due <= tick);
-    let is_whole = system.model.settings.schedule.fires(system.clock.step_range.1, tick);
+    let is_whole = system.model.settings.schedule.is_active(system.clock.step_range.1, tick);
     age >= MIN_AGE && (is_whole && is_due() || is_distorted(system, tick, age))
         || has_collapsed(system)
         || has_leaked(system)

@@ -51,19 +51,23 @@ pub(super) fn find_active<const D: usize, P: Potential<D>>(system: &mut Discrete
     let Some(blocks) = &mut system.blocks else { return };
     let active = &mut system.workspace.active_nodes;
     active.clear();
-    for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-        front.prepare(block);
+    for (block, monitor) in blocks.all.iter().zip(&mut blocks.monitors) {
+        monitor.prepare(block);
     }
-    active.all =
-        blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == BlockActivity::All && front.gives);
+    active.all = blocks
+        .all
+        .iter()
+        .zip(&blocks.monitors)
+        .all(|(block, monitor)| block.activity == BlockActivity::All && monitor.contributes);
     if active.all {
         return;
     }
     for block in blocks.all.iter().filter(|block| block.contributes()) {
         active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
     }
-    for block in blocks.all.iter_mut().filter(|block| block.due != BlockActivity::Nothing && !block.contributes()) {
-        block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
+    for block in blocks.all.iter_mut().filter(|block| block.activity != BlockActivity::Nothing && !block.contributes())
+    {
+        block.has_active_nodes = block.nodes.iter().any(|node| active.has(node.index()));
     }
 }
 
@@ -158,12 +162,12 @@ mod tests {
         let rule = StepRule { mass: &gel.mass, cfl: 0.8 };
         let mut active = ActiveSet::new(n_nodes);
         active.insert_all((0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100));
-        assert!(active.listed_nodes().is_none() && blocks.fronts.len() > 2);
+        assert!(active.listed_nodes().is_none() && blocks.monitors.len() > 2);
         let mut after = |by_tile: bool| -> After {
-            for (block, front) in blocks.all.iter_mut().zip(&mut blocks.fronts) {
+            for (block, monitor) in blocks.all.iter_mut().zip(&mut blocks.monitors) {
                 *block.awake.get_mut() = true;
-                block.due = BlockActivity::All;
-                front.prepare(block);
+                block.activity = BlockActivity::All;
+                monitor.prepare(block);
             }
             let (mut position, mut velocity) =
                 (engine.system.state.position.clone(), engine.system.state.velocity.clone());
@@ -197,7 +201,7 @@ mod tests {
             };
             assert!(!by_tile || sums.iter().enumerate().all(|(run, sums)| sums.limit == least(run)));
             let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
-            let calm = blocks.fronts.iter_mut().map(StepMonitor::holds_steps).collect();
+            let calm = blocks.monitors.iter_mut().map(StepMonitor::holds_steps).collect();
             let awake = blocks.all.iter().map(ElementBlock::is_moving).collect();
             ([position, velocity, before], [bits(limit), bits(excess)], last, [calm, awake])
         };

@@ -5,9 +5,9 @@
 
 use super::SteppingSchedule;
 use super::contact_phase::{apply_reversal, correct_symmetry, solve};
-use super::damping::{book_damping, damp};
+use super::damping::{apply_damping, post_damping_work};
 use super::kick_sums::{ConstraintReaction, KickSums, decay};
-use super::load::press;
+use super::load::apply_pressures;
 use super::stability::nodal_limit;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
@@ -45,19 +45,19 @@ pub(super) fn drift_group_nodes<const D: usize, P: Potential<D>>(system: &mut Di
 
 /// Evaluates the forces of the active groups.
 pub(super) fn evaluate_forces<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let mut answers = std::mem::take(&mut system.workspace.element_responses);
-    answers.elements.clear();
-    answers.groups.clear();
+    let mut responses = std::mem::take(&mut system.workspace.element_responses);
+    responses.elements.clear();
+    responses.groups.clear();
     for i in 0..system.workspace.active_groups.len() {
-        let (group, first) = (system.workspace.active_groups[i] as usize, answers.elements.len());
+        let (group, first) = (system.workspace.active_groups[i] as usize, responses.elements.len());
         system.workspace.responses[group] =
-            evaluate_group(system, group, elapsed(system, group, tick), &mut answers.elements);
-        answers.groups.push(first..answers.elements.len());
-        for (element, answer) in &answers.elements[first..] {
-            system.state.stiffness[system.model.layout.slot(*element)] = answer.stiffness;
+            evaluate_group(system, group, elapsed(system, group, tick), &mut responses.elements);
+        responses.groups.push(first..responses.elements.len());
+        for (element, response) in &responses.elements[first..] {
+            system.state.stiffness[system.model.layout.slot(*element)] = response.stiffness;
         }
     }
-    system.workspace.element_responses = answers;
+    system.workspace.element_responses = responses;
 }
 
 /// Returns the time since the last tick of an active group, s.
@@ -82,22 +82,23 @@ pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
 ) -> GroupResponse {
     let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
     for patch in system.model.layout.patches(group) {
-        let mut answers = [ElementResponse::default(); DEPTH];
+        let mut responses = [ElementResponse::default(); DEPTH];
         let history = (elapsed, system.state.memory.as_mut_slice());
-        let spent = system.model.gel.potential.advance(*patch as usize, &system.state.position, history, &mut answers);
-        sum.energy += spent.energy;
-        system.state.ledger.energy.book_dissipation(&spent);
-        for (element, answer) in system.model.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
+        let dissipation =
+            system.model.gel.potential.advance(*patch as usize, &system.state.position, history, &mut responses);
+        sum.energy += dissipation.energy;
+        system.state.ledger.energy.book_dissipation(&dissipation);
+        for (element, response) in system.model.gel.potential.patches().of(*patch as usize).iter().zip(&responses) {
             let lane = system.model.layout.slot(*element) % system.model.layout.width();
-            sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);
-            sum.inverted |= u32::from(answer.jacobian <= 0.0) << lane;
-            sum.crushed += u32::from(system.model.gel.potential.is_crushed(answer.jacobian));
+            sum.least_jacobian = sum.least_jacobian.min(response.jacobian);
+            sum.inverted |= u32::from(response.jacobian <= 0.0) << lane;
+            sum.crushed += u32::from(system.model.gel.potential.is_crushed(response.jacobian));
             let nodes = system.model.gel.potential.nodes(*element).iter();
-            let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&system.state.velocity[node.index()]));
+            let power = nodes.zip(&response.forces).map(|(node, f)| f.dot(&system.state.velocity[node.index()]));
             sum.power += power.sum::<f64>();
             let now = (system.state.position.as_slice(), system.state.velocity.as_slice());
-            sum.closing = sum.closing.max(system.model.gel.potential.closing(*element, answer.jacobian, now));
-            elements.push((*element, *answer));
+            sum.closing = sum.closing.max(system.model.gel.potential.closing(*element, response.jacobian, now));
+            elements.push((*element, *response));
         }
     }
     sum
@@ -117,18 +118,18 @@ pub(super) fn measure_limits<const D: usize, P: Potential<D>>(system: &mut Discr
 
 /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
 pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let answers = std::mem::take(&mut system.workspace.element_responses);
-    for (i, elements) in answers.groups.iter().enumerate() {
-        for (element, answer) in &answers.elements[elements.clone()] {
-            kick_element(system, *element, answer, system.workspace.kick_lengths[i]);
+    let responses = std::mem::take(&mut system.workspace.element_responses);
+    for (i, elements) in responses.groups.iter().enumerate() {
+        for (element, response) in &responses.elements[elements.clone()] {
+            kick_element(system, *element, response, system.workspace.kick_lengths[i]);
             if system.model.settings.law == ImpulseLaw::Reversal {
                 apply_reversal(system, *element);
             }
         }
     }
-    system.workspace.element_responses = answers;
-    damp(system);
-    press(system, tick);
+    system.workspace.element_responses = responses;
+    apply_damping(system);
+    apply_pressures(system, tick);
     match system.model.settings.law {
         ImpulseLaw::Moreau { restitution, friction, .. } => solve(system, restitution, friction),
         ImpulseLaw::Reversal => correct_symmetry(system),
@@ -140,12 +141,12 @@ pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &m
 fn kick_element<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     element: ElementId,
-    answer: &ElementResponse<D>,
+    response: &ElementResponse<D>,
     weight: f64,
 ) {
     let (gel, freedom) = (&system.model.gel, system.freedom());
     let mut reaction = ConstraintReaction::default();
-    for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
+    for (node, force) in gel.potential.nodes(element).iter().zip(&response.forces) {
         let (a, push) = (node.index(), force * weight);
         system.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
         reaction.add(&gel.free(a), freedom, (embed(&system.state.position[a]), embed(&push)));
@@ -156,14 +157,14 @@ fn kick_element<const D: usize, P: Potential<D>>(
 /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
 /// kicks less the change of the carried kick work.
 pub(super) fn kick_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> f64 {
-    book_damping(system);
-    let (answers, share) = (&system.workspace.element_responses, system.leading_share());
+    post_damping_work(system);
+    let (responses, share) = (&system.workspace.element_responses, system.leading_share());
     let mut work: f64 =
         system.workspace.active_nodes.reference_nodes().iter().map(|a| system.state.excess[*a as usize]).sum();
     system.workspace.active_nodes.reference_nodes().iter().for_each(|a| system.state.excess[*a as usize] = 0.0);
-    for (elements, weight) in answers.groups.iter().zip(&system.workspace.kick_lengths) {
-        for (element, answer) in &answers.elements[elements.clone()] {
-            for (node, force) in system.model.gel.potential.nodes(*element).iter().zip(&answer.forces) {
+    for (elements, weight) in responses.groups.iter().zip(&system.workspace.kick_lengths) {
+        for (element, response) in &responses.elements[elements.clone()] {
+            for (node, force) in system.model.gel.potential.nodes(*element).iter().zip(&response.forces) {
                 let (before, after) =
                     (system.workspace.velocities_before[node.index()], system.state.velocity[node.index()]);
                 let excess = share * weight * force.dot(&(after - before));

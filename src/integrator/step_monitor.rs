@@ -14,7 +14,7 @@ pub(super) const RAISE_MARGIN: f64 = 4.0;
 #[derive(Debug, Default)]
 pub(super) struct StepMonitor {
     /// True if the part of the block contributes impulses at this tick.
-    pub gives: bool,
+    pub contributes: bool,
     /// Limits of any node that change no step of the block, s: from the first on and below the second.
     hold_range: (f64, f64),
     /// Limits of each node that change no step, s, at least as wide; empty where all groups have one step and no
@@ -67,7 +67,7 @@ impl StepMonitor {
 
     /// Prepares the monitor at the start of the node loop of a tick.
     pub fn prepare(&mut self, block: &ElementBlock) {
-        self.gives = block.contributes();
+        self.contributes = block.contributes();
         *self.is_check_requested.get_mut() = !block.may_hold_steps();
     }
 

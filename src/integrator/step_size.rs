@@ -72,37 +72,37 @@ pub(super) fn groups_to_check<const D: usize, P: Potential<D>>(
 /// Adds the active groups of watched blocks whose step may change.
 fn check_blocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick, groups: &mut Vec<u32>) {
     let Some(blocks) = &mut system.blocks else { return };
-    let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
+    let (mut all, mut monitors) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.monitors));
     let mut limits = std::mem::take(&mut system.workspace.block_limits);
-    for (i, (block, front)) in all.iter_mut().zip(&mut fronts).enumerate() {
-        let is_watched = front.gives || block.looked_at || block.restless;
-        if block.due == BlockActivity::Nothing || !is_watched || front.holds_steps() {
+    for (i, (block, monitor)) in all.iter_mut().zip(&mut monitors).enumerate() {
+        let is_watched = monitor.contributes || block.has_active_nodes || block.may_raise_step;
+        if block.activity == BlockActivity::Nothing || !is_watched || monitor.holds_steps() {
             continue;
         }
-        collect_limits(system, block, front.gives, &mut limits);
+        collect_limits(system, block, monitor.contributes, &mut limits);
         // Inactive groups of a block at rest are not checked.
-        let must_wait = block.restless && block.due == BlockActivity::Some && !front.gives;
-        block.restless = collect_changeable_groups(system, tick, i, &limits, groups) || must_wait;
-        if !block.restless {
-            watch_limits(system, front, i, block.nodes.len(), &limits);
+        let must_wait = block.may_raise_step && block.activity == BlockActivity::Some && !monitor.contributes;
+        block.may_raise_step = collect_changeable_groups(system, tick, i, &limits, groups) || must_wait;
+        if !block.may_raise_step {
+            watch_limits(system, monitor, i, block.nodes.len(), &limits);
         }
     }
     system.workspace.block_limits = limits;
     if let Some(blocks) = &mut system.blocks {
-        (blocks.all, blocks.fronts) = (all, fronts);
+        (blocks.all, blocks.monitors) = (all, monitors);
     }
 }
 
 /// Sets up the front of a block, none of whose steps may change now, to watch for limits that could change one.
 fn watch_limits<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
-    front: &mut StepMonitor,
+    monitor: &mut StepMonitor,
     block: usize,
     n_nodes: usize,
     limits: &[f64],
 ) {
     let Some(blocks) = &system.blocks else { return };
-    front.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&system.state.clocks, system.model.grid), limits);
+    monitor.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&system.state.clocks, system.model.grid), limits);
 }
 
 /// Adds the active groups of a block whose step may change; returns true if there are any, or if an inactive
@@ -130,7 +130,7 @@ fn may_step_change<const D: usize, P: Potential<D>>(
     limits: &[f64],
 ) -> bool {
     let clock = &system.state.clocks[group];
-    if !system.model.settings.schedule.fires(clock.step, tick) {
+    if !system.model.settings.schedule.is_active(clock.step, tick) {
         return false;
     }
     let mut limit = f64::INFINITY;
@@ -145,11 +145,11 @@ fn may_step_change<const D: usize, P: Potential<D>>(
 fn collect_limits<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     block: &ElementBlock,
-    gives: bool,
+    contributes: bool,
     limits: &mut Vec<f64>,
 ) {
     limits.clear();
-    if block.restless && !gives {
+    if block.may_raise_step && !contributes {
         limits.extend(block.nodes.iter().map(|node| node_limit(system, *node)));
         return;
     }
@@ -185,11 +185,11 @@ fn add_inverting_groups<const D: usize, P: Potential<D>>(
     groups: &mut Vec<u32>,
 ) {
     let Some(blocks) = system.blocks.as_ref().filter(|_| system.can_be_distorted()) else { return };
-    let (moment, answers) = (system.tick_context(tick), &system.workspace.responses);
+    let (moment, responses) = (system.tick_context(tick), &system.workspace.responses);
     for (i, _) in blocks.all.iter().enumerate().filter(|(_, block)| block.report.is_some_and(|report| report.closes)) {
         let is_concerned = |group: &usize| {
             let step = system.state.clocks[*group].step;
-            moment.fires(step) && closes(&answers[*group], system.model.grid.time(step))
+            moment.is_active(step) && closes(&responses[*group], system.model.grid.time(step))
         };
         groups.extend(blocks.groups_of(i).filter(is_concerned).map(|group| group as u32));
     }
@@ -221,7 +221,7 @@ fn add_groups_near_contact<const D: usize, P: Potential<D>>(
         let nearness = &system.workspace.contact_limits[index];
         let is_concerned = |group: &u32| {
             let clock = &system.state.clocks[*group as usize];
-            let is_active = system.model.settings.schedule.fires(clock.step, tick);
+            let is_active = system.model.settings.schedule.is_active(clock.step, tick);
             is_active && (nearness.limit < clock.step as f64 || nearness.is_near && clock.calm > 0)
         };
         groups.extend(system.workspace.surface_stars[*surface as usize].groups.iter().copied().filter(is_concerned));

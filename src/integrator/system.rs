@@ -76,7 +76,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
     /// Returns true if the mesh can end by distortion.
     pub fn can_be_distorted(&self) -> bool {
-        self.clock.ends.wear.is_some() && self.model.settings.schedule != SteppingSchedule::Queue
+        self.clock.ends.distortion.is_some() && self.model.settings.schedule != SteppingSchedule::Queue
     }
 
     /// Returns true if any pressure acts on the gel.
@@ -117,11 +117,11 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
     /// Returns the trailing half of the kick of an active group, which belongs to the step behind, s; called before
     /// the clocks are set.
-    pub fn owed(&self, group: usize, tick: Tick) -> f64 {
+    pub fn trailing_half(&self, group: usize, tick: Tick) -> f64 {
         self.model.grid.length(match self.model.settings.schedule {
             SteppingSchedule::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
             SteppingSchedule::Bins | SteppingSchedule::Global => {
-                self.tick_context(tick).owed(self.state.clocks[group].step)
+                self.tick_context(tick).trailing_half(self.state.clocks[group].step)
             }
         })
     }
@@ -141,7 +141,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         let group = self.model.layout.group(element);
         match self.model.settings.schedule {
             SteppingSchedule::Queue => self.state.alarms[group].last == tick,
-            _ => self.tick_context(tick).fires(self.state.clocks[group].step),
+            _ => self.tick_context(tick).is_active(self.state.clocks[group].step),
         }
     }
 }

@@ -5,11 +5,11 @@
 //! that ends, the leading half to the step that begins. Groups that are not active neither move nor push.
 
 use super::bodies::place_bodies;
-use super::contact_accounts::{post_contact_work, receive};
+use super::contact_accounts::{post_body_impulses, post_contact_work};
 use super::contact_phase::{find_contact_points, query_gaps};
 use super::derived::update_step_range;
 use super::element_phase::{add_leading_weights, check_elements, evaluate_elements, find_failure};
-use super::kick::{kick_fast, note_speeds, post_residual};
+use super::kick::{complete_simd_kicks, note_speeds, post_residual};
 use super::kick_sums::KickSums;
 use super::load::find_loads;
 use super::mesh_end::find_collapse;
@@ -42,7 +42,7 @@ pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     let collapsed = choose_steps(system, tick, &sums);
     let work = solve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    receive(system, time, (t, exchanges));
+    post_body_impulses(system, time, (t, exchanges));
     requeue_groups(system);
     check_tick(system, time, collapsed)
 }
@@ -129,7 +129,7 @@ pub(super) fn complete_kicks<const D: usize, P: Potential<D>>(
     sums: &KickSums,
 ) -> f64 {
     if system.blocks.is_some() {
-        return kick_fast(system, tick, sums);
+        return complete_simd_kicks(system, tick, sums);
     }
     add_leading_weights(system, tick);
     kick_and_solve_contact(system, tick);
@@ -178,7 +178,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     let work = complete_kicks(system, tick, &sums);
     post_residual(system, tick, work);
     post_contact_work(system);
-    receive(system, time, (t, exchanges));
+    post_body_impulses(system, time, (t, exchanges));
     system.clock.failure = system.clock.failure.take().or_else(|| find_stretch(system, time).leak);
     let length = system.state.record.synchronous.0;
     system.state.record.synchronous = (length, tick, synchronous_until(system, tick as f64));
