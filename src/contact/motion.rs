@@ -142,7 +142,7 @@ mod tests {
     fn rod(motion: BodyMotion) -> (RigidBody, BodyState) {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));
         let shape = ShapeGeometry::Sphere(Sphere { radius: 0.1 });
-        let body = RigidBody::new(shape, motion, FreeDirections::SPATIAL, (2.0, inertia));
+        let body = RigidBody::new(shape, motion, FreeDirections::SPATIAL, 2.0, inertia);
         let start = BodyState::at_start(Vector3::new(0.1, -0.2, 0.3), Vector3::new(1.0, 2.0, -3.0));
         let state = BodyState { angular_momentum: Vector3::new(0.3, 1.0, 0.2), ..start };
         (body, state)
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn a_sphere_turns_at_a_constant_rate() {
         let (rod, mut state) = rod(BodyMotion::Free);
-        let body = RigidBody::new(rod.shape, BodyMotion::Free, rod.freedom, (rod.mass, Tensor3::identity() * 0.5));
+        let body = RigidBody::new(rod.shape, BodyMotion::Free, rod.freedom, rod.mass, Tensor3::identity() * 0.5);
         state.angular_momentum = Vector3::new(0.0, 0.0, 0.5);
         let turned = state.at(&body, std::f64::consts::FRAC_PI_2);
         assert!((turned.orientation.transform_vector(&Vector3::x()) - Vector3::y()).norm() < 1e-15);

@@ -71,7 +71,7 @@ struct MeshPart {
 impl NeighbourList {
     /// Creates the neighbour list of a surface with its nodes at these positions; `speeds` bounds the speed of each
     /// run of nodes. Nothing else is known yet.
-    pub fn new(surface: &ContactSurface, (time, speeds): (f64, Vec<f64>), place: impl Fn(usize) -> Vector3) -> Self {
+    pub fn new(surface: &ContactSurface, time: f64, speeds: Vec<f64>, place: impl Fn(usize) -> Vector3) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
@@ -341,7 +341,7 @@ mod tests {
         let n = surface.nodes.len();
         let place = |node: u32| mesh.rest[surface.nodes[node as usize].node.index()];
         let mut at = BodyState::at_start(Vector3::new(1.06, 0.5, 0.5), Vector3::zeros());
-        let mut watch = NeighbourList::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let mut watch = NeighbourList::new(&surface, 0.0, vec![0.0], |node| mesh.rest[node]);
         let is_active = |i: usize| move |node: NodeId| any(i + 3 * node.index()) > -0.5;
         let (mut n_rebuilt, mut some) = (0, 0);
         for i in 1..=1000 {
@@ -381,7 +381,7 @@ mod tests {
     fn a_body_that_becomes_active_invalidates_all_bounds() {
         let mesh = test_surface::mesh(&[0.0, 1.0]);
         let surface = test_surface::surface(&mesh);
-        let mut watch = NeighbourList::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let mut watch = NeighbourList::new(&surface, 0.0, vec![0.0], |node| mesh.rest[node]);
         let on = BodyState::at_start(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
         let off = BodyState { active: false, ..on };
         let mut seen = |time: f64, at: BodyState| {

@@ -76,7 +76,7 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
         velocity,
     };
     let longest = grid.ticks(steps.iter().copied().fold(0.0, f64::max));
-    let neighbours = NeighbourList::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
+    let neighbours = NeighbourList::new(&gel.surface, 0.0, vec![], |node| embed(&state.position[node]));
     let mut system = DiscreteSystem {
         blocks: element_blocks(&gel, &layout, &settings),
         clock: MeshClock::new(origin, (step, longest), state.position.len()),

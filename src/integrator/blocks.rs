@@ -187,7 +187,7 @@ impl<const D: usize> ElementBlocks<D> {
         all.active_stars.clear();
         monitor.hold(grid.time(least), grid.time(most));
         if least < most {
-            monitor.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
+            monitor.watch(all.nodes.len(), groups, &self.lanes, clocks, grid, &[]);
         }
     }
 

@@ -11,7 +11,8 @@ use crate::math::{Vector, Vector3, embed};
 pub(super) fn post_body_impulses<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     time: f64,
-    (end, exchanges): (f64, &mut [ImpulseExchange]),
+    end: f64,
+    exchanges: &mut [ImpulseExchange],
 ) {
     for (body, exchange) in exchanges.iter_mut().enumerate() {
         let Some(impulse) = body_impulse(system, body, exchange) else { continue };
@@ -92,7 +93,7 @@ pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut Di
         system.state.ledger.energy.external += touch.push().dot(&touch.swell);
         for (node, w) in touch.carriers() {
             let (at, push) = (embed(&system.state.position[node.index()]), touch.push() * w);
-            reaction.add(&system.model.gel.free(node.index()), system.freedom(), (at, push));
+            reaction.add(&system.model.gel.free(node.index()), system.freedom(), at, push);
         }
         if system.model.bodies[touch.body].motion != BodyMotion::Free {
             post_support_reaction(system, touch);
@@ -121,7 +122,7 @@ pub(super) fn post_symmetry_work<const D: usize, P: Potential<D>>(system: &mut D
         let a = node.index();
         system.state.ledger.energy.contact += 0.5 * impulse * (before + system.state.velocity[a][*axis]);
         let push = embed(&Vector::<D>::from_fn(|i, _| if i == *axis { *impulse } else { 0.0 }));
-        taken.add_reaction(system.freedom(), (embed(&system.state.position[a]), push));
+        taken.add_reaction(system.freedom(), embed(&system.state.position[a]), push);
     }
     taken.post(&mut system.state.ledger);
 }

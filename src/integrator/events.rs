@@ -42,7 +42,7 @@ pub(super) fn process_ticks<const D: usize, P: Potential<D>>(
         step_orientations(system, tick)?;
         let due = is_due(system, tick);
         if due && is_over(system, tick) {
-            process_last_tick(system, tick, (t, exchanges))?;
+            process_last_tick(system, tick, t, exchanges)?;
             return Ok(AdvanceOutcome::Worn);
         }
         system.clock.phase = if system.state.now.is_none() { MeshPhase::First } else { MeshPhase::Between };

@@ -121,7 +121,7 @@ fn correct_element_kick<const D: usize, P: Potential<D>>(
         let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
         system.state.excess[a] += 0.5 * more;
         work += gel.mass[a] * (both - first).dot(&system.workspace.velocities_before[a]);
-        reaction.add(&gel.free(a), system.freedom(), (embed(&system.state.position[a]), embed(&push)));
+        reaction.add(&gel.free(a), system.freedom(), embed(&system.state.position[a]), embed(&push));
         note_speed(system, a);
     }
     reaction.post(&mut system.state.ledger);

@@ -70,15 +70,15 @@ impl std::ops::Add for ConstraintReaction {
 
 impl ConstraintReaction {
     /// Adds the reaction of the held directions of a node at `at`, m, to an impulse, N·s.
-    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: FreeDirections, (at, push): (Vector3, Vector3)) {
+    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: FreeDirections, at: Vector3, push: Vector3) {
         if free.min() == 0.0 {
             let reaction = embed(&restrict::<D>(&push).component_mul(free)) - push;
-            self.add_reaction(freedom, (at, reaction));
+            self.add_reaction(freedom, at, reaction);
         }
     }
 
     /// Adds a reaction impulse on a node at `at`, m.
-    pub fn add_reaction(&mut self, freedom: FreeDirections, (at, push): (Vector3, Vector3)) {
+    pub fn add_reaction(&mut self, freedom: FreeDirections, at: Vector3, push: Vector3) {
         self.momentum += freedom.translation(&push);
         self.angular_momentum += freedom.rotation(&at.cross(&push));
     }

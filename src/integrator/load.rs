@@ -129,7 +129,7 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
             let (a, push) = (node.index(), embed(&impulse));
             system.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
             let at = embed(&system.state.position[a]);
-            taken.add(&gel.free(a), freedom, (at, push));
+            taken.add(&gel.free(a), freedom, at, push);
             system.state.ledger.momentum.load += freedom.translation(&push);
             system.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
             system.state.record.pressed += push.norm();

@@ -50,9 +50,11 @@ fn has_leaked<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) ->
 /// nodes. It tests element by element before a tick; [`find_collapse`] tests block by block after the
 /// sweep. Roundings may differ between the two, and either ends the mesh.
 fn has_collapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> bool {
-    let known = (system.state.stiffness.as_slice(), &*system.model.layout);
     let is_short = |node: &NodeId| {
-        system.model.grid.ticks(system.model.settings.cfl * nodal_limit(&system.model.gel, known, *node)) < 1.0
+        system.model.grid.ticks(
+            system.model.settings.cfl
+                * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, *node),
+        ) < 1.0
     };
     let mut elements =
         finest_groups(system).flat_map(|group| system.model.layout.elements(system.model.layout.slots(group)));
@@ -73,9 +75,11 @@ pub(super) fn find_collapse<const D: usize, P: Potential<D>>(
 pub(super) fn stepless<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
 ) -> impl Iterator<Item = ElementId> + '_ {
-    let known = (system.state.stiffness.as_slice(), &*system.model.layout);
     let is_short = move |node: &NodeId| {
-        system.model.grid.ticks(system.model.settings.cfl * nodal_limit(&system.model.gel, known, *node)) < 1.0
+        system.model.grid.ticks(
+            system.model.settings.cfl
+                * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, *node),
+        ) < 1.0
     };
     let stiffness = |element: &ElementId| system.state.stiffness[system.model.layout.slot(*element)];
     let stiffest = move |node: NodeId| {

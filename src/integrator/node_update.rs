@@ -73,7 +73,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
             *node.excess = excess;
             sums.max_speed_squared = sums.max_speed_squared.max(node.velocity.norm_squared());
             if !gel.is_free(a) {
-                sums.reaction.add(&gel.free(a), self.freedom, (embed(node.position), embed(&p)));
+                sums.reaction.add(&gel.free(a), self.freedom, embed(node.position), embed(&p));
             }
             nodal.moves[i] = *node.velocity != Vector::<D>::zeros();
         }
@@ -125,7 +125,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         sums.max_speed_squared = sums.max_speed_squared.max(greatest(square));
         if held.iter().fold(0, |all, held| all | held) != 0 {
             for (i, at) in position.iter().enumerate() {
-                sums.reaction.add(&self.gel.free(first + i), self.freedom, (embed(at), embed(&nodal.impulse(i))));
+                sums.reaction.add(&self.gel.free(first + i), self.freedom, embed(at), embed(&nodal.impulse(i)));
             }
         }
     }

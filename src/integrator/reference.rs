@@ -106,10 +106,10 @@ pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
 
 /// Finds the stable limits of the active nodes and the least of them.
 pub(super) fn measure_limits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> KickSums {
-    let known = (system.state.stiffness.as_slice(), &*system.model.layout);
     let mut sums = KickSums::default();
     for a in system.workspace.active_nodes.reference_nodes() {
-        let limit = system.model.settings.cfl * nodal_limit(&system.model.gel, known, NodeId(*a));
+        let limit = system.model.settings.cfl
+            * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, NodeId(*a));
         system.workspace.node_limits[*a as usize] = limit;
         sums.limit = sums.limit.min(limit);
     }
@@ -149,7 +149,7 @@ fn kick_element<const D: usize, P: Potential<D>>(
     for (node, force) in gel.potential.nodes(element).iter().zip(&response.forces) {
         let (a, push) = (node.index(), force * weight);
         system.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
-        reaction.add(&gel.free(a), freedom, (embed(&system.state.position[a]), embed(&push)));
+        reaction.add(&gel.free(a), freedom, embed(&system.state.position[a]), embed(&push));
     }
     reaction.post(&mut system.state.ledger);
 }

@@ -30,11 +30,12 @@ pub(super) fn nodal_step_limit(stiffness: f64, mass: f64) -> f64 {
 /// Returns the nodal stability limit 2/√λ_a, s, summed over the elements of the node in ascending order (A8).
 pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
     gel: &DiscreteGel<D, P>,
-    (stiffness, order): (&[f64], &ElementLayout),
+    stiffness: &[f64],
+    layout: &ElementLayout,
     node: NodeId,
 ) -> f64 {
     nodal_step_limit(
-        gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(),
+        gel.star.of(node).iter().map(|element| stiffness[layout.slot(*element)]).sum(),
         gel.mass[node.index()],
     )
 }

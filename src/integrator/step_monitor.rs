@@ -33,8 +33,11 @@ impl StepMonitor {
     /// otherwise all are.
     pub fn watch<const D: usize>(
         &mut self,
-        (n_nodes, groups, lanes): (usize, Range<usize>, &ElementBatches<D>),
-        (clocks, grid): (&[GroupClock], TickGrid),
+        n_nodes: usize,
+        groups: Range<usize>,
+        lanes: &ElementBatches<D>,
+        clocks: &[GroupClock],
+        grid: TickGrid,
         limits: &[f64],
     ) {
         self.node_hold_ranges.clear();

@@ -102,7 +102,7 @@ fn watch_limits<const D: usize, P: Potential<D>>(
     limits: &[f64],
 ) {
     let Some(blocks) = &system.blocks else { return };
-    monitor.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&system.state.clocks, system.model.grid), limits);
+    monitor.watch(n_nodes, blocks.groups_of(block), &blocks.lanes, &system.state.clocks, system.model.grid, limits);
 }
 
 /// Adds the active groups of a block whose step may change; returns true if there are any, or if an inactive
@@ -170,7 +170,7 @@ fn node_limit<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, no
     }
     let Some(blocks) = &system.blocks else {
         return system.model.settings.cfl
-            * nodal_limit(&system.model.gel, (&system.state.stiffness, &system.model.layout), node);
+            * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, node);
     };
     let parts = blocks.node_copies(node.index()).iter().map(|spot| blocks.parts[spot.at as usize][3]);
     system.model.settings.cfl * nodal_step_limit(parts.sum(), system.model.gel.mass[node.index()])

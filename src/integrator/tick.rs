@@ -42,7 +42,7 @@ pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     let collapsed = choose_steps(system, tick, &sums);
     let work = solve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    post_body_impulses(system, time, (t, exchanges));
+    post_body_impulses(system, time, t, exchanges);
     requeue_groups(system);
     check_tick(system, time, collapsed)
 }
@@ -155,7 +155,8 @@ fn requeue_groups<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D
 pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
-    (t, exchanges): (f64, &mut [ImpulseExchange]),
+    t: f64,
+    exchanges: &mut [ImpulseExchange],
 ) -> Result<(), StepError> {
     let time = system.model.grid.time(tick);
     system.clock.phase = MeshPhase::Last;
@@ -178,7 +179,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     let work = complete_kicks(system, tick, &sums);
     post_residual(system, tick, work);
     post_contact_work(system);
-    post_body_impulses(system, time, (t, exchanges));
+    post_body_impulses(system, time, t, exchanges);
     system.clock.failure = system.clock.failure.take().or_else(|| find_stretch(system, time).leak);
     let length = system.state.record.synchronous.0;
     system.state.record.synchronous = (length, tick, synchronous_until(system, tick as f64));
