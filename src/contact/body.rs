@@ -1,3 +1,5 @@
+//! Rigid body: shape, mass and inertia, and the directions in which it moves.
+
 use super::{BodyState, Wrench};
 use crate::geometry::{Gap, ShapeGeometry, SignedDistance};
 use crate::math::{Tensor3, Vector, Vector3};

@@ -1,3 +1,5 @@
+//! Discretised gel: masses, elements, held directions and surface; what does not change while a mesh lasts.
+
 use super::PressureLoads;
 use crate::contact::{ContactSurface, NodalMasses};
 use crate::fem::{ElementStates, HistoryVariables, Potential};
