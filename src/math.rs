@@ -114,6 +114,12 @@ where
     sums.first().copied().unwrap_or(zero)
 }
 
+/// Returns the lesser of two numbers, or NaN if one is NaN; `f64::min` would drop it.
+#[must_use]
+pub fn least(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b >= a { a } else { b }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

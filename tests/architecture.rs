@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "architecture/circles.rs"]
+mod circles;
 #[path = "architecture/code.rs"]
 mod code;
 
@@ -144,6 +146,26 @@ fn names_of_types_are_unique() {
         .map(|(name, places)| format!("{name}: {}", places.join(", ")))
         .collect();
     assert!(twice.is_empty(), "{} names:\n{}", twice.len(), twice.join("\n"));
+}
+
+#[test]
+fn no_room_has_a_circle_of_files() {
+    let path = |file: &PathBuf| file.strip_prefix("src").unwrap().to_str().unwrap().to_owned();
+    let files = rust_files("src").into_iter().map(|file| (path(&file), text(&file)));
+    let circles = circles::SourceTree::new(files).circles();
+    let list = |circle: &Vec<String>| format!("{} files: {}", circle.len(), circle.join(", "));
+    assert!(circles.is_empty(), "circles of files:\n{}", circles.iter().map(list).collect::<Vec<_>>().join("\n"));
+}
+
+#[test]
+fn circles_of_files_are_found() {
+    let room = |c: &str| {
+        let files = [("a/mod.rs", "pub use b::B;"), ("a/b.rs", "use super::c::C;\npub struct B;"), ("a/c.rs", c)];
+        circles::SourceTree::new(files.map(|(path, code)| (path.to_owned(), code.to_owned()))).circles()
+    };
+    assert!(room("pub struct C; // super::B").is_empty());
+    assert_eq!(room("use super::{super::x, B};\npub struct C;"), [["a::b", "a::c"]]);
+    assert_eq!(room("pub struct C { b: super::b::B }"), [["a::b", "a::c"]]);
 }
 
 const SAMPLE: &str = r#"

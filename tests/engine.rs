@@ -102,7 +102,7 @@ fn engine<const D: usize>(
 
 fn ball(freedom: FreeDirections, height: f64) -> (RigidBody, BodyState) {
     let inertia = nalgebra::Matrix3::identity() * 0.01;
-    let body = RigidBody::new(ShapeGeometry::Sphere(Sphere { radius: 0.3 }), BodyMotion::Free, freedom, (0.3, inertia));
+    let body = RigidBody::new(ShapeGeometry::Sphere(Sphere { radius: 0.3 }), BodyMotion::Free, freedom, 0.3, inertia);
     (body, BodyState::at_start(Vector3::new(0.0, 0.0, 0.3 + height), Vector3::new(0.0, 0.0, -0.2)))
 }
 

@@ -24,7 +24,8 @@ fn bystander() -> (RigidBody, BodyState) {
         ShapeGeometry::Sphere(Sphere { radius: 0.3 }),
         BodyMotion::Free,
         FreeDirections::PLANAR,
-        (1.0, inertia),
+        1.0,
+        inertia,
     );
     (body, BodyState::at_start(Vector3::new(0.0, 0.0, 50.0), Vector3::zeros()))
 }

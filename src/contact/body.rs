@@ -1,3 +1,5 @@
+//! Rigid body: shape, mass and inertia, and the directions in which it moves.
+
 use super::{BodyState, Wrench};
 use crate::geometry::{Gap, ShapeGeometry, SignedDistance};
 use crate::math::{Tensor3, Vector, Vector3};
@@ -84,12 +86,7 @@ impl RigidBody {
     /// # Panics
     /// If mass or inertia are not positive definite.
     #[must_use]
-    pub fn new(
-        shape: ShapeGeometry,
-        motion: BodyMotion,
-        freedom: FreeDirections,
-        (mass, inertia): (f64, Tensor3),
-    ) -> Self {
+    pub fn new(shape: ShapeGeometry, motion: BodyMotion, freedom: FreeDirections, mass: f64, inertia: Tensor3) -> Self {
         assert!(mass > 0.0, "the mass of a moving body must be positive");
         let inverse_inertia = inertia.cholesky().expect("an inertia tensor is positive definite").inverse();
         let isotropic = is_isotropic(&inertia).then_some(inverse_inertia[(0, 0)]);

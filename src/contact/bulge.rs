@@ -1,3 +1,5 @@
+//! Growth of a dome: its height and base radius, with their rates.
+
 use crate::geometry::Dome;
 use crate::math::Vector;
 use serde::{Deserialize, Serialize};

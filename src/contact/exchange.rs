@@ -1,3 +1,5 @@
+//! Exchange with the importer: impulse and work on a body in a communication step.
+
 use crate::math::{Vector, Vector3};
 use serde::{Deserialize, Serialize};
 

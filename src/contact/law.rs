@@ -1,3 +1,5 @@
+//! Impulse laws of a contact point (numerics 2.3).
+
 /// Contact impulse law between a surface node and a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ImpulseLaw {

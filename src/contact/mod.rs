@@ -1,13 +1,36 @@
-//! Contact bodies: rigid bodies, and the impulse between a body and a surface node.
+//! Contact: rigid bodies, the detection of contact with the surface of the gel, and the solver of its impulses.
 
 mod body;
+mod body_state;
 mod bulge;
+mod detection;
 mod exchange;
+mod facet;
 mod law;
 mod motion;
+mod neighbour_list;
+mod point;
+mod solver;
+mod surface;
+mod symmetry;
+#[cfg(test)]
+pub(crate) mod test_surface;
+mod tip;
+mod tolerance;
 
 pub use body::{BodyMotion, FreeDirections, RigidBody};
+pub use body_state::{BodyState, Wrench};
 pub use bulge::DomeMotion;
+pub(crate) use detection::{ContactDetection, FacetCandidate, facet_corners};
 pub use exchange::ImpulseExchange;
+pub(crate) use facet::find_deepest_point;
 pub use law::{ImpulseLaw, impulse, reversal};
-pub use motion::{BodyState, Wrench, WrenchWork};
+pub use motion::WrenchWork;
+pub(crate) use neighbour_list::{NODE_RUN, NeighbourList, STRETCH};
+pub(crate) use point::{ContactPoint, TickBodies};
+pub(crate) use solver::ContactProblem;
+pub use surface::{ContactSurface, SurfaceNode};
+pub(crate) use surface::{NodalMasses, SurfaceView};
+pub(crate) use symmetry::{SymmetryContact, symmetry_contacts};
+pub(crate) use tip::find_penetration;
+pub(crate) use tolerance::ContactTolerances;

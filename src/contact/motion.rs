@@ -1,79 +1,9 @@
 //! Motion of a rigid body between events, in closed form from the last event (numerics A4).
 
-use super::{BodyMotion, DomeMotion, RigidBody};
+use super::{BodyMotion, BodyState, RigidBody, Wrench};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
 use nalgebra::{Quaternion, UnitQuaternion};
-use serde::{Deserialize, Serialize};
-
-/// External wrench: force and torque on a body from outside the gel, with their rates.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Wrench {
-    /// Force, N.
-    pub force: Vector3,
-    /// Torque about the centre of mass, N·m.
-    pub torque: Vector3,
-    /// Rate of the force, N/s.
-    pub force_rate: Vector3,
-    /// Rate of the torque, N·m/s.
-    pub torque_rate: Vector3,
-}
-
-impl Wrench {
-    /// Returns true if the wrench is constant between events.
-    #[must_use]
-    pub fn is_constant(&self) -> bool {
-        self.force_rate == Vector3::zeros() && self.torque_rate == Vector3::zeros()
-    }
-}
-
-/// State of a body at its last event: an impulse, or a change of the wrench.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct BodyState {
-    /// Time of the event, s.
-    pub time: f64,
-    /// Centre of mass, m.
-    pub position: Vector3,
-    /// Velocity, m/s.
-    pub velocity: Vector3,
-    /// Rotation from the body frame to the world frame.
-    pub orientation: UnitQuaternion<f64>,
-    /// Angular momentum about the centre of mass, world frame, N·m·s.
-    pub angular_momentum: Vector3,
-    /// Wrench from the event on.
-    pub wrench: Wrench,
-    /// Height and base radius of a dome; `None` for any other body.
-    pub bulge: Option<DomeMotion>,
-    /// True if the body takes part; an inactive body stays at its place, touches nothing and is not in the ledger.
-    pub active: bool,
-}
-
-impl BodyState {
-    /// Creates the state of an active body at time 0, upright, without rotation and without a wrench.
-    #[must_use]
-    pub fn at_start(position: Vector3, velocity: Vector3) -> Self {
-        Self {
-            time: 0.0,
-            position,
-            velocity,
-            orientation: UnitQuaternion::identity(),
-            angular_momentum: Vector3::zeros(),
-            wrench: Wrench::default(),
-            bulge: None,
-            active: true,
-        }
-    }
-
-    /// Returns true if all numbers are finite and a bulge, if any, is a dome.
-    #[must_use]
-    pub fn is_valid(&self) -> bool {
-        let Wrench { force, torque, force_rate, torque_rate } = &self.wrench;
-        let vectors = [&self.position, &self.velocity, &self.angular_momentum, force, torque, force_rate, torque_rate];
-        let turned = self.orientation.coords.iter().chain([&self.time]);
-        vectors.into_iter().flat_map(|vector| vector.iter()).chain(turned).all(|x| x.is_finite())
-            && self.bulge.is_none_or(|bulge| bulge.check().is_ok())
-    }
-}
 
 /// Work and impulse of the wrench between two events of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -212,7 +142,7 @@ mod tests {
     fn rod(motion: BodyMotion) -> (RigidBody, BodyState) {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));
         let shape = ShapeGeometry::Sphere(Sphere { radius: 0.1 });
-        let body = RigidBody::new(shape, motion, FreeDirections::SPATIAL, (2.0, inertia));
+        let body = RigidBody::new(shape, motion, FreeDirections::SPATIAL, 2.0, inertia);
         let start = BodyState::at_start(Vector3::new(0.1, -0.2, 0.3), Vector3::new(1.0, 2.0, -3.0));
         let state = BodyState { angular_momentum: Vector3::new(0.3, 1.0, 0.2), ..start };
         (body, state)
@@ -274,7 +204,7 @@ mod tests {
     #[test]
     fn a_sphere_turns_at_a_constant_rate() {
         let (rod, mut state) = rod(BodyMotion::Free);
-        let body = RigidBody::new(rod.shape, BodyMotion::Free, rod.freedom, (rod.mass, Tensor3::identity() * 0.5));
+        let body = RigidBody::new(rod.shape, BodyMotion::Free, rod.freedom, rod.mass, Tensor3::identity() * 0.5);
         state.angular_momentum = Vector3::new(0.0, 0.0, 0.5);
         let turned = state.at(&body, std::f64::consts::FRAC_PI_2);
         assert!((turned.orientation.transform_vector(&Vector3::x()) - Vector3::y()).norm() < 1e-15);

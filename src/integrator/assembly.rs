@@ -6,28 +6,16 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{ElementBlock, ElementBlocks, exceed_cache};
-use super::node_loop::RUN;
-use super::step_size;
+use super::active_set::{NODE_BATCH, TILE_NODES};
+use super::blocks::{ElementBlocks, exceed_cache};
+use super::stability::nodal_step_limit;
+use super::tile_overlap::PREFETCH_DISTANCE;
 use crate::fem::{LANES, NodeAccumulator};
 use crate::math::Vector;
 use crate::mesh::NodeId;
-use prefetch_index::prefetch_index;
-use std::ops::Range;
 
-/// Nodes of a batch; each stage (sums, limits, kicks) runs over the whole batch. Not tuned: any number works that
-/// fills SIMD vectors and stays in the nearest cache.
-pub(super) const NODE_BATCH: usize = 32;
-const _: () = assert!(NODE_BATCH.is_multiple_of(LANES), "they fill vectors");
-/// Nodes of a tile, a part of a chunk; the sums of a tile stay in the nearest cache.
-pub(super) const TILE_NODES: usize = 256;
-/// Prefetch distance in overlaps; 1 to 12 perform equally.
-const PREFETCH_DISTANCE: usize = 3;
 /// Panic message for a [contiguous](NodalSums::is_contiguous) batch that is not full.
 pub(super) const FULL_BATCH: &str = "that many nodes go together";
-/// Bytes of a cache line.
-const CACHE_LINE: usize = 64;
-const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
 /// Data of the stable step rule at a node.
 #[derive(Debug, Clone, Copy)]
@@ -76,7 +64,7 @@ impl<const D: usize> NodalSums<D> {
         }
         // In a loop of its own, so that roots and divisions are vectorised.
         for i in 0..NODE_BATCH {
-            limit[i] = cfl * step_size::limit(parts[3][i], mass[i]);
+            limit[i] = cfl * nodal_step_limit(parts[3][i], mass[i]);
         }
         Self { parts, limit, moves: [false; NODE_BATCH], is_contiguous: false }
     }
@@ -91,58 +79,15 @@ impl<const D: usize> NodalSums<D> {
     pub fn notify_blocks(&self, nodes: &[usize], blocks: &ElementBlocks<D>) {
         for (i, node) in nodes.iter().enumerate() {
             for copy in blocks.node_copies(*node) {
-                let front = &blocks.fronts[copy.block as usize];
-                if !front.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
-                    front.request_check();
+                let monitor = &blocks.monitors[copy.block as usize];
+                if !monitor.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
+                    monitor.request_check();
                 }
-                if self.moves[i] && !front.gives {
+                if self.moves[i] && !monitor.contributes {
                     blocks.activate(copy.block as usize);
                 }
             }
         }
-    }
-}
-
-/// Overlap of a block and a tile of nodes: the local number of the first common node and their count.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct TileOverlap {
-    block: u32,
-    first: u16,
-    n: u16,
-}
-
-impl TileOverlap {
-    /// Finds the overlaps of each tile of nodes, in the order of the blocks.
-    pub fn find_all(blocks: &[ElementBlock], n_nodes: usize) -> Vec<Vec<Self>> {
-        let mut overlaps = vec![vec![]; n_nodes.div_ceil(TILE_NODES)];
-        for (block, own) in (0..).zip(blocks) {
-            let mut first = 0;
-            for nodes in own.nodes.chunk_by(|a, b| a.index() / TILE_NODES == b.index() / TILE_NODES) {
-                let n = nodes.len() as u16;
-                overlaps[nodes[0].index() / TILE_NODES].push(Self { block, first, n });
-                first += n;
-            }
-        }
-        overlaps
-    }
-
-    /// Prefetches the data of the block for these nodes.
-    #[inline(always)]
-    fn prefetch<const D: usize>(self, blocks: &ElementBlocks<D>) {
-        let block = &blocks.all[self.block as usize];
-        // About one prefetch per cache line.
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeAccumulator>()) {
-            prefetch_index(&blocks.parts, block.first + number);
-        }
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeId>()) {
-            prefetch_index(&block.nodes, number);
-        }
-    }
-
-    /// Returns the local numbers of the nodes in the block.
-    fn numbers(self) -> Range<usize> {
-        let first = usize::from(self.first);
-        first..first + usize::from(self.n)
     }
 }
 
@@ -177,13 +122,13 @@ impl NodeTile {
         let (overlaps, far) = (&blocks.overlaps[at], exceed_cache(blocks.n_nodes()));
         for (i, overlap) in overlaps.iter().enumerate() {
             if far && let Some(next) = overlaps.get(i + PREFETCH_DISTANCE) {
-                next.prefetch(blocks);
+                next.prefetch(&blocks.all[next.block as usize], &blocks.parts);
             }
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];
             // Two loops, because a branch at each node takes half as long again.
-            if blocks.fronts[overlap.block as usize].gives {
+            if blocks.monitors[overlap.block as usize].contributes {
                 for (node, given) in nodes.iter().zip(given) {
                     let part = &mut parts[node.index() % TILE_NODES];
                     (0..4).for_each(|i| part[i] += given[i]);
@@ -247,17 +192,17 @@ impl NodeTile {
     pub fn notify_blocks<const D: usize>(&self, blocks: &ElementBlocks<D>) {
         let limits = self.limit_range();
         for overlap in &blocks.overlaps[self.at] {
-            let (block, front) = (&blocks.all[overlap.block as usize], &blocks.fronts[overlap.block as usize]);
+            let (block, monitor) = (&blocks.all[overlap.block as usize], &blocks.monitors[overlap.block as usize]);
             let nodes = &block.nodes[overlap.numbers()];
-            if front.gives {
+            if monitor.contributes {
                 let holds = |(node, number): (&NodeId, usize)| {
                     let at = node.index() % TILE_NODES;
-                    !self.active[at] || front.holds_at(number, self.limit[at])
+                    !self.active[at] || monitor.holds_at(number, self.limit[at])
                 };
-                if !front.holds_for_all(limits.least, limits.greatest)
+                if !monitor.holds_for_all(limits.least, limits.greatest)
                     && !nodes.iter().zip(overlap.numbers()).all(holds)
                 {
-                    front.request_check();
+                    monitor.request_check();
                 }
             } else if !block.is_moving() && nodes.iter().any(|node| self.moves[node.index() % TILE_NODES]) {
                 blocks.activate(overlap.block as usize);
@@ -286,8 +231,9 @@ impl NodeTile {
 
 #[cfg(test)]
 mod tests {
-    use super::super::blocks::StepMonitor;
-    use super::super::node_loop::ActiveSet;
+    use super::super::active_set::ActiveSet;
+    use super::super::element_block::ElementBlock;
+    use super::super::step_monitor::StepMonitor;
     use super::super::test_cube;
     use super::*;
     use crate::contact::ImpulseExchange;
@@ -295,10 +241,10 @@ mod tests {
 
     /// Prepares the monitors so that two of three blocks contribute.
     fn open(blocks: &mut ElementBlocks<3>) {
-        for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
+        for (i, (block, monitor)) in blocks.all.iter_mut().zip(&mut blocks.monitors).enumerate() {
             *block.awake.get_mut() = i % 3 > 0;
-            front.prepare(block);
-            front.gives = i % 3 > 0;
+            monitor.prepare(block);
+            monitor.contributes = i % 3 > 0;
         }
     }
 
@@ -345,7 +291,7 @@ mod tests {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [ImpulseExchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
-        let mut blocks = engine.blocks.take().expect("bins have the fast form");
+        let mut blocks = engine.system.blocks.take().expect("bins have the fast form");
         assert!(n_nodes > 3 * TILE_NODES && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
         let some: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100).collect();
         let every: Vec<usize> = (0..n_nodes).collect();
@@ -355,7 +301,7 @@ mod tests {
             let told = [by_tile, by_node].map(|tell| {
                 open(&mut blocks);
                 active.chunk_by(|a, b| a / TILE_NODES == b / TILE_NODES).for_each(|nodes| tell(nodes, rule, &blocks));
-                let calm: Vec<bool> = blocks.fronts.iter_mut().map(StepMonitor::holds_steps).collect();
+                let calm: Vec<bool> = blocks.monitors.iter_mut().map(StepMonitor::holds_steps).collect();
                 (calm, blocks.all.iter().map(ElementBlock::is_moving).collect::<Vec<bool>>())
             });
             assert_eq!(told[0], told[1], "at a CFL of {cfl}");

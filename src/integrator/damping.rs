@@ -1,90 +1,38 @@
 //! Mass-proportional damping: each node loses speed as exp(−αt) between its kicks, for equilibrium solutions.
 
-use super::engine::Engine;
-use crate::contact::FreeDirections;
+use super::kick_sums::DampingLoss;
+use super::system::DiscreteSystem;
 use crate::fem::Potential;
-use crate::ledger::Ledger;
-use crate::math::{Vector, Vector3, embed};
+use crate::math::Vector;
 
-/// Loss of energy and momentum to damping.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct DampingLoss {
-    /// Work of the damping impulses, Σ J·(v⁻ + v⁺)/2, J.
-    pub energy: f64,
-    momentum: Vector3,
-    angular_momentum: Vector3,
-}
-
-impl Default for DampingLoss {
-    fn default() -> Self {
-        Self { energy: 0.0, momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
+/// Returns the damping impulse on a node at this tick, N·s.
+pub(super) fn damping_impulse<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, a: usize) -> Vector<D> {
+    if system.model.settings.damping > 0.0 && system.workspace.active_nodes.has(a) {
+        system.workspace.velocities_before[a] * (system.model.gel.mass[a] * system.workspace.decay[a])
+    } else {
+        Vector::<D>::zeros()
     }
 }
 
-impl std::ops::Add for DampingLoss {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            energy: self.energy + other.energy,
-            momentum: self.momentum + other.momentum,
-            angular_momentum: self.angular_momentum + other.angular_momentum,
-        }
+/// Damps the active nodes of the reference form.
+pub(super) fn apply_damping<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    if system.model.settings.damping <= 0.0 {
+        return;
     }
+    let (freedom, mut loss) = (system.freedom(), DampingLoss::default());
+    for a in system.workspace.active_nodes.reference_nodes().iter().map(|a| *a as usize) {
+        system.state.velocity[a] += system.workspace.velocities_before[a] * system.workspace.decay[a];
+        loss.add_impulse(freedom, &system.state.position[a], &damping_impulse(system, a));
+    }
+    loss.post(&mut system.state.ledger);
 }
 
-impl DampingLoss {
-    /// Adds the damping impulse on a node at `at`, m.
-    pub fn add_impulse<const D: usize>(&mut self, freedom: FreeDirections, at: &Vector<D>, impulse: &Vector<D>) {
-        let impulse = embed(impulse);
-        self.momentum += freedom.translation(&impulse);
-        self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
-    }
-
-    /// Posts the loss to the ledger.
-    pub fn post(&self, ledger: &mut Ledger) {
-        ledger.energy.damping += self.energy;
-        ledger.momentum.damping += self.momentum;
-        ledger.angular_momentum.damping += self.angular_momentum;
-    }
-}
-
-/// Returns the relative change of velocity by damping over a time, s: exp(−αt) − 1.
-#[inline]
-pub(super) fn decay(rate: f64, time: f64) -> f64 {
-    libm::expm1(-rate * time)
-}
-
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Returns the damping impulse on a node at this tick, N·s.
-    pub(super) fn damping_impulse(&self, a: usize) -> Vector<D> {
-        if self.rules.damping > 0.0 && self.scratch.active.has(a) {
-            self.scratch.before[a] * (self.gel.mass[a] * self.scratch.decay[a])
-        } else {
-            Vector::<D>::zeros()
-        }
-    }
-
-    /// Damps the active nodes of the reference form.
-    pub(super) fn damp(&mut self) {
-        if self.rules.damping <= 0.0 {
-            return;
-        }
-        let (freedom, mut loss) = (self.freedom(), DampingLoss::default());
-        for a in self.scratch.active.reference_nodes().iter().map(|a| *a as usize) {
-            self.state.velocity[a] += self.scratch.before[a] * self.scratch.decay[a];
-            loss.add_impulse(freedom, &self.state.position[a], &self.damping_impulse(a));
-        }
-        loss.post(&mut self.state.ledger);
-    }
-
-    /// Posts the work of damping of the reference form, once all velocities of the tick are known.
-    pub(super) fn book_damping(&mut self) {
-        let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
-        let of = |a: usize| 0.5 * self.damping_impulse(a).dot(&both(a));
-        if self.rules.damping > 0.0 {
-            let work: f64 = self.scratch.active.reference_nodes().iter().map(|a| of(*a as usize)).sum();
-            self.state.ledger.energy.damping += work;
-        }
+/// Posts the work of damping of the reference form, once all velocities of the tick are known.
+pub(super) fn post_damping_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let both = |a: usize| system.workspace.velocities_before[a] + system.state.velocity[a];
+    let of = |a: usize| 0.5 * damping_impulse(system, a).dot(&both(a));
+    if system.model.settings.damping > 0.0 {
+        let work: f64 = system.workspace.active_nodes.reference_nodes().iter().map(|a| of(*a as usize)).sum();
+        system.state.ledger.energy.damping += work;
     }
 }

@@ -3,10 +3,9 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{
-    BlockActivity, BlockReport, ElementBlock, ElementBlocks, SLOTS, SweepCache, exceed_cache, group_range,
-};
-use super::element_order::ElementLayout;
+use super::blocks::{ElementBlocks, exceed_cache, group_range};
+use super::element_block::{BlockActivity, BlockReport, ElementBlock, SweepCache};
+use super::element_order::{ElementLayout, SLOTS};
 use super::partial_block::GroupStar;
 use super::pool::{SplitWork, share_work};
 use super::substep::{MeshPhase, TickContext};
@@ -42,7 +41,7 @@ struct ElementLoopOutput<'a> {
     blocks: &'a mut [ElementBlock],
     parts: &'a mut [NodeAccumulator],
     stiffness: &'a mut [f64],
-    answers: &'a mut [GroupResponse],
+    responses: &'a mut [GroupResponse],
     memory: &'a mut [HistoryLanes],
     /// Groups per block, and rows of history variables per block, eight lanes each.
     groups: usize,
@@ -52,26 +51,22 @@ struct ElementLoopOutput<'a> {
 impl SplitWork for ElementLoopOutput<'_> {
     /// Splits by the number of elements to sweep.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
-        let Self { first, blocks, parts, stiffness, answers, memory, groups, rows } = self;
+        let Self { first, blocks, parts, stiffness, responses, memory, groups, rows } = self;
         let middle = count_for_share(blocks, part as f64 / of as f64);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
-        let (answers, more_answers) = answers.split_at_mut(answers.len().min(middle * groups));
+        let (responses, more_answers) = responses.split_at_mut(responses.len().min(middle * groups));
         let (memory, more_memory) = memory.split_at_mut(memory.len().min(middle * rows));
-        let own = Self { first, blocks, parts, stiffness, answers, memory, groups, rows };
+        let own = Self { first, blocks, parts, stiffness, responses, memory, groups, rows };
         let (first, blocks, parts, stiffness) = (first + middle, more_blocks, more_parts, more_stiffness);
-        let (answers, memory) = (more_answers, more_memory);
-        (own, Self { first, blocks, parts, stiffness, answers, memory, groups, rows })
+        let (responses, memory) = (more_answers, more_memory);
+        (own, Self { first, blocks, parts, stiffness, responses, memory, groups, rows })
     }
 }
 
 /// SIMD batches per block.
 const BATCHES_PER_BLOCK: usize = SLOTS / LANES;
-
-/// Number of elements below which a tick is not shared among threads: some 100 µs of work. Ticks of elements that
-/// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
-pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
 impl<const D: usize> ElementBlocks<D> {
     /// Finds the active groups of every block; returns the number of elements to sweep.
@@ -87,7 +82,7 @@ impl<const D: usize> ElementBlocks<D> {
         &mut self,
         input: &ElementLoopInput<'_, D>,
         stiffness: &mut [f64],
-        answers: &mut [GroupResponse],
+        responses: &mut [GroupResponse],
         pool: Option<&WorkerPool>,
     ) {
         if self.never_rest {
@@ -102,17 +97,17 @@ impl<const D: usize> ElementBlocks<D> {
         let locals = &self.locals;
         let (n_blocks, blocks, parts) = (self.all.len(), self.all.as_mut_slice(), self.parts.as_mut_slice());
         let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES_PER_BLOCK * self.lanes.rows());
-        let all = ElementLoopOutput { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
+        let all = ElementLoopOutput { first: 0, blocks, parts, stiffness, responses, memory, groups, rows };
         share_work(pool, n_blocks, all, |output| {
             let (mut parts, mut memory, mut local) = (output.parts, output.memory, locals.own());
-            let block_outputs = output.stiffness.chunks_mut(SLOTS).zip(output.answers.chunks_mut(output.groups));
-            for (i, (block, (stiffness, answers))) in output.blocks.iter_mut().zip(block_outputs).enumerate() {
+            let block_outputs = output.stiffness.chunks_mut(SLOTS).zip(output.responses.chunks_mut(output.groups));
+            for (i, (block, (stiffness, responses))) in output.blocks.iter_mut().zip(block_outputs).enumerate() {
                 let (part, more) = parts.split_at_mut(block.nodes.len());
                 parts = more;
                 let (own, more) = memory.split_at_mut(memory.len().min(rows));
                 memory = more;
                 let groups = group_range(output.first + i, output.groups, input.clocks.len());
-                let output = BlockOutput { groups, part, stiffness, answers, history: own };
+                let output = BlockOutput { groups, part, stiffness, responses, history: own };
                 block.sweep(input, kernel, output, &mut local);
             }
         });
@@ -128,7 +123,7 @@ struct BlockOutput<'a> {
     /// κ by slot, N/m.
     stiffness: &'a mut [f64],
     /// Responses of its groups.
-    answers: &'a mut [GroupResponse],
+    responses: &'a mut [GroupResponse],
     /// History variables of its elements, in rows.
     history: &'a mut [HistoryLanes],
 }
@@ -164,15 +159,15 @@ fn longest_active_step(lengths: Tick, tick: Tick) -> Tick {
 impl ElementBlock {
     /// Finds the activity of the block, its active groups and the number of their elements.
     fn find_active<const D: usize>(&mut self, input: &ElementLoopInput<'_, D>, groups: std::ops::Range<usize>) {
-        self.looked_at = false;
-        let is_active = |step: Tick| input.moment.fires(step);
-        self.due = match (is_active(self.steps.0), is_active(self.steps.1)) {
+        self.has_active_nodes = false;
+        let is_active = |step: Tick| input.moment.is_active(step);
+        self.activity = match (is_active(self.steps.0), is_active(self.steps.1)) {
             (false, _) => BlockActivity::Nothing,
             (true, true) => BlockActivity::All,
             (true, false) => BlockActivity::Some,
         };
-        self.n_active_elements = if self.due == BlockActivity::All { self.n_elements } else { 0 };
-        if self.due == BlockActivity::Some {
+        self.n_active_elements = if self.activity == BlockActivity::All { self.n_elements } else { 0 };
+        if self.activity == BlockActivity::Some {
             let active = groups.filter(|group| is_active(input.clocks[*group].step));
             self.longest_active = longest_active_step(self.lengths, input.moment.tick);
             let star = self
@@ -192,8 +187,8 @@ impl ElementBlock {
 
     /// Returns the active groups among all groups of the block.
     fn active_groups(&self, all: std::ops::Range<usize>) -> impl Iterator<Item = usize> + '_ {
-        let all = if self.due == BlockActivity::All { all } else { 0..0 };
-        let some = if self.due == BlockActivity::Some { self.active_star().groups.as_slice() } else { &[] };
+        let all = if self.activity == BlockActivity::All { all } else { 0..0 };
+        let some = if self.activity == BlockActivity::Some { self.active_star().groups.as_slice() } else { &[] };
         all.chain(some.iter().map(|group| *group as usize))
     }
 
@@ -207,9 +202,9 @@ impl ElementBlock {
         local: &mut NodeCache,
     ) {
         let BlockKernel { lanes, level, is_prestrained } = kernel;
-        let BlockOutput { groups, part, stiffness, answers, history } = output;
+        let BlockOutput { groups, part, stiffness, responses, history } = output;
         (self.report, self.power_accumulator) = (None, None);
-        if self.due == BlockActivity::Some {
+        if self.activity == BlockActivity::Some {
             self.find_star(lanes, groups.clone());
         }
         if !self.needs_sweep() {
@@ -221,7 +216,7 @@ impl ElementBlock {
         }
         let moves = self.load_nodes(input, level, local);
         // In a partly active block the other nodes may move.
-        let moves = moves || is_prestrained || (self.due == BlockActivity::Some && self.is_moving());
+        let moves = moves || is_prestrained || (self.activity == BlockActivity::Some && self.is_moving());
         self.awake.store(moves, Ordering::Relaxed);
         if !moves && self.cache == SweepCache::AtRest {
             return;
@@ -232,13 +227,13 @@ impl ElementBlock {
         let power = if uniform.is_some() { ReportPower::Untold } else { ReportPower::Told };
         let common = uniform.and_then(|step| input.kick(step));
         let kicks = common.map_or(GroupKicks::Each(&kick), GroupKicks::Same);
-        lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, history));
-        self.spent = local.spent();
+        lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *responses, history));
+        self.dissipation = local.spent();
         if let Some(step) = uniform {
-            answers[0].power = local.work(self.nodes.len()) / input.grid.time(step);
+            responses[0].power = local.work(self.nodes.len()) / input.grid.time(step);
         }
         let sums = local.accumulated(self.nodes.len());
-        if self.due == BlockActivity::All {
+        if self.activity == BlockActivity::All {
             part.copy_from_slice(sums);
         } else {
             self.store_partial(sums, stiffness, part);
@@ -246,8 +241,8 @@ impl ElementBlock {
                 lanes.sum_stiffness(groups.clone(), stiffness, part);
             }
         }
-        self.cache = if !moves && self.due == BlockActivity::All { SweepCache::AtRest } else { SweepCache::Swept };
-        self.make_report(input, groups.clone(), answers, moves);
+        self.cache = if !moves && self.activity == BlockActivity::All { SweepCache::AtRest } else { SweepCache::Swept };
+        self.make_report(input, groups.clone(), responses, moves);
         self.power_accumulator = uniform.map(|_| groups.start);
     }
 
@@ -272,14 +267,14 @@ impl ElementBlock {
     fn uniform_step(&self, moment: &TickContext) -> Option<Tick> {
         let (least, most) = self.steps;
         let whole = moment.phase == MeshPhase::Between && most > 0 && moment.ticks_since_last(most) == most;
-        (self.due == BlockActivity::All && least == most && whole).then_some(most)
+        (self.activity == BlockActivity::All && least == most && whole).then_some(most)
     }
 
     /// Loads the active nodes; returns true if one of them has moved or moves.
     fn load_nodes<const D: usize>(&self, input: &ElementLoopInput<'_, D>, level: Level, local: &mut NodeCache) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
-        if self.due == BlockActivity::All {
+        if self.activity == BlockActivity::All {
             return local.load(level, input, nodes.iter().copied().enumerate());
         }
         let some = self.active_star().nodes.iter().map(|number| usize::from(*number));
@@ -291,17 +286,17 @@ impl ElementBlock {
         &mut self,
         input: &ElementLoopInput<'_, D>,
         groups: std::ops::Range<usize>,
-        answers: &[GroupResponse],
+        responses: &[GroupResponse],
         moves: bool,
     ) {
         let updates = if moves { self.elements_to_sweep() } else { 0 };
         let mut report = BlockReport { updates, ..BlockReport::default() };
         // A clock is read only where needed: it is far in memory.
         for group in self.active_groups(groups.clone()) {
-            let answer = &answers[group - groups.start];
-            report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
-            report.closes |= answer.closing > 0.0 && closes(answer, input.grid.time(input.clocks[group].step));
-            if report.failed_group.is_none() && is_failure(&input.clocks[group], answer) {
+            let response = &responses[group - groups.start];
+            report.least_jacobian = report.least_jacobian.min(response.least_jacobian);
+            report.closes |= response.closing > 0.0 && closes(response, input.grid.time(input.clocks[group].step));
+            if report.failed_group.is_none() && is_failure(&input.clocks[group], response) {
                 report.failed_group = Some(group);
             }
         }
@@ -310,19 +305,19 @@ impl ElementBlock {
 }
 
 /// Returns true if an element of a group would invert within a step, s.
-pub(super) fn closes(answer: &GroupResponse, step: f64) -> bool {
-    answer.closing * step > 1.0
+pub(super) fn closes(response: &GroupResponse, step: f64) -> bool {
+    response.closing * step > 1.0
 }
 
 /// Returns true if a response ends the run: an element inverted for the second tick in a row, or an energy that is
 /// not a number.
-pub(super) fn is_failure(clock: &GroupClock, answer: &GroupResponse) -> bool {
-    needs_check(answer) && (!answer.energy.is_finite() || answer.inverted & clock.inverted != 0)
+pub(super) fn is_failure(clock: &GroupClock, response: &GroupResponse) -> bool {
+    needs_check(response) && (!response.energy.is_finite() || response.inverted & clock.inverted != 0)
 }
 
 /// Returns true if a response may end the run, whatever the previous tick.
-fn needs_check(answer: &GroupResponse) -> bool {
-    !answer.energy.is_finite() || answer.inverted != 0
+fn needs_check(response: &GroupResponse) -> bool {
+    !response.energy.is_finite() || response.inverted != 0
 }
 
 impl<const D: usize> ElementLoopInput<'_, D> {
@@ -333,7 +328,7 @@ impl<const D: usize> ElementLoopInput<'_, D> {
             length: self.grid.length(self.moment.planned_kick(step)),
             elapsed: self.grid.time(self.moment.elapsed(step)),
         };
-        self.moment.fires(step).then(kick)
+        self.moment.is_active(step).then(kick)
     }
 }
 
@@ -358,6 +353,7 @@ impl<const D: usize> NodeSource<D> for ElementLoopInput<'_, D> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::blocks::MIN_SHARED_ELEMENTS;
     use super::super::test_cube;
     use super::super::{DiscreteGel, Engine, LoadedFacet, PressureHistory, PressureLoads};
     use super::*;
@@ -373,16 +369,16 @@ mod tests {
             let (mut in_part, mut tick) = (0, 0);
             for _ in 0..32 {
                 engine
-                    .advance_to(engine.grid.time(tick), &mut [ImpulseExchange::default()])
+                    .advance_to(engine.system.model.grid.time(tick), &mut [ImpulseExchange::default()])
                     .expect("the gel only swings");
-                tick += engine.steps.0;
-                let all = &engine.blocks.as_ref().expect("bins have the fast form").all;
-                let some = all.iter().any(|block| block.due == BlockActivity::Some);
+                tick += engine.system.clock.step_range.0;
+                let all = &engine.system.blocks.as_ref().expect("bins have the fast form").all;
+                let some = all.iter().any(|block| block.activity == BlockActivity::Some);
                 in_part += usize::from(
                     some && all.iter().map(ElementBlock::elements_to_sweep).sum::<u64>() > MIN_SHARED_ELEMENTS,
                 );
             }
-            (engine.state.position, engine.state.velocity, in_part)
+            (engine.system.state.position, engine.system.state.velocity, in_part)
         };
         let one = run(1);
         assert!(one.2 > 4, "{} ticks of what fires in part are shared", one.2);
@@ -413,16 +409,20 @@ mod tests {
         let (mut in_part, mut seen) = (0, None);
         for step in 1..=steps {
             engine.advance_to(f64::from(step) * 2e-5, &mut [ImpulseExchange::default()]).expect("the gel only swings");
-            if std::mem::replace(&mut seen, engine.state.now) == engine.state.now {
+            if std::mem::replace(&mut seen, engine.system.state.now) == engine.system.state.now {
                 continue;
             }
-            let blocks = engine.blocks.as_ref().expect("bins have the fast form");
+            let blocks = engine.system.blocks.as_ref().expect("bins have the fast form");
             for (i, block) in blocks.all.iter().enumerate() {
                 let part = &blocks.parts[block.first..][..block.nodes.len()];
                 let mut whole = part.to_vec();
-                blocks.lanes.sum_stiffness(blocks.groups_of(i), &engine.state.stiffness[i * SLOTS..], &mut whole);
+                blocks.lanes.sum_stiffness(
+                    blocks.groups_of(i),
+                    &engine.system.state.stiffness[i * SLOTS..],
+                    &mut whole,
+                );
                 assert!(part.iter().zip(&whole).all(|(part, whole)| part[3] == whole[3]), "block {i} at step {step}");
-                in_part += usize::from(block.due == BlockActivity::Some && block.report.is_some());
+                in_part += usize::from(block.activity == BlockActivity::Some && block.report.is_some());
             }
         }
         in_part

@@ -4,11 +4,13 @@
 //! as in the paper, every patch is a group of its own. Within a block, patches of nearly equal limits are adjacent:
 //! the first patch of a group whose limit falls below the step shortens the step of the others.
 
-use super::blocks::SLOTS;
 use crate::fem::{Potential, max_patch_size};
 use crate::mesh::ElementId;
 use std::collections::BTreeMap;
 use std::ops::Range;
+
+/// Slots of a block: some 400 nodes and their sums take 40 kB of cache, and a node is in two blocks.
+pub(super) const SLOTS: usize = 1024;
 
 /// Layout of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) ·
 /// lanes + l.

@@ -1,6 +1,7 @@
 //! Energy correction: returns the energy that a remesh has taken to the motion of the new elements (numerics 4.7).
 
-use super::engine::Engine;
+use super::derived::derive_from_state;
+use super::system::DiscreteSystem;
 use crate::fem::Potential;
 use crate::math::{Vector, ordered_sum};
 use crate::mesh::{ElementId, NodeId};
@@ -30,44 +31,51 @@ impl<const D: usize> NodalImpulses<D> {
     }
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Gives an energy, J, to the motion of the free nodes of these elements, each with its mass, kg, and books it as
-    /// `remesh`.
-    ///
-    /// Along each edge ê of an element of mass m, impulses ± ε m (ê·(v_b − v_a)) ê accelerate the relative motion of
-    /// its ends. Momentum and angular momentum are conserved, and the energy grows by ε Σ m (ê·(v_b − v_a))² + ½ε² Σ
-    /// p²/m_a, which gives ε. ε is negative where energy is taken.
-    pub fn return_energy(&mut self, made: &[(ElementId, f64)], energy: f64) {
-        let NodalImpulses { by_node, work } = self.edge_impulses(made);
-        let square_over_mass =
-            |a: usize| if self.gel.mass[a] > 0.0 { by_node[a].norm_squared() / self.gel.mass[a] } else { 0.0 };
-        let square = ordered_sum(by_node.len(), 0.0, square_over_mass);
-        let factor = solve_factor(energy, work, square);
-        for (a, impulse) in by_node.iter().enumerate().filter(|(_, impulse)| **impulse != Vector::<D>::zeros()) {
-            self.state.velocity[a] += impulse * (factor / self.gel.mass[a]);
-        }
-        self.state.ledger.energy.remesh += factor * (work + 0.5 * factor * square);
-        self.derive_from_state();
+/// Gives an energy, J, to the motion of the free nodes of these elements, each with its mass, kg, and books it as
+/// `remesh`.
+///
+/// Along each edge ê of an element of mass m, impulses ± ε m (ê·(v_b − v_a)) ê accelerate the relative motion of
+/// its ends. Momentum and angular momentum are conserved, and the energy grows by ε Σ m (ê·(v_b − v_a))² + ½ε² Σ
+/// p²/m_a, which gives ε. ε is negative where energy is taken.
+pub(super) fn return_energy<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    made: &[(ElementId, f64)],
+    energy: f64,
+) {
+    let NodalImpulses { by_node, work } = edge_impulses(system, made);
+    let square_over_mass = |a: usize| {
+        if system.model.gel.mass[a] > 0.0 { by_node[a].norm_squared() / system.model.gel.mass[a] } else { 0.0 }
+    };
+    let square = ordered_sum(by_node.len(), 0.0, square_over_mass);
+    let factor = solve_factor(energy, work, square);
+    for (a, impulse) in by_node.iter().enumerate().filter(|(_, impulse)| **impulse != Vector::<D>::zeros()) {
+        system.state.velocity[a] += impulse * (factor / system.model.gel.mass[a]);
     }
+    system.state.ledger.energy.remesh += factor * (work + 0.5 * factor * square);
+    derive_from_state(system);
+}
 
-    /// Sums m (ê·(v_b − v_a)) ê along the edges of these elements, in ascending order.
-    fn edge_impulses(&self, made: &[(ElementId, f64)]) -> NodalImpulses<D> {
-        let (position, velocity) = (&self.state.position, &self.state.velocity);
-        let mut impulses = NodalImpulses { by_node: vec![Vector::zeros(); velocity.len()], work: 0.0 };
-        let free = |node: &&NodeId| self.gel.held(node.index()) == [false; D] && self.gel.mass[node.index()] > 0.0;
-        for (element, mass) in made {
-            let nodes: Vec<usize> =
-                self.gel.potential.nodes(*element).iter().filter(free).map(|node| node.index()).collect();
-            for (i, b) in nodes.iter().copied().enumerate() {
-                for a in nodes[..i].iter().copied() {
-                    // A node that has lost most of its mass gets no large velocity.
-                    let m = mass.min(self.gel.mass[a]).min(self.gel.mass[b]).max(0.0);
-                    impulses.add(a, b, m, position[b] - position[a], velocity[b] - velocity[a]);
-                }
+/// Sums m (ê·(v_b − v_a)) ê along the edges of these elements, in ascending order.
+fn edge_impulses<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    made: &[(ElementId, f64)],
+) -> NodalImpulses<D> {
+    let (position, velocity) = (&system.state.position, &system.state.velocity);
+    let mut impulses = NodalImpulses { by_node: vec![Vector::zeros(); velocity.len()], work: 0.0 };
+    let free =
+        |node: &&NodeId| system.model.gel.held(node.index()) == [false; D] && system.model.gel.mass[node.index()] > 0.0;
+    for (element, mass) in made {
+        let nodes: Vec<usize> =
+            system.model.gel.potential.nodes(*element).iter().filter(free).map(|node| node.index()).collect();
+        for (i, b) in nodes.iter().copied().enumerate() {
+            for a in nodes[..i].iter().copied() {
+                // A node that has lost most of its mass gets no large velocity.
+                let m = mass.min(system.model.gel.mass[a]).min(system.model.gel.mass[b]).max(0.0);
+                impulses.add(a, b, m, position[b] - position[a], velocity[b] - velocity[a]);
             }
         }
-        impulses
     }
+    impulses
 }
 
 /// Solves ε w + ½ε² s = E for ε, limited to ±[`MAX_FACTOR`].

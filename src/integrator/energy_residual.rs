@@ -1,36 +1,19 @@
 //! Energy residuals of the steps, and the update of the clocks of active groups (numerics A6).
 
-use super::blocks::{ElementBlock, ElementBlocks};
+use super::blocks::ElementBlocks;
+use super::element_block::{ElementBlock, StepResidual};
 use super::element_loop::count_for_share;
 use super::pool::{SplitWork, share_work};
 use super::substep::{MeshPhase, TickContext};
 use super::{TickGrid, WorkerPool};
-use crate::fem::{Dissipation, GroupResponse};
+use crate::fem::GroupResponse;
 use crate::state::GroupClock;
-
-/// Energy residual of the active groups of a block, or of all blocks.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct StepResidual {
-    /// Residual Σ ΔV + Σ A of the last tick − Σ A of this one, J; A is the leading-half work.
-    pub residual: f64,
-    /// Stored energy and dissipation.
-    pub spent: Dissipation,
-}
-
-impl StepResidual {
-    /// Adds the residual of another block.
-    fn merge(mut self, other: &Self) -> Self {
-        self.residual += other.residual;
-        self.spent += other.spent;
-        self
-    }
-}
 
 /// Update of the clocks of some consecutive blocks from the responses of their groups.
 struct ClockUpdate<'a> {
     blocks: &'a mut [ElementBlock],
     clocks: &'a mut [GroupClock],
-    answers: &'a [GroupResponse],
+    responses: &'a [GroupResponse],
     /// Groups per block.
     groups: usize,
 }
@@ -38,14 +21,14 @@ struct ClockUpdate<'a> {
 impl SplitWork for ClockUpdate<'_> {
     /// Splits by the number of elements to sweep.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
-        let Self { blocks, clocks, answers, groups } = self;
+        let Self { blocks, clocks, responses, groups } = self;
         let middle = count_for_share(blocks, part as f64 / of as f64);
         let at = clocks.len().min(middle * groups);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (clocks, more_clocks) = clocks.split_at_mut(at);
-        let (answers, more_answers) = answers.split_at(at);
-        let more = Self { blocks: more_blocks, clocks: more_clocks, answers: more_answers, groups };
-        (Self { blocks, clocks, answers, groups }, more)
+        let (responses, more_answers) = responses.split_at(at);
+        let more = Self { blocks: more_blocks, clocks: more_clocks, responses: more_answers, groups };
+        (Self { blocks, clocks, responses, groups }, more)
     }
 }
 
@@ -54,7 +37,7 @@ impl SplitWork for ClockUpdate<'_> {
 pub(super) struct ClockInput<'a> {
     pub grid: TickGrid,
     pub moment: TickContext,
-    pub answers: &'a [GroupResponse],
+    pub responses: &'a [GroupResponse],
 }
 
 /// Number of element updates above which the clock update is shared, 0.25 ns each: 169 200 elements take 41 µs on
@@ -70,24 +53,26 @@ impl<const D: usize> ElementBlocks<D> {
         clocks: &mut [GroupClock],
         pool: Option<&WorkerPool>,
     ) -> StepResidual {
-        let ClockInput { grid, moment, answers } = input;
+        let ClockInput { grid, moment, responses } = input;
         let updates = self.all.iter().filter_map(|block| block.report).map(|report| report.updates).sum::<u64>();
         let pool = pool.filter(|_| updates > MIN_SHARED_UPDATES);
         let ahead = |clock: &GroupClock| grid.time(moment.ahead(clock.step));
         // A block at rest at the first tick of a mesh was swept once and not again.
         let answered = |block: &ElementBlock| block.report.is_some() || moment.phase == MeshPhase::First;
         let n_blocks = self.all.len();
-        let work = ClockUpdate { blocks: &mut self.all, clocks, answers, groups: self.groups };
+        let work = ClockUpdate { blocks: &mut self.all, clocks, responses, groups: self.groups };
         share_work(pool, n_blocks, work, |update| {
-            let of_blocks = update.clocks.chunks_mut(update.groups).zip(update.answers.chunks(update.groups));
+            let of_blocks = update.clocks.chunks_mut(update.groups).zip(update.responses.chunks(update.groups));
             let swept = update.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
-            for (block, (clocks, answers)) in swept {
+            for (block, (clocks, responses)) in swept {
                 // One pass with a local sum; a sum in the block would be written and read again for each group.
                 let mut residual = 0.0;
-                for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
-                    residual += update_clock(clock, answer, ahead(clock));
+                for (clock, response) in
+                    clocks.iter_mut().zip(responses).filter(|(clock, _)| moment.is_active(clock.step))
+                {
+                    residual += update_clock(clock, response, ahead(clock));
                 }
-                block.step_residual = StepResidual { residual, spent: block.spent };
+                block.step_residual = StepResidual { residual, dissipation: block.dissipation };
             }
         });
         let swept = self.all.iter().filter(|block| answered(block));
@@ -97,10 +82,10 @@ impl<const D: usize> ElementBlocks<D> {
 
 /// Takes a response into a clock; returns the change of V and A, J. Zeros lose their sign, because a block at rest
 /// that is swept again, as after a restart, may find the other one.
-pub(super) fn update_clock(clock: &mut GroupClock, answer: &GroupResponse, step: f64) -> f64 {
-    let ahead = 0.5 * step * answer.power;
-    let residual = answer.energy - clock.energy + clock.ahead - ahead;
-    (clock.energy, clock.ahead) = (answer.energy + 0.0, ahead + 0.0);
-    (clock.inverted, clock.crushed) = (answer.inverted, answer.crushed);
+pub(super) fn update_clock(clock: &mut GroupClock, response: &GroupResponse, step: f64) -> f64 {
+    let ahead = 0.5 * step * response.power;
+    let residual = response.energy - clock.energy + clock.ahead - ahead;
+    (clock.energy, clock.ahead) = (response.energy + 0.0, ahead + 0.0);
+    (clock.inverted, clock.crushed) = (response.inverted, response.crushed);
     residual
 }

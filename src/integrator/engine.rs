@@ -1,98 +1,28 @@
-//! The engine: a gel and rigid bodies in time; the stored state and the quantities derived from it.
+//! Engine: a gel and rigid bodies in time, as the rooms above see them.
 
-use super::blocks::ElementBlocks;
-use super::element_order::ElementLayout;
-use super::handover::{Carryover, EndConditions};
-use super::neighbour_list::{NeighbourList, least};
-use super::node_loop::RUN;
-use super::schedule::{EventQueue, SteppingSchedule};
-use super::sort_keys::element_layout;
-use super::substep::MeshPhase;
-use super::workspace::Workspace;
-use super::{DiscreteGel, StepError, TickGrid, WorkerPool};
-use crate::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
-use crate::fem::{ElementStates, Potential};
+use super::assemble::{Carryover, assemble, use_reference_form};
+use super::events::{AdvanceOutcome, process_ticks};
+use super::report::BalanceReference;
+use super::settings::{IntegratorSettings, UnusableStep};
+use super::system::DiscreteSystem;
+use super::{
+    BalanceTotals, BlockLayout, DiscreteGel, DistortionLimits, ExitRule, StepError, TickGrid, WorkerPool, admissible,
+    bodies, derived, energy_correction, exit, handover, history_rows, layout_stats, mesh_end, report,
+};
+use crate::contact::{BodyState, ImpulseExchange, RigidBody};
+use crate::fem::{ElementBatches, ElementStates, HistoryVariables, Potential};
 use crate::ledger::Ledger;
-use crate::math::{Vector, Vector3, embed};
+use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{DynamicState, GroupAlarm, GroupClock, MOST_TICKS, StateSizes, Tick};
+use crate::state::{DynamicState, MeshInstance, SurfaceStretch, Tick};
 use std::sync::Arc;
-
-/// Settings of the integrator.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IntegratorSettings {
-    /// Schedule: the rule by which patches share ticks.
-    pub schedule: SteppingSchedule,
-    /// CFL number: fraction of the stable step that a patch takes.
-    pub cfl: f64,
-    /// Contact law for impulses.
-    pub law: ImpulseLaw,
-    /// Width of the averaging window of the peak force, s.
-    pub force_window: f64,
-    /// Damping coefficient α of nodal speeds, exp(−αt), 1/s.
-    pub damping: f64,
-}
-
-/// Error: a stable step is unusable, because it is not a number, is shorter than a tick or exceeds [`MOST_TICKS`]
-/// ticks.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "the stable step of an element is {step:e} s: the ratio of stiffness to mass is out of range, or there is no \
-     element"
-)]
-pub struct UnusableStep {
-    /// Stable step, s.
-    pub step: f64,
-    /// Positions of the nodes of the stiffest element at a node whose step is shorter than a tick, m; empty for
-    /// other causes.
-    pub corners: Vec<Vector3>,
-}
 
 /// Integrator of a gel and rigid bodies in time.
 #[derive(Debug)]
 pub struct Engine<const D: usize, P> {
-    pub(super) gel: Arc<DiscreteGel<D, P>>,
-    pub(super) order: Arc<ElementLayout>,
-    pub(super) bodies: Vec<RigidBody>,
-    pub(super) rules: IntegratorSettings,
-    pub(super) grid: TickGrid,
-    pub(super) state: DynamicState<D>,
-    /// Last tick of each node; arbitrary for a node at rest.
-    pub(super) last: Vec<Tick>,
-    /// Blocks of elements for the SIMD form; `None` if the potential, the schedule or the contact law needs the
-    /// reference form.
-    pub(super) blocks: Option<ElementBlocks<D>>,
-    pub(super) watch: NeighbourList,
-    pub(super) scratch: Workspace<D>,
-    pub(super) pool: Option<Arc<WorkerPool>>,
-    pub(super) queue: EventQueue,
-    /// Least and greatest step of any group, ticks.
-    pub(super) steps: (Tick, Tick),
-    /// Shortest and longest stable step of an element on the new mesh, ticks.
-    pub(super) first: (f64, f64),
-    /// Conditions that end the mesh.
-    pub(super) ends: EndConditions,
-    /// Failure at the last tick of the mesh; it ends the run unless another mesh is found.
-    pub(super) failure: Option<StepError>,
-    /// First tick of this mesh.
-    pub(super) origin: Tick,
-    /// Place of the current tick in the life of the mesh.
-    pub(super) phase: MeshPhase,
-    /// True if the neighbour list knows the last event of every body.
-    pub(super) placed: bool,
-    /// Tick up to which nothing happens, while the gel is at rest.
-    pub(super) quiet_until: Option<Tick>,
+    pub(super) system: DiscreteSystem<D, P>,
+    /// Energy and momentum at the start, the reference of the balances.
     start: BalanceReference,
-}
-
-/// Initial energy and momentum, the reference of the balances.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct BalanceReference {
-    pub energy: f64,
-    pub momentum: Vector3,
-    pub angular_momentum: Vector3,
-    /// Σ m|v| and Σ |x × mv|, scales of momentum and angular momentum.
-    pub scale: (f64, f64),
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -104,10 +34,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn new(
         gel: DiscreteGel<D, P>,
         bodies: Vec<(RigidBody, BodyState)>,
-        rules: IntegratorSettings,
+        settings: IntegratorSettings,
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Self {
-        Self::try_new(gel, bodies, rules, nodes).unwrap_or_else(|error| panic!("{error}"))
+        Self::try_new(gel, bodies, settings, nodes).unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// Builds the engine like [`Engine::new`], with an error for unusable steps.
@@ -120,89 +50,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn try_new(
         gel: DiscreteGel<D, P>,
         bodies: Vec<(RigidBody, BodyState)>,
-        rules: IntegratorSettings,
+        settings: IntegratorSettings,
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Result<Self, UnusableStep> {
-        let passage = Carryover::begin(bodies.len());
-        Self::assemble((gel, rules), bodies, nodes, passage).map(|(engine, _)| engine)
-    }
-
-    /// Builds the engine at the start or where another mesh has ended; also returns the stable step of each element
-    /// on the new mesh, s.
-    pub(super) fn assemble(
-        (gel, rules): (DiscreteGel<D, P>, IntegratorSettings),
-        bodies: Vec<(RigidBody, BodyState)>,
-        nodes: Vec<(Vector<D>, Vector<D>)>,
-        passage: Carryover<D>,
-    ) -> Result<(Self, Vec<f64>), UnusableStep> {
-        assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
-        let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
-        let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
-        let Carryover { tick: origin, grid, ledger, mut record, start, memory, steps } = passage;
-        let memory = memory.unwrap_or_else(|| gel.fresh_memory());
-        let measured = gel.measure(&position, &memory);
-        let steps = steps.unwrap_or_else(|| super::step_size::stable_steps(&gel, &measured.stiffness, rules.cfl));
-        let (grid, step) = tick_grid(&steps, grid)?;
-        record.synchronous = (step, origin, record.synchronous.2);
-        let order = element_layout(&gel, &rules, |element| grid.ticks(steps[element.index()]));
-        let state = DynamicState {
-            excess: vec![0.0; position.len()],
-            stiffness: order.by_slot(&measured.stiffness),
-            clocks: initial_clocks(&gel, &order, &measured),
-            alarms: vec![GroupAlarm::default(); rules.schedule.n_alarms(order.n_groups())],
-            birth: None,
-            now: None,
-            bodies: at,
-            memory,
-            ledger,
-            record,
-            position,
-            velocity,
-        };
-        let scratch = Workspace::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
-        let gel = Arc::new(gel);
-        let watch = NeighbourList::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
-        let start = start.unwrap_or_else(|| BalanceReference::of(&gel, &bodies, &state));
-        let mut engine = Self {
-            blocks: element_blocks(&gel, &order, &rules),
-            last: vec![origin; state.position.len()],
-            order: Arc::new(order),
-            pool: None,
-            queue: EventQueue::default(),
-            steps: (0, 0),
-            ends: EndConditions::default(),
-            failure: None,
-            origin,
-            phase: MeshPhase::First,
-            quiet_until: None,
-            placed: false,
-            first: (step, grid.ticks(steps.iter().copied().fold(0.0, f64::max))),
-            gel,
-            bodies,
-            rules,
-            grid,
-            state,
-            watch,
-            scratch,
-            start,
-        };
-        engine.derive_from_state();
-        Ok((engine, steps))
+        let carryover = Carryover::at_start(bodies.len());
+        let (system, _) = assemble(gel, settings, bodies, nodes, carryover)?;
+        let start = BalanceReference::of(&system.model.gel, &system.model.bodies, &system.state);
+        Ok(Self { system, start })
     }
 
     /// Selects the reference form of every phase, which processes one element after the other.
     #[must_use]
     pub fn with_reference_form(mut self) -> Self {
-        self.blocks = None;
-        self.scratch.sums.clear();
-        self.derive_from_state();
+        use_reference_form(&mut self.system);
         self
     }
 
     /// Disables the skipping of blocks at rest; results do not depend on it.
     #[must_use]
     pub fn with_sweeps_at_rest(mut self) -> Self {
-        if let Some(blocks) = &mut self.blocks {
+        if let Some(blocks) = &mut self.system.blocks {
             blocks.never_rest = true;
         }
         self
@@ -211,7 +78,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Selects a SIMD level other than the widest of the machine; results do not depend on it.
     #[must_use]
     pub fn with_simd_level(mut self, level: fearless_simd::Level) -> Self {
-        if let Some(blocks) = &mut self.blocks {
+        if let Some(blocks) = &mut self.system.blocks {
             blocks.level = level;
         }
         self
@@ -220,42 +87,37 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Shares elements and nodes among the threads of a pool; results do not depend on it.
     #[must_use]
     pub fn with_pool(mut self, pool: Option<Arc<WorkerPool>>) -> Self {
-        self.pool = pool;
+        self.system.pool = pool;
         self
+    }
+
+    /// Takes the thread pool out, for another engine.
+    pub fn take_pool(&mut self) -> Option<Arc<WorkerPool>> {
+        self.system.pool.take()
     }
 
     /// Returns the state.
     #[must_use]
     pub fn state(&self) -> &DynamicState<D> {
-        &self.state
+        &self.system.state
     }
 
     /// Returns the constant properties of the bodies.
     #[must_use]
     pub fn bodies(&self) -> &[RigidBody] {
-        &self.bodies
-    }
-
-    /// Returns the directions of motion that the dimension leaves to every body.
-    pub(super) fn freedom(&self) -> FreeDirections {
-        self.bodies[0].freedom
+        &self.system.model.bodies
     }
 
     /// Returns the gel, the constant part of the model.
     #[must_use]
     pub fn gel(&self) -> &DiscreteGel<D, P> {
-        &self.gel
+        &self.system.model.gel
     }
 
     /// Returns the grid of ticks.
     #[must_use]
     pub fn grid(&self) -> &TickGrid {
-        &self.grid
-    }
-
-    /// Returns the initial energy and momentum.
-    pub(super) fn start(&self) -> &BalanceReference {
-        &self.start
+        &self.system.model.grid
     }
 
     /// Checks that a state can belong to this engine.
@@ -263,33 +125,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// # Errors
     /// The contradiction found.
     pub fn check(&self, state: &DynamicState<D>) -> Result<(), &'static str> {
-        state.check_invariants(&StateSizes {
-            nodes: self.gel.mass.len(),
-            slots: self.order.n_slots(),
-            groups: self.order.n_groups(),
-            alarms: self.rules.schedule.n_alarms(self.order.n_groups()),
-            memories: self.gel.n_memories(),
-            bodies: self.bodies.len(),
-            born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
-            references: state.birth.as_ref().map_or(0, |birth| birth.references.len()),
-        })?;
-        if state.birth != self.state.birth {
-            return Err("it belongs to another mesh");
-        }
-        if !self.bodies.iter().zip(&state.bodies).all(|(body, its)| body.is_admissible(its)) {
-            return Err(
-                "a body is off its plane or axis, its quaternion is not of norm 1, or it has a bulge without a dome",
-            );
-        }
-        let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
-        let now = state.now.unwrap_or(begun);
-        if begun > now || begun >= MOST_TICKS || state.record.synchronous.1 > now {
-            return Err("its ticks are in no order");
-        }
-        let fits = |clock: &GroupClock| {
-            self.rules.schedule != SteppingSchedule::Bins || clock.step == 0 || clock.step.is_power_of_two()
-        };
-        if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }
+        admissible::check(&self.system, state)
     }
 
     /// Checks that a state can have reached time `t`, s: at most its longest step after its last tick, and so its
@@ -298,17 +134,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// # Errors
     /// The contradiction found.
     pub fn check_time(&self, state: &DynamicState<D>, t: f64) -> Result<(), &'static str> {
-        let longest = state.clocks.iter().map(|clock| clock.step).fold(0, Tick::max).min(MOST_TICKS);
-        let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
-        // A gel at rest has no further ticks, at any time.
-        let last = if state.record.at_rest { MOST_TICKS } else { state.now.unwrap_or(begun).min(MOST_TICKS) };
-        let latest = self.grid.time(last + longest);
-        let past = |time: f64| (0.0..=latest).contains(&time);
-        if !past(t) || !state.bodies.iter().all(|body| past(body.time)) {
-            return Err("its times and ticks contradict each other");
-        }
-        let numbers = self.bodies.iter().zip(&state.bodies).all(|(fixed, body)| body.at(fixed, t).is_valid());
-        if numbers { Ok(()) } else { Err("a body moves beyond all numbers") }
+        admissible::check_time(&self.system, state, t)
     }
 
     /// Continues from another state of the same gel.
@@ -317,143 +143,219 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// The contradiction that [`Engine::check`] finds; nothing is changed then.
     pub fn restore(&mut self, state: &DynamicState<D>) -> Result<(), &'static str> {
         self.check(state)?;
-        self.state.clone_from(state);
-        self.derive_from_state();
+        self.system.state.clone_from(state);
+        derived::derive_from_state(&mut self.system);
         Ok(())
     }
 
-    /// Derives events, last ticks of nodes, moving blocks, neighbour list and step range from the state.
-    pub(super) fn derive_from_state(&mut self) {
-        let state = &self.state;
-        let queued = self.rules.schedule == SteppingSchedule::Queue && state.now.is_some();
-        self.queue = EventQueue::new(if queued { &state.alarms } else { &[] });
-        self.quiet_until = None;
-        if let Some(blocks) = &mut self.blocks {
-            let (rest, zero) = (self.gel.potential.rest(), Vector::<D>::zeros());
-            let moves = |node: usize| state.velocity[node] != zero || state.position[node] != rest[node];
-            blocks.is_prestrained = self.gel.potential.remembers() && self.origin > 0;
-            blocks.reset(&state.clocks, self.grid, moves);
-            blocks.load_history(&self.order, &state.memory);
-        }
-        let max_speed = |chunk: &[Vector<D>]| chunk.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
-        let speeds: Vec<f64> = state.velocity.chunks(RUN).map(max_speed).collect();
-        let now = self.grid.time(state.now.unwrap_or(self.origin));
-        self.derive_last_ticks();
-        let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
-        self.watch = NeighbourList::new(&self.gel.surface, (now, speeds), place);
-        self.placed = false;
-        self.update_step_range();
-    }
-
-    /// Derives the last tick of each node: the latest tick of the groups at the node.
-    fn derive_last_ticks(&mut self) {
-        let (state, order, gel, all) = (&self.state, &self.order, &self.gel, &mut self.last);
-        let now = state.now.unwrap_or(self.origin);
-        let last = |group: usize| match self.rules.schedule {
-            SteppingSchedule::Bins => now & !state.clocks[group].step.saturating_sub(1),
-            SteppingSchedule::Queue => state.alarms[group].last,
-            SteppingSchedule::Global => state.alarms[0].last,
+    /// Processes all ticks up to time `t`, s, or until the mesh must be replaced, and adds the impulse and work that
+    /// each body received to its `exchange`.
+    ///
+    /// # Panics
+    /// Unless every body has its exchange.
+    ///
+    /// # Errors
+    /// [`StepError`] when the mesh or the numbers fail.
+    pub fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<AdvanceOutcome, StepError> {
+        let system = &mut self.system;
+        assert_eq!(exchanges.len(), system.model.bodies.len(), "every body has its exchange");
+        // The whole loop runs on the pool, so that its threads are entered once and not at every tick.
+        let shares = !system.is_at_rest() && system.is_worth_sharing() && super::events::has_tick_until(system, t);
+        let reached = match system.pool.clone().filter(|_| shares) {
+            Some(pool) => pool.lead(|| process_ticks(system, t, exchanges)),
+            None => process_ticks(system, t, exchanges),
         };
-        all.fill(self.origin);
-        let mut visit = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
-        let of_group = |group: usize| {
-            order
-                .elements(order.slots(group))
-                .flat_map(|element| gel.potential.nodes(element))
-                .map(move |node| (group, node))
-        };
-        let Some(blocks) = &self.blocks else {
-            return (0..state.clocks.len()).flat_map(of_group).for_each(|(group, node)| visit(last(group), node));
-        };
-        // Where all groups of a block have one step, each node is visited once instead of once per element.
-        let (uniform, mixed): (Vec<_>, Vec<_>) =
-            blocks.all.iter().enumerate().partition(|(_, block)| block.steps.0 == block.steps.1);
-        for (i, block) in uniform {
-            block.nodes.iter().for_each(|node| visit(last(i * blocks.groups), node));
-        }
-        let mixed = mixed.iter().flat_map(|(i, _)| blocks.groups_of(*i));
-        mixed.flat_map(of_group).for_each(|(group, node)| visit(last(group), node));
-    }
-
-    /// Updates the least and the greatest step of any group; blocks store theirs.
-    pub(super) fn update_step_range(&mut self) {
-        let all = |(least, most): (Tick, Tick), of: (Tick, Tick)| (least.min(of.0), most.max(of.1));
-        let none = (Tick::MAX, 0);
-        self.steps = match &self.blocks {
-            Some(blocks) => blocks.all.iter().map(|block| block.steps).fold(none, all),
-            None => self.state.clocks.iter().map(|clock| (clock.step, clock.step)).fold(none, all),
-        };
-    }
-
-    /// Returns the longest step of a group, ticks.
-    pub(super) fn longest_step(&self) -> Tick {
-        self.steps.1
+        history_rows::store_history(system);
+        reached
     }
 
     /// Replaces a body's state or wrench at its own time, as an event; the caller posts the change to the ledger.
     pub fn set_body(&mut self, body: usize, state: &BodyState) {
-        self.state.bodies[body] = *state;
-        (self.quiet_until, self.placed) = (None, false);
-    }
-
-    /// Returns the ledger, to post changes of a body from outside.
-    pub fn ledger_mut(&mut self) -> &mut Ledger {
-        &mut self.state.ledger
+        bodies::set_body(&mut self.system, body, state);
     }
 
     /// Moves a body to time `t`, s, as an event and posts the work of its wrench.
     pub fn rebase_body(&mut self, body: usize, t: f64) {
-        let (fixed, state) = (&self.bodies[body], &mut self.state.bodies[body]);
-        let next = state.at(fixed, t);
-        state.passage(fixed, &next).post(&mut self.state.ledger);
-        *state = next;
+        bodies::rebase_body(&mut self.system, body, t);
+    }
+
+    /// Returns the ledger, to post changes of a body from outside.
+    pub fn ledger_mut(&mut self) -> &mut Ledger {
+        &mut self.system.state.ledger
     }
 
     /// Returns the position of a node drifted to time `t`, m.
     #[must_use]
     pub fn position_at(&self, node: NodeId, t: f64) -> Vector<D> {
-        let a = node.index();
-        self.state.position[a] + self.state.velocity[a] * (t - self.grid.time(self.last[a]))
+        self.system.position_at(node, t)
     }
 
-    /// Returns the velocity of a node before the kicks of this tick, m/s.
-    pub(super) fn velocity_before(&self, node: NodeId) -> Vector<D> {
-        let a = node.index();
-        if self.scratch.active.has(a) { self.scratch.before[a] } else { self.state.velocity[a] }
+    /// Returns the last tick that was processed.
+    #[must_use]
+    pub fn last_tick(&self) -> Tick {
+        self.system.last_tick()
     }
-}
 
-/// Builds the blocks of the SIMD form; `None` where only the reference form applies.
-fn element_blocks<const D: usize, P: Potential<D>>(
-    gel: &DiscreteGel<D, P>,
-    order: &ElementLayout,
-    rules: &IntegratorSettings,
-) -> Option<ElementBlocks<D>> {
-    let fast = rules.law != ImpulseLaw::Reversal && rules.schedule != SteppingSchedule::Queue;
-    fast.then(|| ElementBlocks::new(gel, order)).flatten()
-}
-
-/// Returns the given grid, or a new one for these stable steps, s, and the shortest step, ticks.
-pub(super) fn tick_grid(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), UnusableStep> {
-    let step = steps.iter().copied().fold(f64::INFINITY, least);
-    if !step.is_normal() {
-        return Err(UnusableStep { step, corners: vec![] });
+    /// Returns the time of the last tick, s.
+    #[must_use]
+    pub fn now(&self) -> f64 {
+        self.system.now()
     }
-    let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
-    Ok((grid, grid.ticks(step)))
-}
 
-/// Returns the clocks of groups that have not begun, with their initial energies.
-fn initial_clocks<const D: usize, P: Potential<D>>(
-    gel: &DiscreteGel<D, P>,
-    order: &ElementLayout,
-    measured: &ElementStates,
-) -> Vec<GroupClock> {
-    let crushed = |element: &ElementId| gel.potential.is_crushed(measured.jacobian[element.index()]);
-    let clock = |group: usize| GroupClock {
-        energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum::<f64>() + 0.0,
-        crushed: order.elements(order.slots(group)).filter(crushed).count() as u32,
-        ..GroupClock::default()
-    };
-    (0..order.n_groups()).map(clock).collect()
+    /// Returns true if the gel is no longer integrated.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.system.is_at_rest()
+    }
+
+    /// Returns the time of the gel at a time, s: that of its last tick once it is at rest.
+    #[must_use]
+    pub fn time_in_gel(&self, t: f64) -> f64 {
+        self.system.time_in_gel(t)
+    }
+
+    /// Sets the exit rule of the gel.
+    pub fn set_exits(&mut self, exits: Option<ExitRule>) {
+        self.system.clock.ends.exits = exits;
+    }
+
+    /// Returns true if a body at this state no longer meets the gel.
+    #[must_use]
+    pub fn is_body_away(&self, body: usize, at: &BodyState) -> bool {
+        exit::is_away(&self.bodies()[body], at, &self.system.state.record.contacts[body])
+    }
+
+    /// Sets the distortion limits of the mesh, if any. The queue ignores them.
+    pub fn set_distortion_limits(&mut self, limits: Option<DistortionLimits>) {
+        self.system.clock.ends.distortion = limits;
+        self.system.contact.neighbours.clear_parts();
+    }
+
+    /// Sets the times, s, ascending, at which the mesh ends, distorted or not. It ends at the first tick from a time
+    /// on at which all steps end and the mesh is 4 of its finest steps old. The queue ignores the times.
+    pub fn set_remesh_times(&mut self, times: &[f64]) {
+        self.system.clock.ends.at = times.iter().map(|time| self.grid().first_tick(*time)).collect();
+    }
+
+    /// Returns the failure at the last tick of an ended mesh, if any; the run ends with it unless another mesh
+    /// follows.
+    #[must_use]
+    pub fn failure(&self) -> Option<&StepError> {
+        self.system.clock.failure.as_ref()
+    }
+
+    /// Returns the step collapse or leak that has ended a young mesh: the next one would fare no better. Age counts
+    /// the finest step at its start.
+    #[must_use]
+    pub fn early_failure(&self) -> Option<&StepError> {
+        mesh_end::early_failure(&self.system)
+    }
+
+    /// Iterates over the stiffest elements around the nodes whose stable step is shorter than a tick.
+    pub fn stepless(&self) -> impl Iterator<Item = ElementId> + '_ {
+        mesh_end::stepless(&self.system)
+    }
+
+    /// Creates an engine that continues with another gel from the end of this one, with its nodes at these positions
+    /// and velocities. The changes of energy, momentum and angular momentum are booked. `birth` is the new mesh and
+    /// is given the steps with which it begins.
+    ///
+    /// # Errors
+    /// [`UnusableStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.
+    pub fn continue_on_mesh(
+        &mut self,
+        (gel, memory): (DiscreteGel<D, P>, Option<Vec<HistoryVariables<D>>>),
+        nodes: Vec<(Vector<D>, Vector<D>)>,
+        birth: Option<MeshInstance<D>>,
+    ) -> Result<Self, UnusableStep> {
+        let system = handover::continue_on_mesh(&mut self.system, gel, memory, nodes, birth)?;
+        Ok(Self { system, start: self.start })
+    }
+
+    /// Creates an engine on a mesh of this run, past or future, into which a state of that mesh is to be restored;
+    /// without threads. `birth` is the mesh, unless it is the first one.
+    ///
+    /// # Errors
+    /// [`UnusableStep`] as [`Self::continue_on_mesh`].
+    pub fn engine_on_mesh(
+        &self,
+        gel: DiscreteGel<D, P>,
+        position: &[Vector<D>],
+        birth: Option<Arc<MeshInstance<D>>>,
+    ) -> Result<Self, UnusableStep> {
+        let system = handover::system_on_mesh(&self.system, gel, position, birth)?;
+        Ok(Self { system, start: self.start })
+    }
+
+    /// Counts a remesh.
+    pub fn count_remesh(&mut self) {
+        self.system.state.record.stretch = SurfaceStretch::Little;
+        self.system.state.record.remeshes += 1;
+    }
+
+    /// Counts eroded mass, kg.
+    pub fn count_eroded_mass(&mut self, mass: f64) {
+        self.system.state.record.eroded_mass += mass;
+    }
+
+    /// Gives an energy, J, to the motion of the free nodes of these elements, each with its mass, kg, and books it as
+    /// `remesh`.
+    pub fn return_energy(&mut self, made: &[(ElementId, f64)], energy: f64) {
+        energy_correction::return_energy(&mut self.system, made, energy);
+    }
+
+    /// Returns energies, momenta and closures at time `t`, s.
+    #[must_use]
+    pub fn totals(&self, t: f64) -> BalanceTotals {
+        report::totals(&self.system, &self.start, t)
+    }
+
+    /// Returns the present step of each patch, s; before the first tick the stable one.
+    #[must_use]
+    pub fn steps(&self) -> Vec<f64> {
+        report::steps(&self.system)
+    }
+
+    /// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (numerics 1.3).
+    #[must_use]
+    pub fn stable_steps(&self) -> Vec<f64> {
+        report::element_stable_steps(&self.system)
+    }
+
+    /// Returns the present step of an element, ticks.
+    #[must_use]
+    pub fn step_of(&self, element: ElementId) -> Tick {
+        self.system.state.clocks[self.system.model.layout.group(element)].step
+    }
+
+    /// Evaluates the elements with the nodes at their positions at time `t`, s.
+    #[must_use]
+    pub fn measure_at(&self, t: f64) -> ElementStates {
+        report::measure_at(&self.system, t)
+    }
+
+    /// Returns the bytes that a gel of this size takes in the engine: elements, nodes, state and derived data.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        report::bytes(&self.system)
+    }
+
+    /// Returns the number of element updates that one global stable step of the assembled system would have cost up
+    /// to time `t`, s.
+    #[must_use]
+    pub fn synchronous_updates(&self, t: f64) -> f64 {
+        report::synchronous_until(&self.system, self.grid().ticks(self.time_in_gel(t)))
+    }
+
+    /// Returns the blocks of the SIMD form, in order; empty for the reference form.
+    #[must_use]
+    pub fn runs(&self) -> Vec<BlockLayout<'_>> {
+        layout_stats::runs(&self.system)
+    }
+
+    /// Returns the elements of the blocks in SIMD layout.
+    #[must_use]
+    pub fn lanes(&self) -> Option<&ElementBatches<D>> {
+        self.system.blocks.as_ref().map(|blocks| &blocks.lanes)
+    }
 }

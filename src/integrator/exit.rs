@@ -3,12 +3,8 @@
 //! Exits are found at ticks, never at communication points: a saved state, a thread or another communication step
 //! changes no bit of them.
 
-use super::StepError;
-use super::engine::Engine;
-use super::handover::AdvanceOutcome;
 use crate::contact::{BodyMotion, BodyState, RigidBody};
-use crate::fem::Potential;
-use crate::state::{ContactRecord, ExitRecord, Tick};
+use crate::state::{ContactRecord, ExitRecord};
 
 /// Exit rule: the face through which bodies leave a gel, and how long it is integrated after that.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +41,7 @@ impl ExitRule {
     }
 
     /// Updates the exit record of a body; a body that comes back has not left.
-    fn update(&self, body: &RigidBody, at: &BodyState, contact: &mut ContactRecord) {
+    pub(super) fn update(&self, body: &RigidBody, at: &BodyState, contact: &mut ContactRecord) {
         let can_leave = body.motion != BodyMotion::Fixed && at.active && contact.touched.is_some();
         if !can_leave || (contact.exit.is_none() && at.position.z > self.back_face) {
             return;
@@ -60,65 +56,8 @@ impl ExitRule {
 
 /// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or moves up
 /// above the entry surface. An inactive body may be made active at any time.
-fn is_away(body: &RigidBody, at: &BodyState, contact: &ContactRecord) -> bool {
+pub(super) fn is_away(body: &RigidBody, at: &BodyState, contact: &ContactRecord) -> bool {
     let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;
     body.motion == BodyMotion::Fixed || (at.active && contact.exit.map_or_else(is_above, keeps))
-}
-
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Sets the exit rule of the gel.
-    pub fn set_exits(&mut self, exits: Option<ExitRule>) {
-        self.ends.exits = exits;
-    }
-
-    /// Returns true if the gel is no longer integrated.
-    #[must_use]
-    pub fn is_at_rest(&self) -> bool {
-        self.state.record.at_rest
-    }
-
-    /// Returns the time of the gel at a time, s: that of its last tick once it is at rest.
-    #[must_use]
-    pub fn time_in_gel(&self, t: f64) -> f64 {
-        if self.is_at_rest() { t.min(self.now()) } else { t }
-    }
-
-    /// Returns true if a body at this state no longer meets the gel.
-    #[must_use]
-    pub fn is_body_away(&self, body: usize, at: &BodyState) -> bool {
-        is_away(&self.bodies[body], at, &self.state.record.contacts[body])
-    }
-
-    /// Limits a depth, m, to that of the back face.
-    pub(super) fn depth_in_gel(&self, depth: f64) -> f64 {
-        self.ends.exits.map_or(depth, |rule| depth.min(-rule.back_face))
-    }
-
-    /// Finds the bodies that have left at this tick; returns true if the gel is put to rest with it.
-    pub(super) fn find_exits(&mut self) -> bool {
-        let Some(rule) = self.ends.exits else { return false };
-        let (bodies, contacts) = (&self.bodies, &mut self.state.record.contacts);
-        for (i, (body, at)) in bodies.iter().zip(&self.scratch.now).enumerate() {
-            rule.update(body, at, &mut contacts[i]);
-        }
-        let exit = self.state.record.contacts[0].exit;
-        let is_over = exit.is_some_and(|exit| self.scratch.now[0].time - exit.time >= rule.rest_after);
-        let all_away = || (0..self.bodies.len()).all(|body| self.is_body_away(body, &self.scratch.now[body]));
-        self.state.record.at_rest = is_over && all_away();
-        self.state.record.at_rest
-    }
-
-    /// Moves the bodies beside a gel at rest up to a tick: only the orientation steps of tumbling bodies remain.
-    pub(super) fn fly(&mut self, end: Tick) -> Result<AdvanceOutcome, StepError> {
-        let next = |engine: &Self| {
-            let turns = (0..engine.bodies.len()).filter_map(|body| Some((engine.next_orientation_step(body)?, body)));
-            turns.min().filter(|(tick, _)| *tick <= end)
-        };
-        while let Some((tick, body)) = next(self) {
-            self.rebase_body(body, self.grid.time(tick));
-            self.check_spin(body, &self.state.bodies[body])?;
-        }
-        Ok(AdvanceOutcome::End)
-    }
 }

@@ -1,3 +1,5 @@
+//! Grid of ticks: the length of a tick, and times as whole numbers of it (numerics A3).
+
 use crate::state::Tick;
 
 /// Grid of ticks: τ = q 2⁻ᵏ s with q in 16..=31, so that every time T τ with T q < 2⁵³ is exact (numerics A3).

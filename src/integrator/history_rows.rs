@@ -1,9 +1,9 @@
 //! History variables in the SIMD form: rows in the blocks while ticks are processed, copied to the state for its
 //! readers.
 
-use super::blocks::{ElementBlocks, SLOTS};
-use super::element_order::ElementLayout;
-use super::engine::Engine;
+use super::blocks::ElementBlocks;
+use super::element_order::{ElementLayout, SLOTS};
+use super::system::DiscreteSystem;
 use crate::fem::{DEPTH, ElementResponse, HistoryLanes, HistoryVariables, LANES, Potential};
 use crate::mesh::ElementId;
 use std::ops::Range;
@@ -52,29 +52,31 @@ fn history_range(element: ElementId, memories: usize) -> Range<usize> {
     element.index() * memories..(element.index() + 1) * memories
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Stores the history variables of the blocks in the state.
-    pub(super) fn store_history(&mut self) {
-        let Some(blocks) = &mut self.blocks else { return };
-        let n_slots = self.order.n_slots();
-        for i in 0..blocks.all.len() {
-            if std::mem::take(&mut blocks.all[i].has_unsaved_history) {
-                let slots = i * SLOTS..n_slots.min((i + 1) * SLOTS);
-                blocks.store_history(slots, &self.order, &mut self.state.memory);
-            }
+/// Stores the history variables of the blocks in the state.
+pub(super) fn store_history<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let Some(blocks) = &mut system.blocks else { return };
+    let n_slots = system.model.layout.n_slots();
+    for i in 0..blocks.all.len() {
+        if std::mem::take(&mut blocks.all[i].has_unsaved_history) {
+            let slots = i * SLOTS..n_slots.min((i + 1) * SLOTS);
+            blocks.store_history(slots, &system.model.layout, &mut system.state.memory);
         }
     }
+}
 
-    /// Evaluates the elements of a group again that was swept at this tick, and appends each element's response.
-    pub(super) fn reevaluate_group(&mut self, group: usize, elements: &mut Vec<(ElementId, ElementResponse<D>)>) {
-        let Some(blocks) = &self.blocks else { return };
-        blocks.store_history(self.order.slots(group), &self.order, &mut self.state.memory);
-        for patch in self.order.patches(group) {
-            let own = self.gel.potential.patches().of(*patch as usize);
-            let (mut answers, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&self.order, own));
-            let history = (self.state.memory.as_slice(), &viscous);
-            self.gel.potential.again(*patch as usize, &self.state.position, history, &mut answers);
-            elements.extend(own.iter().copied().zip(answers));
-        }
+/// Evaluates the elements of a group again that was swept at this tick, and appends each element's response.
+pub(super) fn reevaluate_group<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    group: usize,
+    elements: &mut Vec<(ElementId, ElementResponse<D>)>,
+) {
+    let Some(blocks) = &system.blocks else { return };
+    blocks.store_history(system.model.layout.slots(group), &system.model.layout, &mut system.state.memory);
+    for patch in system.model.layout.patches(group) {
+        let own = system.model.gel.potential.patches().of(*patch as usize);
+        let (mut responses, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&system.model.layout, own));
+        let history = (system.state.memory.as_slice(), &viscous);
+        system.model.gel.potential.again(*patch as usize, &system.state.position, history, &mut responses);
+        elements.extend(own.iter().copied().zip(responses));
     }
 }

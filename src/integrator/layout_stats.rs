@@ -1,8 +1,8 @@
 //! Statistics of the layout of the work, for measurements only.
 
-use super::blocks::ElementBlock;
-use super::engine::Engine;
-use crate::fem::{ElementBatches, Potential};
+use super::element_block::ElementBlock;
+use super::system::DiscreteSystem;
+use crate::fem::Potential;
 use crate::mesh::NodeId;
 use std::ops::Range;
 
@@ -22,34 +22,29 @@ pub struct BlockLayout<'a> {
     pub was_swept: bool,
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Returns the blocks of the SIMD form, in order; empty for the reference form.
-    #[must_use]
-    pub fn runs(&self) -> Vec<BlockLayout<'_>> {
-        let Some(blocks) = &self.blocks else { return vec![] };
-        blocks.all.iter().enumerate().map(|(i, block)| self.block_layout(block, blocks.groups_of(i))).collect()
-    }
+/// Returns the blocks of the SIMD form, in order; empty for the reference form.
+pub(super) fn runs<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Vec<BlockLayout<'_>> {
+    let Some(blocks) = &system.blocks else { return vec![] };
+    blocks.all.iter().enumerate().map(|(i, block)| block_layout(system, block, blocks.groups_of(i))).collect()
+}
 
-    /// Returns the elements of the blocks in SIMD layout.
-    #[must_use]
-    pub fn lanes(&self) -> Option<&ElementBatches<D>> {
-        self.blocks.as_ref().map(|blocks| &blocks.lanes)
-    }
-
-    /// Collects the statistics of a block.
-    fn block_layout<'a>(&self, block: &'a ElementBlock, groups: Range<usize>) -> BlockLayout<'a> {
-        let of_group = |group: usize| {
-            let n_elements = self.order.elements(self.order.slots(group)).count();
-            n_elements as f64 / self.grid.time(self.state.clocks[group].step)
-        };
-        let moves = block.is_moving() && self.state.now.is_some();
-        let rate = if moves { groups.clone().map(of_group).sum() } else { 0.0 };
-        BlockLayout {
-            nodes: &block.nodes,
-            groups,
-            n_elements: block.n_elements as usize,
-            rate,
-            was_swept: block.report.is_some(),
-        }
+/// Collects the statistics of a block.
+fn block_layout<'a, const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    block: &'a ElementBlock,
+    groups: Range<usize>,
+) -> BlockLayout<'a> {
+    let of_group = |group: usize| {
+        let n_elements = system.model.layout.elements(system.model.layout.slots(group)).count();
+        n_elements as f64 / system.model.grid.time(system.state.clocks[group].step)
+    };
+    let moves = block.is_moving() && system.state.now.is_some();
+    let rate = if moves { groups.clone().map(of_group).sum() } else { 0.0 };
+    BlockLayout {
+        nodes: &block.nodes,
+        groups,
+        n_elements: block.n_elements as usize,
+        rate,
+        was_swept: block.report.is_some(),
     }
 }

@@ -2,170 +2,17 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::assembly::{NODE_BATCH, NodalSums, NodeTile, StepRule, TILE_NODES};
-use super::blocks::{BlockActivity, ElementBlocks};
-use super::damping::DampingLoss;
-use super::engine::Engine;
-use super::kick::ConstraintReaction;
+use super::active_set::{ActiveSet, NODE_BATCH, RUN, TILE_NODES};
+use super::assembly::{NodalSums, NodeTile, StepRule};
+use super::blocks::ElementBlocks;
+use super::element_block::BlockActivity;
+use super::kick_sums::KickSums;
+use super::node_chunks::NodeChunks;
 use super::node_update::NodeUpdate;
-use super::pool::{SplitWork, share_work};
+use super::pool::share_work;
+use super::system::DiscreteSystem;
 use crate::fem::{Potential, on};
-use crate::math::Vector;
 use crate::state::Tick;
-use std::ops::Range;
-
-/// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (numerics A9).
-pub(super) const RUN: usize = 1024;
-/// Number of active nodes from which on the loop runs over all nodes, in chunks that threads share, and not over a
-/// list.
-const LIST_CAPACITY: usize = 1024;
-
-/// Set of the nodes that are active at a tick.
-#[derive(Debug, Default)]
-pub(super) struct ActiveSet {
-    /// Active nodes in the order of insertion, unless all are active. In the SIMD form it stays incomplete from
-    /// [`LIST_CAPACITY`] nodes on.
-    list: Vec<u32>,
-    /// True if all nodes are active.
-    pub all: bool,
-    /// Membership of each node, unless all are active.
-    marked: Vec<bool>,
-}
-
-impl ActiveSet {
-    /// Returns the empty set for a number of nodes.
-    pub fn new(n_nodes: usize) -> Self {
-        Self { list: vec![], all: false, marked: vec![false; n_nodes] }
-    }
-
-    /// Removes all nodes.
-    pub fn clear(&mut self) {
-        // A shorter list is complete.
-        if self.list.len() < LIST_CAPACITY {
-            self.list.iter().for_each(|node| self.marked[*node as usize] = false);
-        } else {
-            self.marked.fill(false);
-        }
-        self.list.clear();
-        self.all = false;
-    }
-
-    /// Inserts a node.
-    pub fn insert(&mut self, node: usize) {
-        if !self.marked[node] {
-            self.marked[node] = true;
-            self.list.push(node as u32);
-        }
-    }
-
-    /// Inserts the nodes of a block; a full list is not extended.
-    fn insert_all(&mut self, nodes: impl Iterator<Item = usize>) {
-        if self.listed_nodes().is_some() {
-            nodes.for_each(|node| self.insert(node));
-        } else {
-            nodes.for_each(|node| self.marked[node] = true);
-        }
-    }
-
-    /// Returns the active nodes in the order of insertion; `None` if they are many and the loop runs over all nodes.
-    pub fn listed_nodes(&self) -> Option<&[u32]> {
-        (!self.all && self.list.len() < LIST_CAPACITY).then_some(self.list.as_slice())
-    }
-
-    /// Returns all active nodes of the reference form, in the order of insertion.
-    pub fn reference_nodes(&self) -> &[u32] {
-        &self.list
-    }
-
-    /// Takes the next batch of active nodes from a range: their number and the nodes; `None` at the end. Entries
-    /// beyond the number are meaningless.
-    #[inline(always)]
-    pub fn next_batch(&self, nodes: &mut Range<usize>) -> Option<(usize, [usize; NODE_BATCH])> {
-        let (mut n, mut some) = (0, [0; NODE_BATCH]);
-        if self.all {
-            n = nodes.len().min(NODE_BATCH);
-            some.iter_mut().zip(nodes.start..).for_each(|(place, node)| *place = node);
-            nodes.start += n;
-        }
-        while n < NODE_BATCH && nodes.start < nodes.end {
-            some[n] = nodes.start;
-            n += usize::from(self.marked[nodes.start]);
-            nodes.start += 1;
-        }
-        (n > 0).then_some((n, some))
-    }
-
-    /// Returns true if one of these nodes is active.
-    #[inline]
-    fn contains_any(&self, nodes: Range<usize>) -> bool {
-        self.all || self.marked[nodes].contains(&true)
-    }
-
-    /// Returns true if a node is active.
-    #[inline]
-    pub fn has(&self, node: usize) -> bool {
-        self.all || self.marked[node]
-    }
-}
-
-/// Sums over the kicked nodes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct KickSums {
-    /// Least stable limit, s.
-    pub limit: f64,
-    /// Work of the kicks less the change of the carried kick work, Σ p·(v⁻ + v⁺)/2 − Σ ΔQ (A6), J.
-    pub work: f64,
-    /// Greatest |v|², m²/s².
-    pub max_speed_squared: f64,
-    /// Reaction of the held directions.
-    pub reaction: ConstraintReaction,
-    /// Loss to damping.
-    pub damping: DampingLoss,
-}
-
-impl Default for KickSums {
-    fn default() -> Self {
-        Self {
-            limit: f64::INFINITY,
-            work: 0.0,
-            max_speed_squared: 0.0,
-            reaction: ConstraintReaction::default(),
-            damping: DampingLoss::default(),
-        }
-    }
-}
-
-impl KickSums {
-    /// Adds the sums of other nodes.
-    fn merge(self, other: &Self) -> Self {
-        Self {
-            limit: self.limit.min(other.limit),
-            work: self.work + other.work,
-            max_speed_squared: self.max_speed_squared.max(other.max_speed_squared),
-            reaction: self.reaction + other.reaction,
-            damping: self.damping + other.damping,
-        }
-    }
-}
-
-/// Nodal data from a first chunk on, and the sums of each chunk.
-pub(super) struct NodeChunks<'a, const D: usize> {
-    /// First node.
-    pub first: usize,
-    pub position: &'a mut [Vector<D>],
-    pub velocity: &'a mut [Vector<D>],
-    /// Velocities before the kicks of the tick, m/s.
-    pub before: &'a mut [Vector<D>],
-    /// Last ticks.
-    pub last: &'a mut [Tick],
-    /// Stable limits, s.
-    pub limit: &'a mut [f64],
-    /// Carried kick work Q = ½ p·(v⁺ − v⁻) of the last kicks (A6), J.
-    pub excess: &'a mut [f64],
-    /// Relative changes of velocity by damping.
-    pub decay: &'a mut [f64],
-    pub sums: &'a mut [KickSums],
-}
 
 impl<const D: usize> NodeChunks<'_, D> {
     /// Updates the active nodes, chunk by chunk and tile by tile.
@@ -199,125 +46,105 @@ impl<const D: usize> NodeChunks<'_, D> {
     }
 }
 
-impl<const D: usize> SplitWork for NodeChunks<'_, D> {
-    /// Splits by the number of chunks.
-    fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
-        let chunks = self.sums.len() * part / of;
-        let at = self.position.len().min(chunks * RUN);
-        let (position, more_position) = self.position.split_at_mut(at);
-        let (velocity, more_velocity) = self.velocity.split_at_mut(at);
-        let (before, more_before) = self.before.split_at_mut(at);
-        let (last, more_last) = self.last.split_at_mut(at);
-        let (limit, more_limit) = self.limit.split_at_mut(at);
-        let (excess, more_excess) = self.excess.split_at_mut(at);
-        let (decay, more_fade) = self.decay.split_at_mut(at);
-        let (sums, more_sums) = self.sums.split_at_mut(chunks);
-        let more = Self {
-            first: self.first + at,
-            position: more_position,
-            velocity: more_velocity,
-            before: more_before,
-            last: more_last,
-            limit: more_limit,
-            excess: more_excess,
-            decay: more_fade,
-            sums: more_sums,
-        };
-        (Self { first: self.first, position, velocity, before, last, limit, excess, decay, sums }, more)
+/// Collects the nodes of the active blocks that are not known to be at rest.
+pub(super) fn find_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let Some(blocks) = &mut system.blocks else { return };
+    let active = &mut system.workspace.active_nodes;
+    active.clear();
+    for (block, monitor) in blocks.all.iter().zip(&mut blocks.monitors) {
+        monitor.prepare(block);
+    }
+    active.all = blocks
+        .all
+        .iter()
+        .zip(&blocks.monitors)
+        .all(|(block, monitor)| block.activity == BlockActivity::All && monitor.contributes);
+    if active.all {
+        return;
+    }
+    for block in blocks.all.iter().filter(|block| block.contributes()) {
+        active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
+    }
+    for block in blocks.all.iter_mut().filter(|block| block.activity != BlockActivity::Nothing && !block.contributes())
+    {
+        block.has_active_nodes = block.nodes.iter().any(|node| active.has(node.index()));
     }
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Collects the nodes of the active blocks that are not known to be at rest.
-    pub(super) fn find_active(&mut self) {
-        let Some(blocks) = &mut self.blocks else { return };
-        let active = &mut self.scratch.active;
-        active.clear();
-        for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.prepare(block);
-        }
-        active.all =
-            blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == BlockActivity::All && front.gives);
-        if active.all {
-            return;
-        }
-        for block in blocks.all.iter().filter(|block| block.contributes()) {
-            active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
-        }
-        for block in blocks.all.iter_mut().filter(|block| block.due != BlockActivity::Nothing && !block.contributes()) {
-            block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
-        }
+/// Drifts the active nodes without a kick.
+pub(super) fn drift_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let active = &system.workspace.active_nodes;
+    for (node, last) in system.clock.last_ticks.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
+        let passed = system.model.grid.time(tick - *last);
+        system.state.position[node] += system.state.velocity[node] * passed;
+        *last = tick;
     }
+}
 
-    /// Drifts the active nodes without a kick.
-    pub(super) fn drift_active(&mut self, tick: Tick) {
-        let active = &self.scratch.active;
-        for (node, last) in self.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
-            let passed = self.grid.time(tick - *last);
-            self.state.position[node] += self.state.velocity[node] * passed;
-            *last = tick;
-        }
-    }
+/// Drifts the active nodes, finds their stable limits, kicks and damps them.
+///
+/// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
+/// directions take the rest as reactions.
+pub(super) fn update_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    let (gel, freedom) = (system.model.gel.clone(), system.freedom());
+    let (grid, leading_share, damping_rate) =
+        (system.model.grid, system.leading_share(), system.model.settings.damping);
+    update_active_nodes(system, &NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
+}
 
-    /// Drifts the active nodes, finds their stable limits, kicks and damps them.
-    ///
-    /// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
-    /// directions take the rest as reactions.
-    pub(super) fn update_nodes(&mut self, tick: Tick) -> KickSums {
-        let (gel, freedom) = (self.gel.clone(), self.freedom());
-        let (grid, leading_share, damping_rate) = (self.grid, self.leading_share(), self.rules.damping);
-        self.update_active_nodes(&NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
-    }
-
-    /// Updates the active nodes batch by batch; the sums do not depend on the threads.
-    fn update_active_nodes(&mut self, update: &NodeUpdate<'_, D, P>) -> KickSums {
-        let pool = self.pool.clone().filter(|_| self.is_worth_sharing());
-        let blocks = self.blocks.take().expect("the fast form has blocks");
-        let (state, scratch) = (&mut self.state, &mut self.scratch);
-        let level = blocks.level;
-        let few = scratch.active.listed_nodes();
-        let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
-        scratch.sums.resize(n_chunks, KickSums::default());
-        let mut all = NodeChunks {
-            first: 0,
-            position: &mut state.position,
-            velocity: &mut state.velocity,
-            before: &mut scratch.before,
-            last: &mut self.last,
-            limit: &mut scratch.limit,
-            excess: &mut state.excess,
-            decay: &mut scratch.decay,
-            sums: &mut scratch.sums,
-        };
-        let (active, mut total) = (&scratch.active, KickSums::default());
-        let rule = StepRule { mass: &update.gel.mass, cfl: self.rules.cfl };
-        if let Some(few) = few {
-            for some in few.chunks(NODE_BATCH) {
-                let mut nodes = [0; NODE_BATCH];
-                nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
-                let nodes = &nodes[..some.len()];
-                let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
-                update.apply(&mut all, nodes, &mut nodal, &mut total);
-                total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
-                nodal.notify_blocks(nodes, &blocks);
-            }
-        } else {
-            share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
-                on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
-            });
-            total = scratch.sums.iter().fold(total, KickSums::merge);
+/// Updates the active nodes batch by batch; the sums do not depend on the threads.
+fn update_active_nodes<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    update: &NodeUpdate<'_, D, P>,
+) -> KickSums {
+    let pool = system.pool.clone().filter(|_| system.is_worth_sharing());
+    let blocks = system.blocks.take().expect("the fast form has blocks");
+    let (state, workspace) = (&mut system.state, &mut system.workspace);
+    let level = blocks.level;
+    let few = workspace.active_nodes.listed_nodes();
+    let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
+    workspace.chunk_sums.resize(n_chunks, KickSums::default());
+    let mut all = NodeChunks {
+        first: 0,
+        position: &mut state.position,
+        velocity: &mut state.velocity,
+        before: &mut workspace.velocities_before,
+        last: &mut system.clock.last_ticks,
+        limit: &mut workspace.node_limits,
+        excess: &mut state.excess,
+        decay: &mut workspace.decay,
+        sums: &mut workspace.chunk_sums,
+    };
+    let (active, mut total) = (&workspace.active_nodes, KickSums::default());
+    let rule = StepRule { mass: &update.gel.mass, cfl: system.model.settings.cfl };
+    if let Some(few) = few {
+        for some in few.chunks(NODE_BATCH) {
+            let mut nodes = [0; NODE_BATCH];
+            nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
+            let nodes = &nodes[..some.len()];
+            let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+            update.apply(&mut all, nodes, &mut nodal, &mut total);
+            total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
+            nodal.notify_blocks(nodes, &blocks);
         }
-        self.blocks = Some(blocks);
-        total
+    } else {
+        share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
+            on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
+        });
+        total = workspace.chunk_sums.iter().fold(total, KickSums::merge);
     }
+    system.blocks = Some(blocks);
+    total
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::blocks::{ElementBlock, StepMonitor};
+    use super::super::element_block::ElementBlock;
+    use super::super::step_monitor::StepMonitor;
     use super::super::test_cube;
     use super::*;
     use crate::contact::{FreeDirections, ImpulseExchange};
+    use crate::math::Vector;
 
     /// Result of an update, bit by bit: nodal vectors, limits, residuals and last ticks; flags of the blocks.
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
@@ -326,25 +153,26 @@ mod tests {
     fn updates_by_tile_and_by_list_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [ImpulseExchange::default()]).expect("the gel only swings");
-        let gel = engine.gel.clone();
+        let gel = engine.system.model.gel.clone();
         let n_nodes = gel.mass.len();
-        let mut blocks = engine.blocks.take().expect("bins have the fast form");
-        let (grid, tick) = (engine.grid, engine.state.now.expect("it has begun") + 1);
+        let mut blocks = engine.system.blocks.take().expect("bins have the fast form");
+        let (grid, tick) = (engine.system.model.grid, engine.system.state.now.expect("it has begun") + 1);
         let freedom = FreeDirections::SPATIAL;
         let update = NodeUpdate { gel: &gel, grid, freedom, tick, leading_share: 0.5, damping_rate: 0.0 };
         let rule = StepRule { mass: &gel.mass, cfl: 0.8 };
         let mut active = ActiveSet::new(n_nodes);
         active.insert_all((0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100));
-        assert!(active.listed_nodes().is_none() && blocks.fronts.len() > 2);
+        assert!(active.listed_nodes().is_none() && blocks.monitors.len() > 2);
         let mut after = |by_tile: bool| -> After {
-            for (block, front) in blocks.all.iter_mut().zip(&mut blocks.fronts) {
+            for (block, monitor) in blocks.all.iter_mut().zip(&mut blocks.monitors) {
                 *block.awake.get_mut() = true;
-                block.due = BlockActivity::All;
-                front.prepare(block);
+                block.activity = BlockActivity::All;
+                monitor.prepare(block);
             }
-            let (mut position, mut velocity) = (engine.state.position.clone(), engine.state.velocity.clone());
-            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.last.clone());
-            let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.state.excess.clone());
+            let (mut position, mut velocity) =
+                (engine.system.state.position.clone(), engine.system.state.velocity.clone());
+            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.system.clock.last_ticks.clone());
+            let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.system.state.excess.clone());
             let (mut decay, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
             let mut chunks = NodeChunks {
                 first: 0,
@@ -373,33 +201,10 @@ mod tests {
             };
             assert!(!by_tile || sums.iter().enumerate().all(|(run, sums)| sums.limit == least(run)));
             let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
-            let calm = blocks.fronts.iter_mut().map(StepMonitor::holds_steps).collect();
+            let calm = blocks.monitors.iter_mut().map(StepMonitor::holds_steps).collect();
             let awake = blocks.all.iter().map(ElementBlock::is_moving).collect();
             ([position, velocity, before], [bits(limit), bits(excess)], last, [calm, awake])
         };
         assert!(after(true) == after(false));
-    }
-
-    #[test]
-    fn active_set_holds_many_nodes_as_it_holds_few() {
-        let n_nodes = 3 * LIST_CAPACITY;
-        let mut active = ActiveSet::new(n_nodes);
-        for n in [0, 1, LIST_CAPACITY - 1, LIST_CAPACITY, n_nodes / 2] {
-            let mut odd = (0..n).map(|i| 2 * i + 1);
-            let first: Vec<usize> = odd.by_ref().take(LIST_CAPACITY).collect();
-            active.insert_all(first.iter().copied());
-            active.insert_all(odd.chain(first.iter().copied()));
-            assert!((0..n_nodes).all(|node| active.has(node) == (node % 2 == 1 && node < 2 * n)), "{n} active nodes");
-            let few: Option<Vec<usize>> =
-                active.listed_nodes().map(|few| few.iter().map(|node| *node as usize).collect());
-            assert_eq!(few, (n < LIST_CAPACITY).then_some(first), "{n} active nodes");
-            let (mut all, mut taken) = (0..n_nodes, vec![]);
-            while let Some((n, some)) = active.next_batch(&mut all) {
-                taken.extend_from_slice(&some[..n]);
-            }
-            assert!(taken.iter().copied().eq((0..n).map(|i| 2 * i + 1)), "{n} active nodes");
-            active.clear();
-            assert!((0..n_nodes).all(|node| !active.has(node)), "{n} active nodes were forgotten");
-        }
     }
 }

@@ -2,9 +2,10 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::assembly::{FULL_BATCH, NODE_BATCH, NodalSums};
-use super::damping::decay;
-use super::node_loop::{KickSums, NodeChunks};
+use super::active_set::NODE_BATCH;
+use super::assembly::{FULL_BATCH, NodalSums};
+use super::kick_sums::{KickSums, decay};
+use super::node_chunks::NodeChunks;
 use super::{DiscreteGel, TickGrid};
 use crate::contact::FreeDirections;
 use crate::fem::Potential;
@@ -72,7 +73,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
             *node.excess = excess;
             sums.max_speed_squared = sums.max_speed_squared.max(node.velocity.norm_squared());
             if !gel.is_free(a) {
-                sums.reaction.add(&gel.free(a), self.freedom, (embed(node.position), embed(&p)));
+                sums.reaction.add(&gel.free(a), self.freedom, embed(node.position), embed(&p));
             }
             nodal.moves[i] = *node.velocity != Vector::<D>::zeros();
         }
@@ -124,7 +125,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         sums.max_speed_squared = sums.max_speed_squared.max(greatest(square));
         if held.iter().fold(0, |all, held| all | held) != 0 {
             for (i, at) in position.iter().enumerate() {
-                sums.reaction.add(&self.gel.free(first + i), self.freedom, (embed(at), embed(&nodal.impulse(i))));
+                sums.reaction.add(&self.gel.free(first + i), self.freedom, embed(at), embed(&nodal.impulse(i)));
             }
         }
     }
@@ -191,7 +192,7 @@ impl<'a, const D: usize> NodeState<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::super::assembly::StepRule;
-    use super::super::kick::ConstraintReaction;
+    use super::super::kick_sums::ConstraintReaction;
     use super::super::test_cube;
     use super::*;
     use crate::fem::NodeAccumulator;
@@ -215,7 +216,7 @@ mod tests {
     /// Updates a batch in which all nodes have impulses, or `only` one, so that its contribution is not lost in the
     /// sums.
     fn after(beside: bool, only: Option<usize>) -> After {
-        let gives = |i: usize| only.is_none_or(|only| only == i);
+        let contributes = |i: usize| only.is_none_or(|only| only == i);
         let mut mesh = test_cube::mesh(&[0.0, 0.3, 0.5, 1.0]);
         // Some nodes are held, in one direction, in two or in all.
         mesh.held
@@ -242,10 +243,10 @@ mod tests {
         let (mut position, mut before) = (vectors(0), vectors(200));
         let mut last: Vec<Tick> = (0..n as Tick).map(|i| 4000 + i % 7).collect();
         let (mut limit, mut excess) = (vec![0.0; n], vec![0.0; n]);
-        (0..NODE_BATCH).filter(|i| gives(*i)).for_each(|i| excess[first + i] = 1e-2 * any(300 + i));
+        (0..NODE_BATCH).filter(|i| contributes(*i)).for_each(|i| excess[first + i] = 1e-2 * any(300 + i));
         let (mut decay, mut sums) = (vec![0.0; n], KickSums::default());
         let given: [NodeAccumulator; NODE_BATCH] = std::array::from_fn(|i| {
-            let p = |k: usize| if first + i != still && gives(i) { 1e-3 * any(400 + 3 * i + k) } else { 0.0 };
+            let p = |k: usize| if first + i != still && contributes(i) { 1e-3 * any(400 + 3 * i + k) } else { 0.0 };
             [p(0), p(1), p(2), 1e3 * (1.0 + any(500 + i).abs())]
         });
         let nodes: Vec<usize> = (first..first + NODE_BATCH).collect();

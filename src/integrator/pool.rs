@@ -1,3 +1,5 @@
+//! Thread pool of a simulation, and the sharing of work among its threads.
+
 use super::worker_spin::{DutyGuard, SPIN_TIME, ThreadDuty, WorkerSpin};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;

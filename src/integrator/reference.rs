@@ -3,176 +3,175 @@
 //! It handles the queue, the contact law of the paper and potentials without SIMD layout. Tests compare the SIMD
 //! form with it.
 
-use super::damping::decay;
-use super::engine::Engine;
-use super::kick::ConstraintReaction;
-use super::node_loop::KickSums;
-use super::schedule::SteppingSchedule;
-use super::step_size::nodal_limit;
+use super::SteppingSchedule;
+use super::contact_phase::{apply_reversal, correct_symmetry, solve};
+use super::damping::{apply_damping, post_damping_work};
+use super::kick_sums::{ConstraintReaction, KickSums, decay};
+use super::load::apply_pressures;
+use super::stability::nodal_limit;
 use super::substep::MeshPhase;
+use super::system::DiscreteSystem;
 use crate::contact::ImpulseLaw;
 use crate::fem::{DEPTH, ElementResponse, GroupResponse, Potential};
 use crate::math::embed;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
-use std::ops::Range;
 
-/// Responses of the elements of the active groups.
-#[derive(Debug)]
-pub(super) struct GroupResponses<const D: usize> {
-    pub elements: Vec<(ElementId, ElementResponse<D>)>,
-    /// Range of elements of each active group.
-    pub groups: Vec<Range<usize>>,
-}
-
-impl<const D: usize> Default for GroupResponses<D> {
-    fn default() -> Self {
-        Self { elements: vec![], groups: vec![] }
+/// Drifts the nodes of the active groups.
+pub(super) fn drift_group_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    system.workspace.active_nodes.clear();
+    for group in &system.workspace.active_groups {
+        for element in system.model.layout.elements(system.model.layout.slots(*group as usize)) {
+            system
+                .model
+                .gel
+                .potential
+                .nodes(element)
+                .iter()
+                .for_each(|node| system.workspace.active_nodes.insert(node.index()));
+        }
+    }
+    for a in system.workspace.active_nodes.reference_nodes().iter().map(|a| *a as usize) {
+        let velocity = system.state.velocity[a];
+        let passed = system.model.grid.time(tick - system.clock.last_ticks[a]);
+        system.state.position[a] += velocity * passed;
+        if system.model.settings.damping > 0.0 {
+            system.workspace.decay[a] = decay(system.model.settings.damping, passed);
+        }
+        system.clock.last_ticks[a] = tick;
+        system.workspace.velocities_before[a] = velocity;
     }
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Drifts the nodes of the active groups.
-    pub(super) fn drift_group_nodes(&mut self, tick: Tick) {
-        self.scratch.active.clear();
-        for group in &self.scratch.due {
-            for element in self.order.elements(self.order.slots(*group as usize)) {
-                self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.insert(node.index()));
+/// Evaluates the forces of the active groups.
+pub(super) fn evaluate_forces<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let mut responses = std::mem::take(&mut system.workspace.element_responses);
+    responses.elements.clear();
+    responses.groups.clear();
+    for i in 0..system.workspace.active_groups.len() {
+        let (group, first) = (system.workspace.active_groups[i] as usize, responses.elements.len());
+        system.workspace.responses[group] =
+            evaluate_group(system, group, elapsed(system, group, tick), &mut responses.elements);
+        responses.groups.push(first..responses.elements.len());
+        for (element, response) in &responses.elements[first..] {
+            system.state.stiffness[system.model.layout.slot(*element)] = response.stiffness;
+        }
+    }
+    system.workspace.element_responses = responses;
+}
+
+/// Returns the time since the last tick of an active group, s.
+fn elapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize, tick: Tick) -> f64 {
+    let elapsed = match system.model.settings.schedule {
+        SteppingSchedule::Queue if system.clock.phase == MeshPhase::First => 0,
+        SteppingSchedule::Queue => tick - system.state.alarms[group].last,
+        SteppingSchedule::Bins | SteppingSchedule::Global => {
+            system.tick_context(tick).elapsed(system.state.clocks[group].step)
+        }
+    };
+    system.model.grid.time(elapsed)
+}
+
+/// Evaluates a group at the current positions, after the time since its last tick, s. Appends the responses to
+/// `elements` and posts the dissipation to the ledger.
+pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    group: usize,
+    elapsed: f64,
+    elements: &mut Vec<(ElementId, ElementResponse<D>)>,
+) -> GroupResponse {
+    let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
+    for patch in system.model.layout.patches(group) {
+        let mut responses = [ElementResponse::default(); DEPTH];
+        let history = (elapsed, system.state.memory.as_mut_slice());
+        let dissipation =
+            system.model.gel.potential.advance(*patch as usize, &system.state.position, history, &mut responses);
+        sum.energy += dissipation.energy;
+        system.state.ledger.energy.book_dissipation(&dissipation);
+        for (element, response) in system.model.gel.potential.patches().of(*patch as usize).iter().zip(&responses) {
+            let lane = system.model.layout.slot(*element) % system.model.layout.width();
+            sum.least_jacobian = sum.least_jacobian.min(response.jacobian);
+            sum.inverted |= u32::from(response.jacobian <= 0.0) << lane;
+            sum.crushed += u32::from(system.model.gel.potential.is_crushed(response.jacobian));
+            let nodes = system.model.gel.potential.nodes(*element).iter();
+            let power = nodes.zip(&response.forces).map(|(node, f)| f.dot(&system.state.velocity[node.index()]));
+            sum.power += power.sum::<f64>();
+            let now = (system.state.position.as_slice(), system.state.velocity.as_slice());
+            sum.closing = sum.closing.max(system.model.gel.potential.closing(*element, response.jacobian, now));
+            elements.push((*element, *response));
+        }
+    }
+    sum
+}
+
+/// Finds the stable limits of the active nodes and the least of them.
+pub(super) fn measure_limits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> KickSums {
+    let mut sums = KickSums::default();
+    for a in system.workspace.active_nodes.reference_nodes() {
+        let limit = system.model.settings.cfl
+            * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, NodeId(*a));
+        system.workspace.node_limits[*a as usize] = limit;
+        sums.limit = sums.limit.min(limit);
+    }
+    sums
+}
+
+/// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
+pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let responses = std::mem::take(&mut system.workspace.element_responses);
+    for (i, elements) in responses.groups.iter().enumerate() {
+        for (element, response) in &responses.elements[elements.clone()] {
+            kick_element(system, *element, response, system.workspace.kick_lengths[i]);
+            if system.model.settings.law == ImpulseLaw::Reversal {
+                apply_reversal(system, *element);
             }
         }
-        for a in self.scratch.active.reference_nodes().iter().map(|a| *a as usize) {
-            let velocity = self.state.velocity[a];
-            let passed = self.grid.time(tick - self.last[a]);
-            self.state.position[a] += velocity * passed;
-            if self.rules.damping > 0.0 {
-                self.scratch.decay[a] = decay(self.rules.damping, passed);
-            }
-            self.last[a] = tick;
-            self.scratch.before[a] = velocity;
-        }
     }
-
-    /// Evaluates the forces of the active groups.
-    pub(super) fn evaluate_forces(&mut self, tick: Tick) {
-        let mut answers = std::mem::take(&mut self.scratch.reference);
-        answers.elements.clear();
-        answers.groups.clear();
-        for i in 0..self.scratch.due.len() {
-            let (group, first) = (self.scratch.due[i] as usize, answers.elements.len());
-            self.scratch.answers[group] = self.evaluate_group(group, self.elapsed(group, tick), &mut answers.elements);
-            answers.groups.push(first..answers.elements.len());
-            for (element, answer) in &answers.elements[first..] {
-                self.state.stiffness[self.order.slot(*element)] = answer.stiffness;
-            }
-        }
-        self.scratch.reference = answers;
+    system.workspace.element_responses = responses;
+    apply_damping(system);
+    apply_pressures(system, tick);
+    match system.model.settings.law {
+        ImpulseLaw::Moreau { restitution, friction, .. } => solve(system, restitution, friction),
+        ImpulseLaw::Reversal => correct_symmetry(system),
     }
+}
 
-    /// Returns the time since the last tick of an active group, s.
-    fn elapsed(&self, group: usize, tick: Tick) -> f64 {
-        let elapsed = match self.rules.schedule {
-            SteppingSchedule::Queue if self.phase == MeshPhase::First => 0,
-            SteppingSchedule::Queue => tick - self.state.alarms[group].last,
-            SteppingSchedule::Bins | SteppingSchedule::Global => {
-                self.tick_context(tick).elapsed(self.state.clocks[group].step)
-            }
-        };
-        self.grid.time(elapsed)
+/// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
+/// ones.
+fn kick_element<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    element: ElementId,
+    response: &ElementResponse<D>,
+    weight: f64,
+) {
+    let (gel, freedom) = (&system.model.gel, system.freedom());
+    let mut reaction = ConstraintReaction::default();
+    for (node, force) in gel.potential.nodes(element).iter().zip(&response.forces) {
+        let (a, push) = (node.index(), force * weight);
+        system.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
+        reaction.add(&gel.free(a), freedom, embed(&system.state.position[a]), embed(&push));
     }
+    reaction.post(&mut system.state.ledger);
+}
 
-    /// Evaluates a group at the current positions, after the time since its last tick, s. Appends the responses to
-    /// `elements` and posts the dissipation to the ledger.
-    pub(super) fn evaluate_group(
-        &mut self,
-        group: usize,
-        elapsed: f64,
-        elements: &mut Vec<(ElementId, ElementResponse<D>)>,
-    ) -> GroupResponse {
-        let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
-        for patch in self.order.patches(group) {
-            let mut answers = [ElementResponse::default(); DEPTH];
-            let history = (elapsed, self.state.memory.as_mut_slice());
-            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, history, &mut answers);
-            sum.energy += spent.energy;
-            self.state.ledger.energy.book_dissipation(&spent);
-            for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
-                let lane = self.order.slot(*element) % self.order.width();
-                sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);
-                sum.inverted |= u32::from(answer.jacobian <= 0.0) << lane;
-                sum.crushed += u32::from(self.gel.potential.is_crushed(answer.jacobian));
-                let nodes = self.gel.potential.nodes(*element).iter();
-                let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&self.state.velocity[node.index()]));
-                sum.power += power.sum::<f64>();
-                let now = (self.state.position.as_slice(), self.state.velocity.as_slice());
-                sum.closing = sum.closing.max(self.gel.potential.closing(*element, answer.jacobian, now));
-                elements.push((*element, *answer));
+/// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
+/// kicks less the change of the carried kick work.
+pub(super) fn kick_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> f64 {
+    post_damping_work(system);
+    let (responses, share) = (&system.workspace.element_responses, system.leading_share());
+    let mut work: f64 =
+        system.workspace.active_nodes.reference_nodes().iter().map(|a| system.state.excess[*a as usize]).sum();
+    system.workspace.active_nodes.reference_nodes().iter().for_each(|a| system.state.excess[*a as usize] = 0.0);
+    for (elements, weight) in responses.groups.iter().zip(&system.workspace.kick_lengths) {
+        for (element, response) in &responses.elements[elements.clone()] {
+            for (node, force) in system.model.gel.potential.nodes(*element).iter().zip(&response.forces) {
+                let (before, after) =
+                    (system.workspace.velocities_before[node.index()], system.state.velocity[node.index()]);
+                let excess = share * weight * force.dot(&(after - before));
+                system.state.excess[node.index()] += excess;
+                work += 0.5 * weight * force.dot(&(before + after)) - excess;
             }
         }
-        sum
     }
-
-    /// Finds the stable limits of the active nodes and the least of them.
-    pub(super) fn measure_limits(&mut self) -> KickSums {
-        let known = (self.state.stiffness.as_slice(), &*self.order);
-        let mut sums = KickSums::default();
-        for a in self.scratch.active.reference_nodes() {
-            let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
-            self.scratch.limit[*a as usize] = limit;
-            sums.limit = sums.limit.min(limit);
-        }
-        sums
-    }
-
-    /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
-    pub(super) fn kick_and_solve_contact(&mut self, tick: Tick) {
-        let answers = std::mem::take(&mut self.scratch.reference);
-        for (i, elements) in answers.groups.iter().enumerate() {
-            for (element, answer) in &answers.elements[elements.clone()] {
-                self.kick_element(*element, answer, self.scratch.weights[i]);
-                if self.rules.law == ImpulseLaw::Reversal {
-                    self.apply_reversal(*element);
-                }
-            }
-        }
-        self.scratch.reference = answers;
-        self.damp();
-        self.press(tick);
-        match self.rules.law {
-            ImpulseLaw::Moreau { restitution, friction, .. } => self.solve(restitution, friction),
-            ImpulseLaw::Reversal => _ = self.correct_symmetry_contacts(),
-        }
-    }
-
-    /// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
-    /// ones.
-    fn kick_element(&mut self, element: ElementId, answer: &ElementResponse<D>, weight: f64) {
-        let (gel, freedom) = (&self.gel, self.freedom());
-        let mut reaction = ConstraintReaction::default();
-        for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
-            let (a, push) = (node.index(), force * weight);
-            self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
-            reaction.add(&gel.free(a), freedom, (embed(&self.state.position[a]), embed(&push)));
-        }
-        reaction.post(&mut self.state.ledger);
-    }
-
-    /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
-    /// kicks less the change of the carried kick work.
-    pub(super) fn kick_work(&mut self) -> f64 {
-        self.book_damping();
-        let (answers, share) = (&self.scratch.reference, self.leading_share());
-        let mut work: f64 = self.scratch.active.reference_nodes().iter().map(|a| self.state.excess[*a as usize]).sum();
-        self.scratch.active.reference_nodes().iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
-        for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {
-            for (element, answer) in &answers.elements[elements.clone()] {
-                for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {
-                    let (before, after) = (self.scratch.before[node.index()], self.state.velocity[node.index()]);
-                    let excess = share * weight * force.dot(&(after - before));
-                    self.state.excess[node.index()] += excess;
-                    work += 0.5 * weight * force.dot(&(before + after)) - excess;
-                }
-            }
-        }
-        work
-    }
+    work
 }

@@ -2,7 +2,8 @@
 
 use super::DiscreteGel;
 use super::blocks::ElementBlocks;
-use super::engine::{BalanceReference, Engine};
+use super::stability::stable_steps;
+use super::system::DiscreteSystem;
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::{ElementStates, GroupResponse, Potential};
 use crate::ledger::Ledger;
@@ -99,6 +100,16 @@ struct BalanceScales {
     angular_momentum: f64,
 }
 
+/// Initial energy and momentum, the reference of the balances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BalanceReference {
+    pub energy: f64,
+    pub momentum: Vector3,
+    pub angular_momentum: Vector3,
+    /// Σ m|v| and Σ |x × mv|, scales of momentum and angular momentum.
+    pub scale: (f64, f64),
+}
+
 impl BalanceReference {
     /// Sums the initial energy, momenta and scales of a state.
     pub(super) fn of<const D: usize, P>(
@@ -119,108 +130,103 @@ impl BalanceReference {
     }
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Returns energies, momenta and closures at time `t`, s.
-    #[must_use]
-    pub fn totals(&self, t: f64) -> BalanceTotals {
-        let (state, start) = (&self.state, self.start());
-        let mut ledger = state.ledger;
-        let moved = self.bodies.iter().zip(&state.bodies).map(|(body, last)| {
-            let now = last.at(body, t);
-            last.passage(body, &now).post(&mut ledger);
-            now
-        });
-        let at: Vec<BodyState> = moved.collect();
-        let energies = energy_sums(&self.gel, state, &self.bodies, &at);
-        let (momentum, angular) = momenta(&self.gel, state, &self.bodies, &at);
-        let energy = energies.discrete() - start.energy - ledger.energy.total();
-        let freedom = self.freedom();
-        let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
-        let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
-        let scales = self.scales(&ledger, start);
-        BalanceTotals {
-            energies,
-            ledger,
-            initial_energy: start.energy,
-            energy_imbalance: (energy, energy.abs() / scales.energy),
-            momentum_imbalance: (linear, linear.norm() / scales.momentum),
-            angular_momentum_imbalance: (turning, turning.norm() / scales.angular_momentum),
-            angular_momentum_scale: scales.angular_momentum,
-        }
+/// Returns energies, momenta and closures at time `t`, s.
+pub(super) fn totals<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    start: &BalanceReference,
+    t: f64,
+) -> BalanceTotals {
+    let state = &system.state;
+    let mut ledger = state.ledger;
+    let moved = system.model.bodies.iter().zip(&state.bodies).map(|(body, last)| {
+        let now = last.at(body, t);
+        last.passage(body, &now).post(&mut ledger);
+        now
+    });
+    let at: Vec<BodyState> = moved.collect();
+    let energies = energy_sums(&system.model.gel, state, &system.model.bodies, &at);
+    let (momentum, angular) = momenta(&system.model.gel, state, &system.model.bodies, &at);
+    let energy = energies.discrete() - start.energy - ledger.energy.total();
+    let freedom = system.freedom();
+    let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
+    let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
+    let scales = scales(system, &ledger, start);
+    BalanceTotals {
+        energies,
+        ledger,
+        initial_energy: start.energy,
+        energy_imbalance: (energy, energy.abs() / scales.energy),
+        momentum_imbalance: (linear, linear.norm() / scales.momentum),
+        angular_momentum_imbalance: (turning, turning.norm() / scales.angular_momentum),
+        angular_momentum_scale: scales.angular_momentum,
     }
+}
 
-    /// Returns the throughputs that closures are relative to: initial amounts, turnover of the accounts, exchange
-    /// between gel and body.
-    fn scales(&self, ledger: &Ledger, start: &BalanceReference) -> BalanceScales {
-        /// Least scale: products of smaller numbers lose digits, and a closure is then not relative.
-        const MIN_SCALE: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-        let positive = |scale: f64| if scale > MIN_SCALE { scale } else { 1.0 };
-        let passed: f64 = self.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
-        let passed = passed + self.state.record.pressed;
-        let linear = start.scale.0 + ledger.momentum.turnover() + passed;
-        let arm = self.gel.surface.nodes.iter().map(|s| self.state.position[s.node.index()].norm()).fold(0.0, f64::max);
-        let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;
-        BalanceScales {
-            energy: positive(start.energy.abs() + ledger.energy.turnover()),
-            momentum: positive(linear),
-            angular_momentum: positive(turning),
-        }
+/// Returns the throughputs that closures are relative to: initial amounts, turnover of the accounts, exchange
+/// between gel and body.
+fn scales<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    ledger: &Ledger,
+    start: &BalanceReference,
+) -> BalanceScales {
+    /// Least scale: products of smaller numbers lose digits, and a closure is then not relative.
+    const MIN_SCALE: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+    let positive = |scale: f64| if scale > MIN_SCALE { scale } else { 1.0 };
+    let passed: f64 = system.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
+    let passed = passed + system.state.record.pressed;
+    let linear = start.scale.0 + ledger.momentum.turnover() + passed;
+    let arm =
+        system.model.gel.surface.nodes.iter().map(|s| system.state.position[s.node.index()].norm()).fold(0.0, f64::max);
+    let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;
+    BalanceScales {
+        energy: positive(start.energy.abs() + ledger.energy.turnover()),
+        momentum: positive(linear),
+        angular_momentum: positive(turning),
     }
+}
 
-    /// Returns the present step of each patch, s; before the first tick the stable one.
-    #[must_use]
-    pub fn steps(&self) -> Vec<f64> {
-        if self.state.now.is_none() {
-            let rounded = |limit: f64| self.grid.time(self.rules.schedule.step(self.grid.ticks(limit)));
-            return self.stable_steps().into_iter().map(rounded).collect();
-        }
-        let step = |element| self.grid.time(self.state.clocks[self.order.group(ElementId(element))].step);
-        (0..self.gel.potential.len() as u32).map(step).collect()
+/// Returns the present step of each patch, s; before the first tick the stable one.
+pub(super) fn steps<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Vec<f64> {
+    if system.state.now.is_none() {
+        let rounded =
+            |limit: f64| system.model.grid.time(system.model.settings.schedule.step(system.model.grid.ticks(limit)));
+        return element_stable_steps(system).into_iter().map(rounded).collect();
     }
+    let step =
+        |element| system.model.grid.time(system.state.clocks[system.model.layout.group(ElementId(element))].step);
+    (0..system.model.gel.potential.len() as u32).map(step).collect()
+}
 
-    /// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (numerics 1.3).
-    #[must_use]
-    pub fn stable_steps(&self) -> Vec<f64> {
-        let stiffness = |element| self.state.stiffness[self.order.slot(ElementId(element))];
-        let stiffness: Vec<f64> = (0..self.gel.potential.len() as u32).map(stiffness).collect();
-        super::step_size::stable_steps(&self.gel, &stiffness, self.rules.cfl)
-    }
+/// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (numerics 1.3).
+pub(super) fn element_stable_steps<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Vec<f64> {
+    let stiffness = |element| system.state.stiffness[system.model.layout.slot(ElementId(element))];
+    let stiffness: Vec<f64> = (0..system.model.gel.potential.len() as u32).map(stiffness).collect();
+    stable_steps(&system.model.gel, &stiffness, system.model.settings.cfl)
+}
 
-    /// Returns the present step of an element, ticks.
-    #[must_use]
-    pub fn step_of(&self, element: ElementId) -> Tick {
-        self.state.clocks[self.order.group(element)].step
-    }
+/// Evaluates the elements with the nodes at their positions at time `t`, s.
+pub(super) fn measure_at<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, t: f64) -> ElementStates {
+    let t = system.time_in_gel(t);
+    let x: Vec<Vector<D>> = (0..system.model.gel.mass.len() as u32).map(|a| system.position_at(NodeId(a), t)).collect();
+    system.model.gel.measure(&x, &system.state.memory)
+}
 
-    /// Evaluates the elements with the nodes at their positions at time `t`, s.
-    #[must_use]
-    pub fn measure_at(&self, t: f64) -> ElementStates {
-        let t = self.time_in_gel(t);
-        let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), t)).collect();
-        self.gel.measure(&x, &self.state.memory)
-    }
+/// Returns the bytes that a gel of this size takes in the engine: elements, nodes, state and derived data.
+pub(super) fn bytes<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> usize {
+    let (nodes, state) = (system.model.gel.mass.len(), &system.state);
+    let fields = size_of::<Vector<D>>() * 4 + size_of::<f64>() * 3 + size_of::<Tick>() + 2;
+    let groups = size_of::<GroupClock>() + size_of::<GroupResponse>();
+    let blocks = system.blocks.as_ref().map_or(0, ElementBlocks::bytes);
+    let elements = size_of::<Simplex>() + size_of::<ElementId>() * (D + 1) + size_of::<f64>();
+    nodes * fields
+        + state.clocks.len() * groups
+        + system.model.layout.bytes()
+        + blocks
+        + system.model.gel.potential.len() * elements
+}
 
-    /// Returns the bytes that a gel of this size takes in the engine: elements, nodes, state and derived data.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let (nodes, state) = (self.gel.mass.len(), &self.state);
-        let fields = size_of::<Vector<D>>() * 4 + size_of::<f64>() * 3 + size_of::<Tick>() + 2;
-        let groups = size_of::<GroupClock>() + size_of::<GroupResponse>();
-        let blocks = self.blocks.as_ref().map_or(0, ElementBlocks::bytes);
-        let elements = size_of::<Simplex>() + size_of::<ElementId>() * (D + 1) + size_of::<f64>();
-        nodes * fields + state.clocks.len() * groups + self.order.bytes() + blocks + self.gel.potential.len() * elements
-    }
-
-    /// Returns the number of element updates that one global stable step of the assembled system would have cost up
-    /// to time `t`, s.
-    #[must_use]
-    pub fn synchronous_updates(&self, t: f64) -> f64 {
-        self.synchronous_until(self.grid.ticks(self.time_in_gel(t)))
-    }
-
-    /// Returns the number of such updates up to a time in ticks.
-    pub(super) fn synchronous_until(&self, ticks: f64) -> f64 {
-        let (length, counted, updates) = self.state.record.synchronous;
-        updates + (ticks - counted as f64).max(0.0) / length * self.gel.potential.len() as f64
-    }
+/// Returns the number of such updates up to a time in ticks.
+pub(super) fn synchronous_until<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, ticks: f64) -> f64 {
+    let (length, counted, updates) = system.state.record.synchronous;
+    updates + (ticks - counted as f64).max(0.0) / length * system.model.gel.potential.len() as f64
 }

@@ -40,7 +40,7 @@ impl SteppingSchedule {
     /// A group without a step is active.
     #[must_use]
     #[inline]
-    pub fn fires(self, step: Tick, tick: Tick) -> bool {
+    pub fn is_active(self, step: Tick, tick: Tick) -> bool {
         match self {
             Self::Bins => step == 0 || tick & (step - 1) == 0,
             Self::Queue | Self::Global => true,
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn bins_are_active_at_the_multiples_of_their_step() {
-        let active = |step| (1..=8).filter(|tick| SteppingSchedule::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
+        let active = |step| (1..=8).filter(|tick| SteppingSchedule::Bins.is_active(step, *tick)).collect::<Vec<Tick>>();
         assert_eq!((active(1).len(), active(2), active(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
     }
 

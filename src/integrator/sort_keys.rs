@@ -1,9 +1,8 @@
 //! Sort keys of patches and nodes: data that are stepped together are adjacent in memory.
 
-use super::DiscreteGel;
 use super::element_order::{ElementLayout, SortKey};
-use super::engine::{IntegratorSettings, tick_grid};
-use super::schedule::SteppingSchedule;
+use super::stability::{stable_steps, tick_grid};
+use super::{DiscreteGel, IntegratorSettings, SteppingSchedule};
 use crate::fem::{LANES, Potential};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::MOST_TICKS;
@@ -18,7 +17,7 @@ pub fn node_order<const D: usize, P: Potential<D>>(
     rules: &IntegratorSettings,
 ) -> Option<Vec<NodeId>> {
     let stiffness = gel.measure(gel.potential.rest(), &gel.fresh_memory()).stiffness;
-    let steps = super::step_size::stable_steps(gel, &stiffness, rules.cfl);
+    let steps = stable_steps(gel, &stiffness, rules.cfl);
     let (grid, _) = tick_grid(&steps, None).ok()?;
     let order = element_layout(gel, rules, |element| grid.ticks(steps[element.index()]));
     let elements = order.elements(0..order.n_slots());

@@ -29,8 +29,8 @@ pub(super) struct TickContext {
 impl TickContext {
     /// Returns true if a group with this step is active; every group is at the first and last tick of the mesh.
     #[inline]
-    pub fn fires(&self, step: Tick) -> bool {
-        self.phase != MeshPhase::Between || self.kind.fires(step, self.tick)
+    pub fn is_active(&self, step: Tick) -> bool {
+        self.phase != MeshPhase::Between || self.kind.is_active(step, self.tick)
     }
 
     /// Returns the ticks since the group's last own tick: its step, or less where the mesh began in between.
@@ -63,13 +63,13 @@ impl TickContext {
     /// step. The kick is corrected where the step changes. A group without a step takes no kick yet.
     #[inline]
     pub fn planned_kick(&self, step: Tick) -> f64 {
-        if step == 0 { 0.0 } else { self.owed(step) + 0.5 * self.ahead(step) as f64 }
+        if step == 0 { 0.0 } else { self.trailing_half(step) + 0.5 * self.ahead(step) as f64 }
     }
 
     /// Returns the trailing half of a kick, ticks: half of the last step. A group at the last tick of its mesh has
     /// taken half of its planned step already.
     #[inline]
-    pub fn owed(&self, step: Tick) -> f64 {
+    pub fn trailing_half(&self, step: Tick) -> f64 {
         match self.phase {
             MeshPhase::First => 0.0,
             MeshPhase::Between => 0.5 * self.ticks_since_last(step) as f64,
@@ -112,17 +112,17 @@ mod tests {
     fn kicks_of_shortened_steps_add_up_to_the_elapsed_time() {
         // A mesh from 12 to 27; a group of 8 is active at 12, 16, 24 and 27.
         let first = at(12, MeshPhase::First);
-        assert_eq!((first.fires(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
+        assert_eq!((first.is_active(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
         assert_eq!((first.planned_kick(0), first.planned_kick(8)), (0.0, 2.0));
         let second = at(16, MeshPhase::Between);
-        assert_eq!((second.fires(8), second.ticks_since_last(8), second.ahead(8)), (true, 4, 8));
+        assert_eq!((second.is_active(8), second.ticks_since_last(8), second.ahead(8)), (true, 4, 8));
         let third = at(24, MeshPhase::Between);
         assert_eq!((third.ticks_since_last(8), third.ahead(8)), (8, 8));
         let end = at(27, MeshPhase::Last);
-        assert!(end.fires(8) && !at(27, MeshPhase::Between).fires(8));
+        assert!(end.is_active(8) && !at(27, MeshPhase::Between).is_active(8));
         assert_eq!((end.ticks_since_last(8), end.ahead(8)), (3, 0));
         assert_eq!([&first, &second, &third, &end].map(|moment| moment.planned_kick(8)), [2.0, 6.0, 8.0, -1.0]);
-        assert_eq!([&first, &second, &third, &end].map(|moment| moment.owed(8)), [0.0, 2.0, 4.0, -1.0]);
+        assert_eq!([&first, &second, &third, &end].map(|moment| moment.trailing_half(8)), [0.0, 2.0, 4.0, -1.0]);
     }
 
     #[test]

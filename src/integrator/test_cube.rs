@@ -1,22 +1,13 @@
 //! Test cube: a gel cube, stretched a little and released, that oscillates.
 
-use super::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
+use super::{DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use crate::constitutive::NeoHookean;
+pub(super) use crate::contact::test_surface::{any, mesh};
 use crate::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
 use crate::fem::{Potential, Section, Simplices};
 use crate::geometry::{ShapeGeometry, Sphere};
 use crate::math::Vector3;
-use crate::mesh::{BlockSpec, CellSplit, ElementPatches, Mesh, block, graded};
-
-/// Creates a mesh of cells between the same planes along each axis, m.
-pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
-    block(BlockSpec { planes: std::array::from_fn(|_| planes.to_vec()), split: CellSplit::Centred, faces: vec![] })
-}
-
-/// Returns a pseudo-random number from −1 to 1.
-pub(super) fn any(i: usize) -> f64 {
-    (i as f64 * 12.9898).sin()
-}
+use crate::mesh::{ElementPatches, Mesh, graded};
 
 /// Creates a mesh of several blocks and tiles, with steps of several lengths.
 pub(super) fn mixed() -> Mesh<3> {
@@ -32,7 +23,7 @@ pub(super) fn gel(mesh: &Mesh<3>) -> DiscreteGel<3, Simplices<3>> {
 pub(super) fn gel_in(mesh: &Mesh<3>, patches: ElementPatches) -> DiscreteGel<3, Simplices<3>> {
     let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(1e3, 1e4), Section::Spatial));
     let mass = simplices.lumped_masses(mesh, 1.0);
-    let surface = ContactSurface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    let surface = crate::contact::test_surface::surface(mesh);
     DiscreteGel::new(simplices, mass, &mesh.held, surface)
 }
 

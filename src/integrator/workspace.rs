@@ -1,75 +1,59 @@
 //! Workspace of a tick: buffers that are reused from tick to tick.
 
-use super::contact_solver::ContactPoint;
-use super::kick::ImpulseNode;
-use super::load::{FacetLoad, LoadStiffness};
-use super::node_loop::{ActiveSet, KickSums};
-use super::reference::GroupResponses;
-use super::step_size::{ContactLimit, StepChange};
-use super::symmetry_contact::SymmetryContact;
-use crate::contact::BodyState;
-use crate::fem::GroupResponse;
-use crate::geometry::Gap;
+use super::active_set::ActiveSet;
+use super::kick_sums::KickSums;
+use crate::contact::{BodyState, ContactPoint, SymmetryContact};
+use crate::fem::{ElementResponse, GroupResponse};
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::{ElementId, Facet, NodeId};
+use crate::state::Tick;
+use std::ops::Range;
 
 /// Workspace of a tick; no result depends on the contents from an earlier tick.
 #[derive(Debug, Default)]
 pub(super) struct Workspace<const D: usize> {
     /// Active nodes, without those of blocks at rest.
-    pub active: ActiveSet,
+    pub active_nodes: ActiveSet,
     /// Active groups, ascending; in the SIMD form only those whose step may change.
-    pub due: Vec<u32>,
+    pub active_groups: Vec<u32>,
     /// Velocities of the active nodes at the start of the tick, m/s.
-    pub before: Vec<Vector<D>>,
+    pub velocities_before: Vec<Vector<D>>,
     /// Relative change of these velocities by damping.
     pub decay: Vec<f64>,
     /// Stable limits CFL · 2/√λ_a of the active nodes, s.
-    pub limit: Vec<f64>,
+    pub node_limits: Vec<f64>,
     /// Stable limits by local number in one block, s.
-    pub limits: Vec<f64>,
-    /// Active surface nodes that may be near a body, ascending.
-    pub reached: Vec<u32>,
-    /// Index in `reached` of each surface node.
-    pub place: Vec<u32>,
-    /// Nodes of `reached` that a body may reach before their next tick or that are within an element size of one.
-    pub close: Vec<u32>,
+    pub block_limits: Vec<f64>,
     /// Contact limit of the steps at each node of `reached`.
-    pub nearness: Vec<ContactLimit>,
+    pub contact_limits: Vec<ContactLimit>,
     /// Star of each surface node that a body was close to.
-    pub beside: Vec<NodeStar>,
-    /// Facets that reach to a body, with the least and greatest size of their nodes near it, body by body.
-    pub facets: Vec<(u32, ElementId, (f64, f64))>,
-    /// Candidate facets around those nodes, with the distance of a body and the size there.
-    pub found: Vec<(ElementId, f64, f64)>,
-    /// Gap φ and normal n of each node of `reached` to each active body.
-    pub gaps: Vec<Option<Gap>>,
+    pub surface_stars: Vec<NodeStar>,
     /// Bodies at this tick before its impulses.
-    pub was: Vec<BodyState>,
+    pub bodies_before: Vec<BodyState>,
     /// Bodies at this tick with the impulses applied so far.
-    pub now: Vec<BodyState>,
+    pub bodies_after: Vec<BodyState>,
     /// Responses of the groups; those of active groups are current.
-    pub answers: Vec<GroupResponse>,
+    pub responses: Vec<GroupResponse>,
     /// Responses of the elements of the active groups (reference form).
-    pub reference: GroupResponses<D>,
+    pub element_responses: GroupResponses<D>,
     /// Kick lengths of the active groups, s (reference form).
-    pub weights: Vec<f64>,
+    pub kick_lengths: Vec<f64>,
     /// Groups whose step changed.
-    pub changed: Vec<StepChange>,
+    pub changed_steps: Vec<StepChange>,
     /// Contact points: surface points inside a body.
-    pub touches: Vec<ContactPoint<D>>,
+    pub contact_points: Vec<ContactPoint<D>>,
     /// Surface nodes that have met their mirror image.
-    pub meetings: Vec<SymmetryContact>,
+    pub symmetry_contacts: Vec<SymmetryContact>,
     /// Nodes with impulses of contact or pressure.
-    pub carriers: Vec<ImpulseNode<D>>,
+    pub impulse_nodes: Vec<ImpulseNode<D>>,
     /// Pressure loads on the facets of active elements.
-    pub pushed: Vec<FacetLoad<D>>,
+    pub facet_loads: Vec<FacetLoad<D>>,
     /// Stiffness that the loads add to the elements behind them.
-    pub stiffer: Vec<LoadStiffness>,
+    pub load_stiffness: Vec<LoadStiffness>,
     /// Blocks whose stiffness these loads changed.
-    pub stiffened: Vec<usize>,
+    pub stiffened_blocks: Vec<usize>,
     /// Sums over chunks of nodes.
-    pub sums: Vec<KickSums>,
+    pub chunk_sums: Vec<KickSums>,
 }
 
 /// Star of a node, without duplicates.
@@ -84,14 +68,90 @@ pub(super) struct NodeStar {
 impl<const D: usize> Workspace<D> {
     pub fn new(n_nodes: usize, n_surface: usize, n_groups: usize) -> Self {
         Self {
-            active: ActiveSet::new(n_nodes),
-            before: vec![Vector::<D>::zeros(); n_nodes],
+            active_nodes: ActiveSet::new(n_nodes),
+            velocities_before: vec![Vector::<D>::zeros(); n_nodes],
             decay: vec![0.0; n_nodes],
-            limit: vec![0.0; n_nodes],
-            place: vec![u32::MAX; n_surface],
-            beside: vec![NodeStar::default(); n_surface],
-            answers: vec![GroupResponse::default(); n_groups],
+            node_limits: vec![0.0; n_nodes],
+            surface_stars: vec![NodeStar::default(); n_surface],
+            responses: vec![GroupResponse::default(); n_groups],
             ..Self::default()
         }
     }
+
+    /// Returns the velocity of a node before the kicks of this tick, m/s, from the present velocities.
+    pub fn velocity_before(&self, node: NodeId, velocity: &[Vector<D>]) -> Vector<D> {
+        let a = node.index();
+        if self.active_nodes.has(a) { self.velocities_before[a] } else { velocity[a] }
+    }
+}
+
+/// Node with an impulse of pressure or contact, with its velocities before the element kicks and before that impulse.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ImpulseNode<const D: usize> {
+    pub node: NodeId,
+    pub before: Vector<D>,
+    pub kicked: Vector<D>,
+}
+
+/// Pressure load on a facet at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FacetLoad<const D: usize> {
+    pub nodes: Facet,
+    pub forces: [Vector<D>; 3],
+    /// Group of the element behind the facet.
+    pub group: usize,
+    /// Length of the kick, s: its trailing half, then the whole kick once the next step is known.
+    pub weight: f64,
+}
+
+impl<const D: usize> FacetLoad<D> {
+    /// Iterates over the nodes and the impulses on them, N·s.
+    pub fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
+        self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
+    }
+}
+
+/// Load stiffness that a pressure adds to an active element.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LoadStiffness {
+    /// Index of the loaded facet.
+    pub facet: usize,
+    /// Slot of the element behind the facet.
+    pub slot: usize,
+    /// Added stiffness, and the stiffness before this tick's pressures, N/m.
+    pub added: f64,
+    pub before: f64,
+}
+
+/// Responses of the elements of the active groups.
+#[derive(Debug)]
+pub(super) struct GroupResponses<const D: usize> {
+    pub elements: Vec<(ElementId, ElementResponse<D>)>,
+    /// Range of elements of each active group.
+    pub groups: Vec<Range<usize>>,
+}
+
+impl<const D: usize> Default for GroupResponses<D> {
+    fn default() -> Self {
+        Self { elements: vec![], groups: vec![] }
+    }
+}
+
+/// Limits that contact sets to the steps around a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ContactLimit {
+    /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
+    pub limit: f64,
+    /// True if a body is within an element's size.
+    pub is_near: bool,
+}
+
+/// Change of the step of a group at this tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct StepChange {
+    pub group: u32,
+    /// Time until the next own tick by the former step, ticks; 0 at the start.
+    pub planned: Tick,
+    /// Time until the next own tick by the new step, ticks.
+    pub ahead: Tick,
 }

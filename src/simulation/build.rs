@@ -232,7 +232,7 @@ fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyStat
     } else {
         let motion = if prescribed { BodyMotion::Prescribed } else { BodyMotion::Free };
         let inertia = inertia(projectile, &shape, scene.scene.dimension);
-        RigidBody::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia))
+        RigidBody::new(shape, motion, freedom, projectile.mass.unwrap_or(1.0), inertia)
     };
     let mut state = BodyState {
         orientation: orientation(freedom.turns(projectile.orientation)),

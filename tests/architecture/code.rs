@@ -128,3 +128,57 @@ pub fn types(code: &str) -> Vec<String> {
     };
     code.lines().filter(|line| !line.starts_with(' ')).filter_map(declared).collect()
 }
+
+/// Paths that begin with `crate` or `super`, in imports and in the code, as their names.
+pub fn paths(code: &str) -> Vec<Vec<String>> {
+    let begins = |at: usize| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':');
+    let starts = ["crate::", "super::"].into_iter().flat_map(|root| code.match_indices(root)).map(|(at, _)| at);
+    starts.filter(|at| begins(*at)).flat_map(|at| expanded(&code[at..], &[])).collect()
+}
+
+/// The paths of an import tree such as `a::{b, c::{d, e}}`, after a prefix.
+fn expanded(tree: &str, prefix: &[String]) -> Vec<Vec<String>> {
+    let (mut path, mut rest) = (prefix.to_vec(), tree.trim_start());
+    loop {
+        let name = head(rest);
+        rest = &rest[name.len()..];
+        if !name.is_empty() {
+            path.push(name);
+        }
+        match rest.strip_prefix("::") {
+            Some(more) if more.starts_with('{') => {
+                return branches(more).flat_map(|tree| expanded(tree, &path)).collect();
+            }
+            Some(more) if more.starts_with(|c: char| c.is_alphanumeric() || c == '_') => rest = more,
+            _ => return vec![path],
+        }
+    }
+}
+
+/// The trees between the braces of a list, which begins with one.
+fn branches(list: &str) -> impl Iterator<Item = &str> {
+    let (mut depth, mut first, mut found) = (0, 1, vec![]);
+    for (at, c) in list.char_indices() {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        if depth == 0 || depth == 1 && c == ',' {
+            found.push(&list[first..at]);
+            first = at + 1;
+        }
+        if depth == 0 {
+            break;
+        }
+    }
+    found.into_iter().filter(|tree| !tree.trim().is_empty())
+}
+
+/// Names of the items at the top level of a file that other files may use.
+pub fn items(code: &str) -> impl Iterator<Item = String> {
+    const KINDS: [&str; 9] = ["struct", "enum", "trait", "type", "fn", "const", "static", "union", "macro_rules!"];
+    let declared = |line: &str| {
+        let mut words = line.split_whitespace().skip_while(|word| !KINDS.contains(word));
+        let is_item = line.starts_with("pub") || line.starts_with("macro_rules!");
+        words.by_ref().next().filter(|_| is_item)?;
+        words.find(|word| !KINDS.contains(word)).map(head)
+    };
+    code.lines().filter_map(declared)
+}

@@ -158,7 +158,7 @@ pub fn fixed_wall(z: f64) -> (RigidBody, BodyState) {
 
 /// A rigid mass whose face starts at `z` and moves up.
 pub fn striker(motion: BodyMotion, mass: f64, (z, velocity): (f64, f64)) -> (RigidBody, BodyState) {
-    (RigidBody::new(half_space(), motion, FreeDirections::PLANAR, (mass, Tensor3::identity())), below_z(z, velocity))
+    (RigidBody::new(half_space(), motion, FreeDirections::PLANAR, mass, Tensor3::identity()), below_z(z, velocity))
 }
 
 /// Advances to `t`; gives what the body received.

@@ -27,7 +27,7 @@ fn rod(noise: &mut Noise) -> (RigidBody, BodyState, f64) {
     let inertia = Tensor3::from_diagonal(&Vector3::new(across, across, 0.5 * mass * radius * radius));
     // The hits are given; nothing asks where its surface is.
     let shape = ShapeGeometry::Sphere(Sphere { radius });
-    let body = RigidBody::new(shape, BodyMotion::Free, FreeDirections::SPATIAL, (mass, inertia));
+    let body = RigidBody::new(shape, BodyMotion::Free, FreeDirections::SPATIAL, mass, inertia);
     let mut state = BodyState::at_start(vector(noise), vector(noise));
     state.orientation = UnitQuaternion::from_scaled_axis(vector(noise));
     state.angular_momentum = body.angular_momentum(&state, &vector(noise));

@@ -42,5 +42,5 @@ fn ball(scene: &Scene) -> (RigidBody, BodyState) {
     let (shape, mass) = (scene.shape(0), scene.projectile.mass.expect("the scene gives a mass"));
     let inertia = shape.specific_inertia().expect("a ball has an inertia") * mass;
     let state = BodyState::at_start(scene.projectile.position.into(), scene.projectile.velocity.into());
-    (RigidBody::new(shape, BodyMotion::Free, FreeDirections::SPATIAL, (mass, inertia)), state)
+    (RigidBody::new(shape, BodyMotion::Free, FreeDirections::SPATIAL, mass, inertia), state)
 }

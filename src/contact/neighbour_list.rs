@@ -6,15 +6,14 @@
 //! brought a body near. A skipped node is proved to be out of reach, so no result depends on the list. The same bound
 //! skips the facets around a node, and the distortion check of elements whose nodes have not moved far enough.
 
-use super::gel::ContactSurface;
-use super::node_loop::RUN;
-use crate::contact::{BodyState, RigidBody};
-use crate::math::Vector3;
+use super::surface::ContactSurface;
+use super::{BodyState, RigidBody};
+use crate::math::{Vector3, least};
 use crate::mesh::NodeId;
 
 /// Neighbour list of one surface, with the travel bounds of the elements of its mesh.
 #[derive(Debug)]
-pub(super) struct NeighbourList {
+pub(crate) struct NeighbourList {
     /// Distance to the nearest body at the last query of each surface node, plus the travel up to that query, m.
     query_bound: Vec<f64>,
     /// Travel at which a facet around each surface node needs a query, m.
@@ -51,7 +50,9 @@ struct CandidateSet {
 
 /// Distance to a body within which the facets around a node are queried, in element sizes; a surface stretched
 /// further has long been stopped.
-pub(super) const STRETCH: f64 = 8.0;
+pub(crate) const STRETCH: f64 = 8.0;
+/// Nodes of a run, for which the list keeps one bound of their speed.
+pub(crate) const NODE_RUN: usize = 1024;
 /// Skin of the candidate set, in element sizes, and the factor by which the reach may grow before a rebuild.
 const SKIN: f64 = 1.0;
 const REACH_GROWTH: f64 = 2.0;
@@ -70,7 +71,7 @@ struct MeshPart {
 impl NeighbourList {
     /// Creates the neighbour list of a surface with its nodes at these positions; `speeds` bounds the speed of each
     /// run of nodes. Nothing else is known yet.
-    pub fn new(surface: &ContactSurface, (time, speeds): (f64, Vec<f64>), place: impl Fn(usize) -> Vector3) -> Self {
+    pub fn new(surface: &ContactSurface, time: f64, speeds: Vec<f64>, place: impl Fn(usize) -> Vector3) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
@@ -134,7 +135,7 @@ impl NeighbourList {
 
     /// Raises the speed bound of the run of a node to the speed of the node, m/s.
     pub fn note_speed(&mut self, node: usize, speed: f64) {
-        let run = &mut self.speeds[node / RUN];
+        let run = &mut self.speeds[node / NODE_RUN];
         *run = run.max(speed);
     }
 
@@ -321,11 +322,6 @@ fn may_exceed(bound: f64, travel: f64) -> bool {
     !is_below
 }
 
-/// Returns the lesser of two numbers, or NaN if one is NaN; `f64::min` would drop it.
-pub(super) fn least(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b >= a { a } else { b }
-}
-
 /// Returns the greatest speed bound of these runs, m/s.
 fn greatest_speed(runs: &[u32], speeds: &[f64]) -> f64 {
     runs.iter().map(|run| speeds[*run as usize]).fold(0.0, f64::max)
@@ -333,19 +329,19 @@ fn greatest_speed(runs: &[u32], speeds: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_cube::{self, any};
+    use super::super::test_surface::{self, any};
     use super::*;
     use crate::math::Vector3;
 
     #[test]
     fn no_node_that_needs_a_query_is_missed() {
-        let mesh = test_cube::mesh(&[0.0, 0.1, 0.2, 0.5, 1.0]);
-        let mut surface = test_cube::gel(&mesh).surface;
+        let mesh = test_surface::mesh(&[0.0, 0.1, 0.2, 0.5, 1.0]);
+        let mut surface = test_surface::surface(&mesh);
         surface.nodes.iter_mut().zip(0..).for_each(|(at, i)| at.size = 0.02 + 0.01 * any(i));
         let n = surface.nodes.len();
         let place = |node: u32| mesh.rest[surface.nodes[node as usize].node.index()];
         let mut at = BodyState::at_start(Vector3::new(1.06, 0.5, 0.5), Vector3::zeros());
-        let mut watch = NeighbourList::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let mut watch = NeighbourList::new(&surface, 0.0, vec![0.0], |node| mesh.rest[node]);
         let is_active = |i: usize| move |node: NodeId| any(i + 3 * node.index()) > -0.5;
         let (mut n_rebuilt, mut some) = (0, 0);
         for i in 1..=1000 {
@@ -383,9 +379,9 @@ mod tests {
 
     #[test]
     fn a_body_that_becomes_active_invalidates_all_bounds() {
-        let mesh = test_cube::mesh(&[0.0, 1.0]);
-        let surface = test_cube::gel(&mesh).surface;
-        let mut watch = NeighbourList::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let mesh = test_surface::mesh(&[0.0, 1.0]);
+        let surface = test_surface::surface(&mesh);
+        let mut watch = NeighbourList::new(&surface, 0.0, vec![0.0], |node| mesh.rest[node]);
         let on = BodyState::at_start(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
         let off = BodyState { active: false, ..on };
         let mut seen = |time: f64, at: BodyState| {

@@ -5,7 +5,7 @@ use crate::math::Vector3;
 
 /// Deepest point of a facet inside a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct DeepestPoint {
+pub(crate) struct DeepestPoint {
     /// Position, m.
     pub point: Vector3,
     /// Weights of the corners of the facet.
@@ -48,7 +48,7 @@ pub(super) fn distance_lower_bound<const D: usize>(corners: &[Vector3; 3], gap: 
 ///
 /// At a sharp rim the body has two normals, with the facet's between them, and the facet's normal is taken there.
 /// Elsewhere the body's own normal is taken, to keep a smooth ball without friction from turning.
-pub(super) fn find_deepest_point<const D: usize>(
+pub(crate) fn find_deepest_point<const D: usize>(
     corners: &[Vector3; 3],
     allowed: f64,
     gap: impl Fn(&Vector3) -> Gap,
@@ -97,7 +97,7 @@ impl DeepestPoint {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_cube;
+    use super::super::test_surface;
     use super::*;
     use crate::geometry::{
         HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, ShapeGeometry, SignedDistance, Sphere,
@@ -118,7 +118,7 @@ mod tests {
 
     /// Checks that no point of a facet is nearer to a body than [`distance_lower_bound`], less the travel of both.
     fn check_distance_bound<const D: usize>(shape: &ShapeGeometry) {
-        let any = test_cube::any;
+        let any = test_surface::any;
         let vector = |i: usize| Vector3::new(any(i * i), any(7 * i * i + 3), any(13 * i * i + 5));
         let mut deep = 0;
         for i in (0..3000).step_by(11) {

@@ -1,14 +1,11 @@
 //! Tip-in-facet contact: facets pierced by a pole, an end or tip, of a body sharper than the mesh, which meets no
 //! node (numerics 2.6).
 
-use super::contact_solver::SLOP;
-use super::engine::Engine;
 use super::facet::outward_normal;
-use crate::contact::{BodyState, RigidBody};
-use crate::fem::Potential;
+use super::tolerance::SLOP;
+use super::{BodyState, RigidBody};
 use crate::geometry::{Gap, SignedDistance as _};
-use crate::math::{Vector3, embed};
-use crate::mesh::ElementId;
+use crate::math::Vector3;
 
 /// Margin beyond the edges of a facet within which it counts as pierced, in barycentric coordinates. Without it one
 /// facet at a time holds a tip in the crease between two, and the tip slides down each in turn. A cone of 10 mm then
@@ -23,7 +20,7 @@ const BLUNT_DEPTH: f64 = 0.2;
 
 /// Penetration of a facet by a tip: the line from a pole of the body inwards leaves the gel through the facet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TipPenetration {
+pub(crate) struct TipPenetration {
     /// Point where the line crosses the facet, m.
     pub point: Vector3,
     /// Barycentric coordinates of the point.
@@ -36,34 +33,29 @@ pub(super) struct TipPenetration {
     inner: Vector3,
 }
 
-impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Finds where the line from a pole of the body inwards leaves the gel through this facet; the deepest of
-    /// several.
-    pub(super) fn find_penetration(
-        &self,
-        facet: ElementId,
-        rigid: &RigidBody,
-        state: &BodyState,
-    ) -> Option<TipPenetration> {
-        let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, state.time)));
-        let poles = rigid.shape.poles().iter();
-        let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
-        let penetrations =
-            poles.filter_map(|pole| intersect_facet::<D>(&corners, &to_world(&pole.end), &to_world(&pole.inner)));
-        penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
-    }
+/// Finds where the line from a pole of the body inwards leaves the gel through a facet with these corners, m; the
+/// deepest of several.
+pub(crate) fn find_penetration<const D: usize>(
+    corners: &[Vector3; 3],
+    rigid: &RigidBody,
+    state: &BodyState,
+) -> Option<TipPenetration> {
+    let poles = rigid.shape.poles().iter();
+    let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
+    let penetrations =
+        poles.filter_map(|pole| intersect_facet::<D>(corners, &to_world(&pole.end), &to_world(&pole.inner)));
+    penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
+}
 
-    /// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
-    pub(super) fn find_tip_contact(
-        &self,
-        facet: ElementId,
-        size: f64,
-        rigid: &RigidBody,
-        state: &BodyState,
-    ) -> Option<TipPenetration> {
-        let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
-        self.find_penetration(facet, rigid, state).filter(is_deep)
-    }
+/// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
+pub(super) fn find_tip_contact<const D: usize>(
+    corners: &[Vector3; 3],
+    size: f64,
+    rigid: &RigidBody,
+    state: &BodyState,
+) -> Option<TipPenetration> {
+    let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
+    find_penetration::<D>(corners, rigid, state).filter(is_deep)
 }
 
 /// Returns the depth behind a facet at which a pole of the body is met, m. A sharp pole, into which a ball of half

@@ -1,0 +1,24 @@
+//! Conditions that end a mesh, or the integration of the gel.
+
+use super::ExitRule;
+use crate::state::Tick;
+
+/// End conditions of a mesh.
+#[derive(Debug, Clone, Default)]
+pub(super) struct EndConditions {
+    /// Distortion limits; `None` if the mesh never ends by them.
+    pub distortion: Option<DistortionLimits>,
+    /// Ticks at or after which the mesh ends, distorted or not, ascending.
+    pub at: Vec<Tick>,
+    /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
+    pub exits: Option<ExitRule>,
+}
+
+/// Distortion limits: a mesh is distorted as soon as one of its elements exceeds them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistortionLimits {
+    /// Least shape quality of each element, 1 being the best.
+    pub quality: Vec<f64>,
+    /// Least measure, [`Potential::measure`], of each element.
+    pub least: Vec<f64>,
+}

@@ -1,0 +1,101 @@
+//! End of a mesh: by distortion, on time, by a step collapse or a leak (numerics A12).
+
+use super::distortion::is_distorted;
+use super::stability::nodal_limit;
+use super::step_size::{collapse_error, group_limit};
+use super::system::DiscreteSystem;
+use super::{StepError, SteppingSchedule};
+use crate::fem::Potential;
+use crate::math::{Vector3, embed};
+use crate::mesh::{ElementId, NodeId};
+use crate::state::{SurfaceStretch, Tick};
+
+/// Least age of a mesh, in its finest steps, unless a step collapses (A12).
+const MIN_AGE: Tick = 4;
+
+/// Returns the step collapse or leak that has ended a young mesh: the next one would fare no better. Age counts
+/// the finest step at its start.
+pub(super) fn early_failure<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Option<&StepError> {
+    let is_young = ((system.last_tick() - system.clock.origin) as f64) < MIN_AGE as f64 * system.clock.initial_steps.0;
+    let ends_at_once =
+        |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
+    system.clock.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
+}
+
+/// Returns the next tick at or after which this mesh ends.
+pub(super) fn next_remesh_tick<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Option<Tick> {
+    system.clock.ends.at.iter().copied().find(|due| *due > system.clock.origin)
+}
+
+/// Returns true if the mesh ends at this tick: at once if distorted, but on time only where all steps end, to cut
+/// no step short.
+pub(super) fn is_over<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> bool {
+    if system.state.now.is_none() || system.model.settings.schedule == SteppingSchedule::Queue {
+        return false;
+    }
+    let age = (tick - system.clock.origin) / system.clock.step_range.0;
+    let is_due = || next_remesh_tick(system).is_some_and(|due| due <= tick);
+    let is_whole = system.model.settings.schedule.is_active(system.clock.step_range.1, tick);
+    age >= MIN_AGE && (is_whole && is_due() || is_distorted(system, tick, age))
+        || has_collapsed(system)
+        || has_leaked(system)
+}
+
+/// Returns true if the surface leaked at the last tick.
+fn has_leaked<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> bool {
+    system.can_be_distorted() && system.state.record.stretch == SurfaceStretch::Leaking
+}
+
+/// Returns true if the stable step of a group is shorter than a tick, by the stiffness at the last ticks of its
+/// nodes. It tests element by element before a tick; [`find_collapse`] tests block by block after the
+/// sweep. Roundings may differ between the two, and either ends the mesh.
+fn has_collapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> bool {
+    let is_short = |node: &NodeId| {
+        system.model.grid.ticks(
+            system.model.settings.cfl
+                * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, *node),
+        ) < 1.0
+    };
+    let mut elements =
+        finest_groups(system).flat_map(|group| system.model.layout.elements(system.model.layout.slots(group)));
+    system.can_be_distorted() && elements.any(|element| system.model.gel.potential.nodes(element).iter().any(is_short))
+}
+
+/// Finds the first group whose stable step is shorter than a tick.
+pub(super) fn find_collapse<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    tick: Tick,
+) -> Option<StepError> {
+    let mut limits = finest_groups(system).map(|group| (group, group_limit(system, group)));
+    let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| system.can_be_distorted());
+    collapsed.map(|(group, limit)| collapse_error(system, group, limit, tick))
+}
+
+/// Iterates over the stiffest elements around the nodes whose stable step is shorter than a tick.
+pub(super) fn stepless<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+) -> impl Iterator<Item = ElementId> + '_ {
+    let is_short = move |node: &NodeId| {
+        system.model.grid.ticks(
+            system.model.settings.cfl
+                * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, *node),
+        ) < 1.0
+    };
+    let stiffness = |element: &ElementId| system.state.stiffness[system.model.layout.slot(*element)];
+    let stiffest = move |node: NodeId| {
+        system.model.gel.star.of(node).iter().copied().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
+    };
+    (0..system.model.gel.mass.len() as u32).map(NodeId).filter(is_short).filter_map(stiffest)
+}
+
+/// Returns the positions of the corners of the first such element, m.
+pub(super) fn stepless_corners<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Vec<Vector3> {
+    let nodes = stepless(system).next().map_or(&[][..], |element| system.model.gel.potential.nodes(element));
+    nodes.iter().map(|node| embed(&system.state.position[node.index()])).collect()
+}
+
+/// Iterates over the groups with a step of one tick, the shortest possible step.
+fn finest_groups<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> impl Iterator<Item = usize> + '_ {
+    let least = if system.clock.step_range.0 == 1 { system.state.clocks.as_slice() } else { &[] };
+    least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
+}

@@ -1,0 +1,147 @@
+//! Semi-discrete system: a gel and rigid bodies, their state, and the quantities derived from it.
+//!
+//! The phases of a tick are functions of this system. A quantity stands where it is known: constant in the model, stored
+//! in the state, derived in all others.
+
+use super::blocks::ElementBlocks;
+use super::clock::MeshClock;
+use super::element_order::ElementLayout;
+use super::substep::TickContext;
+use super::workspace::Workspace;
+use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
+use crate::contact::{ContactDetection, FreeDirections, RigidBody};
+use crate::fem::Potential;
+use crate::math::Vector;
+use crate::mesh::{ElementId, NodeId};
+use crate::state::{DynamicState, Tick};
+use std::sync::Arc;
+
+/// Model: what does not change while the mesh lasts.
+#[derive(Debug)]
+pub(super) struct DiscreteModel<const D: usize, P> {
+    /// Gel with its masses, elements and surface.
+    pub gel: Arc<DiscreteGel<D, P>>,
+    /// Layout of the elements in slots and groups.
+    pub layout: Arc<ElementLayout>,
+    /// Constant properties of the bodies.
+    pub bodies: Vec<RigidBody>,
+    pub settings: IntegratorSettings,
+    pub grid: TickGrid,
+}
+
+/// System of a gel and rigid bodies at a tick.
+#[derive(Debug)]
+pub(super) struct DiscreteSystem<const D: usize, P> {
+    pub model: DiscreteModel<D, P>,
+    pub state: DynamicState<D>,
+    pub clock: MeshClock,
+    /// Blocks of elements for the SIMD form; `None` if the potential, the schedule or the contact law needs the
+    /// reference form.
+    pub blocks: Option<ElementBlocks<D>>,
+    pub contact: ContactDetection,
+    pub workspace: Workspace<D>,
+    pub pool: Option<Arc<WorkerPool>>,
+}
+
+impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
+    /// Returns the directions of motion that the dimension leaves to every body.
+    pub fn freedom(&self) -> FreeDirections {
+        self.model.bodies[0].freedom
+    }
+
+    /// Returns true if the gel is no longer integrated.
+    pub fn is_at_rest(&self) -> bool {
+        self.state.record.at_rest
+    }
+
+    /// Returns the last tick that was processed.
+    pub fn last_tick(&self) -> Tick {
+        self.state.now.unwrap_or(self.clock.origin)
+    }
+
+    /// Returns the context of a tick: its place in the life of the mesh.
+    pub fn tick_context(&self, tick: Tick) -> TickContext {
+        TickContext { tick, origin: self.clock.origin, kind: self.model.settings.schedule, phase: self.clock.phase }
+    }
+
+    /// Returns the longest step of a group, ticks.
+    pub fn longest_step(&self) -> Tick {
+        self.clock.step_range.1
+    }
+
+    /// Returns the longest step that any group can have after this tick, ticks.
+    pub fn horizon(&self) -> f64 {
+        if self.state.now.is_none() { self.clock.initial_steps.1 } else { 2.0 * self.longest_step() as f64 }
+    }
+
+    /// Returns true if the mesh can end by distortion.
+    pub fn can_be_distorted(&self) -> bool {
+        self.clock.ends.distortion.is_some() && self.model.settings.schedule != SteppingSchedule::Queue
+    }
+
+    /// Returns true if any pressure acts on the gel.
+    pub fn is_loaded(&self) -> bool {
+        !self.model.gel.loads.facets.is_empty()
+    }
+
+    /// Returns true if a full tick has enough moving elements to be shared among threads.
+    pub fn is_worth_sharing(&self) -> bool {
+        self.blocks.as_ref().is_some_and(ElementBlocks::are_worth_sharing)
+    }
+
+    /// Returns the time of the last tick, s.
+    pub fn now(&self) -> f64 {
+        self.model.grid.time(self.last_tick())
+    }
+
+    /// Returns the time of the gel at a time, s: that of its last tick once it is at rest.
+    pub fn time_in_gel(&self, t: f64) -> f64 {
+        if self.is_at_rest() { t.min(self.now()) } else { t }
+    }
+
+    /// Returns the position of a node drifted to time `t`, m.
+    pub fn position_at(&self, node: NodeId, t: f64) -> Vector<D> {
+        let a = node.index();
+        self.state.position[a] + self.state.velocity[a] * (t - self.model.grid.time(self.clock.last_ticks[a]))
+    }
+
+    /// Returns the velocity of a node before the kicks of this tick, m/s.
+    pub fn velocity_before(&self, node: NodeId) -> Vector<D> {
+        self.workspace.velocity_before(node, &self.state.velocity)
+    }
+
+    /// Returns the fraction of a kick that belongs to the next step.
+    pub fn leading_share(&self) -> f64 {
+        self.tick_context(0).leading_share()
+    }
+
+    /// Returns the trailing half of the kick of an active group, which belongs to the step behind, s; called before
+    /// the clocks are set.
+    pub fn trailing_half(&self, group: usize, tick: Tick) -> f64 {
+        self.model.grid.length(match self.model.settings.schedule {
+            SteppingSchedule::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
+            SteppingSchedule::Bins | SteppingSchedule::Global => {
+                self.tick_context(tick).trailing_half(self.state.clocks[group].step)
+            }
+        })
+    }
+
+    /// Returns the ticks from this tick until a group that is active now is active again.
+    pub fn ahead(&self, group: usize, tick: Tick) -> Tick {
+        match self.model.settings.schedule {
+            SteppingSchedule::Queue => self.state.alarms[group].next - tick,
+            SteppingSchedule::Bins | SteppingSchedule::Global => {
+                self.tick_context(tick).ahead(self.state.clocks[group].step)
+            }
+        }
+    }
+
+    /// Returns true if an element was active at this tick; valid after the clocks were set.
+    pub fn was_active(&self, element: ElementId, tick: Tick) -> bool {
+        let group = self.model.layout.group(element);
+        match self.model.settings.schedule {
+            SteppingSchedule::Queue => self.state.alarms[group].last == tick,
+            _ => self.tick_context(tick).is_active(self.state.clocks[group].step),
+        }
+    }
+}
