@@ -14,6 +14,7 @@
 #![allow(clippy::too_many_arguments)] // the signatures are those of the standard
 
 mod callbacks;
+mod component;
 mod environment;
 #[cfg(feature = "cli")]
 mod importer;
@@ -34,7 +35,7 @@ pub use steps::*;
 pub use values::*;
 
 use super::call::CallError;
-use super::component::Component;
+use component::Component;
 use super::lifecycle::CallGroup;
 use super::status::CallStatus;
 use environment::HostEnvironment;
@@ -79,7 +80,7 @@ fn guard(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::component::ImporterLogger;
+    use super::component::ImporterLogger;
     use crate::fmi2::instance::FmuInstance;
     use crate::fmi2::logger::CallLog;
     use crate::fmi2::parameters::PackedScene;

@@ -6,7 +6,6 @@
 pub mod abi;
 mod body;
 mod call;
-mod component;
 mod derivatives;
 mod inputs;
 mod instance;

@@ -1,6 +1,6 @@
 //! Callback functions of the importer: a logger, and unused functions.
 
-use crate::fmi2::component::ImporterLogger;
+use super::component::ImporterLogger;
 use crate::fmi2::logger::{LogLine, escape_format};
 use crate::fmi2::status::CallStatus;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};

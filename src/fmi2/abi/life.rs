@@ -4,7 +4,7 @@ use super::environment::HostEnvironment;
 use super::pointers::{slice, text};
 use super::{CallbackFunctions, OpaquePointer, TextPointer, guard, reserve};
 use crate::fmi2::call::CallError;
-use crate::fmi2::component::{Component, ImporterLogger};
+use super::component::{Component, ImporterLogger};
 use crate::fmi2::instance::FmuInstance;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::logger::CallLog;

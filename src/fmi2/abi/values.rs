@@ -3,7 +3,7 @@
 use super::pointers::{read_each, references_and_values, slice, slice_mut, text};
 use super::{OpaquePointer, TextPointer, guard};
 use crate::fmi2::call::CallError;
-use crate::fmi2::component::Component;
+use super::component::Component;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::status::CallStatus;
 use std::ffi::{CString, c_int};

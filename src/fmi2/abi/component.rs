@@ -1,17 +1,17 @@
 //! FMI component behind a C pointer: instance, logger and lent strings.
 
-use super::abi::LoggerCallback;
-use super::call::CallError;
-use super::instance::FmuInstance;
-use super::lifecycle::{CallGroup, LifecyclePhase};
-use super::parameters::PackedScene;
-use super::status::CallStatus;
+use super::callbacks::LoggerCallback;
+use crate::fmi2::call::CallError;
+use crate::fmi2::instance::FmuInstance;
+use crate::fmi2::lifecycle::{CallGroup, LifecyclePhase};
+use crate::fmi2::parameters::PackedScene;
+use crate::fmi2::status::CallStatus;
 use std::any::Any;
 use std::ffi::{CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// FMI component behind a C pointer.
-pub(super) struct Component {
+pub(in crate::fmi2) struct Component {
     /// Instance of the FMU.
     pub instance: FmuInstance,
     /// Logger of the importer.
@@ -22,7 +22,7 @@ pub(super) struct Component {
 
 /// Logger of the importer with its arguments.
 #[derive(Debug, Clone)]
-pub(super) struct ImporterLogger {
+pub(in crate::fmi2) struct ImporterLogger {
     /// Callback function, if any.
     pub callback: Option<LoggerCallback>,
     /// Component environment, handed back unchanged.
@@ -37,7 +37,7 @@ impl Component {
     ///
     /// Never inlined: the computation stays between the two changes of the floating-point environment.
     #[inline(never)]
-    pub(super) fn run(
+    pub(in crate::fmi2) fn run(
         &mut self,
         function: &'static str,
         call: CallGroup,
@@ -65,7 +65,7 @@ impl Component {
 
 impl PackedScene {
     /// Returns name and packed scene of a new instance, if the arguments of `fmi2Instantiate` are valid.
-    pub(super) fn from_arguments(
+    pub(in crate::fmi2) fn from_arguments(
         name: &str,
         fmu_type: i32,
         guid: &str,
