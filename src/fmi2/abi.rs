@@ -35,9 +35,9 @@ pub use steps::*;
 pub use values::*;
 
 use super::call::CallError;
-use component::Component;
 use super::lifecycle::CallGroup;
 use super::status::CallStatus;
+use component::Component;
 use environment::HostEnvironment;
 use std::ffi::{c_char, c_int, c_void};
 
@@ -79,8 +79,8 @@ fn guard(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::component::ImporterLogger;
+    use super::*;
     use crate::fmi2::instance::FmuInstance;
     use crate::fmi2::logger::CallLog;
     use crate::fmi2::parameters::PackedScene;

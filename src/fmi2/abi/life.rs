@@ -1,10 +1,10 @@
 //! C functions of inquiry, log, creation, destruction and life cycle.
 
+use super::component::{Component, ImporterLogger};
 use super::environment::HostEnvironment;
 use super::pointers::{slice, text};
 use super::{CallbackFunctions, OpaquePointer, TextPointer, guard, reserve};
 use crate::fmi2::call::CallError;
-use super::component::{Component, ImporterLogger};
 use crate::fmi2::instance::FmuInstance;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::logger::CallLog;

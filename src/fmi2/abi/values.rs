@@ -1,9 +1,9 @@
 //! C functions that read and set variables and their derivatives.
 
+use super::component::Component;
 use super::pointers::{read_each, references_and_values, slice, slice_mut, text};
 use super::{OpaquePointer, TextPointer, guard};
 use crate::fmi2::call::CallError;
-use super::component::Component;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::status::CallStatus;
 use std::ffi::{CString, c_int};
