@@ -7,7 +7,7 @@ use super::logger::CallLog;
 use super::memory::{RoomError, reserve_for_building};
 use super::parameters::{PackedScene, ResolvedScene, RunSettings};
 use super::recording::ResultRecording;
-use super::report_cache::ReportCache;
+use super::model::ReportCache;
 use super::scalar::{ScalarVariable, VariablePorts, table_of};
 use super::status::CallStatus;
 use crate::scene::{self, Scene};
