@@ -7,6 +7,7 @@ pub mod abi;
 mod body;
 mod call;
 mod derivatives;
+mod envelope;
 mod inputs;
 mod instance;
 mod lifecycle;

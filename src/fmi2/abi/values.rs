@@ -1,8 +1,7 @@
 //! C functions that read and set variables and their derivatives.
 
-use super::component::Component;
-use super::pointers::{read_each, references_and_values, slice, slice_mut, text};
-use super::{OpaquePointer, TextPointer, guard};
+use super::component::{Component, guard};
+use super::pointers::{OpaquePointer, TextPointer, read_each, references_and_values, slice, slice_mut, text};
 use crate::fmi2::call::CallError;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::status::CallStatus;
