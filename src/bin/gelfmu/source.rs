@@ -1,6 +1,5 @@
 //! Loading of scenes: built-in scenes and scene files, with overrides.
 
-use crate::console::Console;
 use crate::failure::CommandError;
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Override, OverrideError, Scene};
@@ -32,13 +31,6 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
     match scene::read_with(&original, overrides, &fmi2::scene_file_reader(folder)) {
         Ok((text, scene)) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
         Err(fault) => Err(CommandError::BadInput(describe_fault(name, &fault))),
-    }
-}
-
-/// Notes each former name of a key in the scene.
-pub fn note_former_keys(source: &SceneSource, console: &Console) {
-    for note in scene::former_keys(&source.text) {
-        console.note(&note);
     }
 }
 

@@ -17,9 +17,8 @@ pub use importer::CouplingVariant;
 pub use row::print_row;
 
 use crate::console::Console;
-use crate::failure::CommandError;
+use crate::failure::{CommandError, RunError};
 use crate::interrupt;
-use crate::job::RunError;
 use crate::options::TradeOptions;
 use crate::progress::ProgressDisplay;
 use crate::results;
