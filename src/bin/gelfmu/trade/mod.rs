@@ -53,7 +53,7 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, CommandErr
     if options.options {
         let rungs = task.with_scenes(switches::option_rungs(&task.scene));
         let runs = task.with_queue(&mut folder, console, switches::REPEATS, |queue| queue.run_all(rungs))?;
-        switches::report(&task, &runs, &mut folder, console)?;
+        switches::report(&base.name, &runs, &mut folder, console)?;
         return task.finish(folder, console);
     }
     let curve = TradeCurve::assess(&task.with_queue(&mut folder, console, 1, |queue| task.run_ladder(queue))?);
