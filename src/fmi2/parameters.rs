@@ -7,7 +7,7 @@ use super::reading::{read_scene_text, scene_file_reader};
 use super::scalar::{ScalarValues, ScalarVariable, VariablePorts, scalars, table_of};
 use super::table::{Setting, Source, variable_of};
 use super::uri;
-use crate::scene::{self, FileSource, MOST_FRAGMENTS, Override, Scene, body_name};
+use crate::scene::{self, FileSource, MOST_FRAGMENTS, OverriddenScene, Override, Scene, body_name};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -74,7 +74,7 @@ impl PackedScene {
         }
         let ResolvedScene { origin, text, .. } = base;
         match scene::read_with(&text, &overrides, &*self.files_of(&origin)) {
-            Ok((text, scene)) => Ok(ResolvedScene { origin, text, scene }),
+            Ok(OverriddenScene { text, scene }) => Ok(ResolvedScene { origin, text, scene }),
             Err(fault) => {
                 Err(CallError::Scene { origin: origin_with_faults(origin, &fault.overrides), error: fault.error })
             }

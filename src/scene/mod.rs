@@ -42,7 +42,7 @@ pub use physics::{modelled_physics, switched_off};
 pub(crate) use places::numbered;
 pub use preset::{ApplicableModels, Preset, PresetValue, ShotRange};
 pub use projectile::*;
-pub use read::{MOST_BYTES, OverrideError, read, read_with, read_with_files};
+pub use read::{MOST_BYTES, OverriddenScene, OverrideError, read, read_with, read_with_files};
 pub use remesh::{RemeshMethod, RemeshSpec};
 pub use tables::*;
 pub use validate::MOST_STEPS;

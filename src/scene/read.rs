@@ -69,17 +69,27 @@ impl OverrideError {
     }
 }
 
-/// Reads a scene text with overrides and the files that it names; returns the resolved text and the scene.
+/// Scene with overrides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OverriddenScene {
+    /// Scene text with the overrides.
+    pub text: String,
+    /// Parsed and checked scene.
+    pub scene: Scene,
+}
+
+/// Reads a scene text with overrides and the files that it names.
 ///
 /// # Errors
 /// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the
 /// same error without the overrides, otherwise the overrides that caused it.
-pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> Result<(String, Scene), OverrideError> {
+pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> Result<OverriddenScene, OverrideError> {
     let resolved = resolve(text, overrides);
-    let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
-        Ok(made) => return Ok(made),
-        Err(error) => error,
-    };
+    let error =
+        match resolved.and_then(|text| read_with_files(&text, files).map(|scene| OverriddenScene { text, scene })) {
+            Ok(made) => return Ok(made),
+            Err(error) => error,
+        };
     if overrides.is_empty() {
         return Err(OverrideError::of_text(error));
     }

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 /// Builds a scene and prints its model, cost and levels.
 pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandError> {
     let source = source::load(&options.scene, &options.set)?;
-    scene::former_keys(&source.text).iter().for_each(|note| console.note(note));
+    console.notes(&scene::former_keys(&source.text));
     let SceneSource { scene, text, .. } = source;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
     let cost = job::build_simulation(&scene, CouplingMode::Integrated, 1)?.observe().cost;

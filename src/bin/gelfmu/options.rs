@@ -177,8 +177,8 @@ pub const DEMO_SCENE: &str = "ball-square";
 /// Options of `gelfmu remesh-demo`.
 #[derive(Debug, Args)]
 pub struct RemeshDemoOptions {
-    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is given
-    /// remesh.quality=0.05 and remesh.min_volume_ratio=0
+    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is
+    /// given remesh.quality=0.05 and remesh.min_volume_ratio=0
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Remesh at this time, s, even if the mesh is not distorted (the first remesh if absent)

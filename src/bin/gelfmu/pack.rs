@@ -33,7 +33,7 @@ mod licenses {
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
     let source = source::load_for_fmu(name, &options.set)?;
-    scene::former_keys(&source.text).iter().for_each(|note| console.note(note));
+    console.notes(&scene::former_keys(&source.text));
     results::check_archive(&options.out, &results::inputs(name, &source))?;
     let available = VariablePorts::of(&source.scene);
     let ports = VariablePorts {
@@ -54,8 +54,7 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError
     console.result(&value, &text);
     if packed.is_development {
         console.warning(&format!(
-            "this FMU holds the library of a development build: the same bits, some percent slower; {} makes a gelfmu for FMUs to give away",
-            INSTALLATION
+            "this FMU holds the library of a development build: the same bits, some percent slower; {INSTALLATION} makes a gelfmu for FMUs to give away"
         ));
     }
     Ok(())

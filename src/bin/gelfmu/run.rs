@@ -24,7 +24,7 @@ const WAITING: &str =
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
-    scene::former_keys(&source.text).iter().for_each(|note| console.note(note));
+    console.notes(&scene::former_keys(&source.text));
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
