@@ -14,6 +14,7 @@
 #![allow(clippy::too_many_arguments)] // the signatures are those of the standard
 
 mod callbacks;
+mod component;
 mod environment;
 #[cfg(feature = "cli")]
 mod importer;
@@ -32,71 +33,3 @@ pub use reserve::MemoryReserve;
 pub use states::*;
 pub use steps::*;
 pub use values::*;
-
-use super::call::CallError;
-use super::component::Component;
-use super::lifecycle::CallGroup;
-use super::status::CallStatus;
-use environment::HostEnvironment;
-use std::ffi::{c_char, c_int, c_void};
-
-/// Pointer to a component or a state.
-type OpaquePointer = *mut c_void;
-/// Pointer to a text that ends with a null byte.
-type TextPointer = *const c_char;
-
-/// Runs one call: floating-point environment, call order, panic guard, status and log lines.
-fn guard(
-    component: OpaquePointer,
-    function: &'static str,
-    call: CallGroup,
-    body: impl FnOnce(&mut Component) -> Result<CallStatus, CallError>,
-) -> c_int {
-    if component.is_null() {
-        return CallStatus::Error as c_int;
-    }
-    // Freeing memory needs no reserve.
-    if function != "fmi2FreeFMUstate" && !reserve::ensure_standing_reserve() {
-        // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
-        unsafe { &*component.cast::<Component>() }.logger.report_shortage();
-        return CallStatus::Error as c_int;
-    }
-    let (status, lines, logger) = {
-        let _environment = HostEnvironment::replace();
-        // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
-        let it = unsafe { &mut *component.cast::<Component>() };
-        let status = it.run(function, call, body);
-        let lines = it.instance.log.take();
-        let logger = (!lines.is_empty()).then(|| it.logger.clone());
-        (status, lines, logger)
-    };
-    if let Some(logger) = logger {
-        logger.write(&lines);
-    }
-    status as c_int
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fmi2::component::ImporterLogger;
-    use crate::fmi2::instance::FmuInstance;
-    use crate::fmi2::logger::CallLog;
-    use crate::fmi2::parameters::PackedScene;
-    use std::ffi::CString;
-    use std::ptr;
-
-    #[test]
-    fn a_panic_is_fatal_until_the_instance_is_freed() {
-        let instance = FmuInstance::new("a".into(), PackedScene::default(), CallLog::new(false));
-        let logger = ImporterLogger { callback: None, environment: ptr::null_mut(), name: CString::default() };
-        let component = Box::into_raw(Box::new(Component { instance, logger, strings: Vec::new() })).cast();
-        let status = guard(component, "fmi2Reset", CallGroup::Reset, |_| panic!("on purpose"));
-        assert_eq!(status, CallStatus::Fatal as c_int);
-        // SAFETY: made above, freed once.
-        unsafe {
-            assert_eq!(fmi2Reset(component), CallStatus::Fatal as c_int);
-            fmi2FreeInstance(component);
-        }
-    }
-}

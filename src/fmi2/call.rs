@@ -1,9 +1,9 @@
 //! Error of a refused call, and its status.
 
+use super::envelope::SnapshotError;
 use super::lifecycle::{CallGroup, LifecyclePhase};
 use super::manifest::ManifestError;
 use super::memory::MemoryShortage;
-use super::snapshot::SnapshotError;
 use super::status::CallStatus;
 use super::table::Kind;
 use crate::output::OutputError;

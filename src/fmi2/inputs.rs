@@ -1,8 +1,8 @@
 //! Inputs: set values, their meaning for the simulation, and the checks against the dimension of the scene.
 
 use super::call::{CallError, format_number};
-use super::instance::{BuiltModel, FmuInstance, ScalarValues};
-use super::scalar::{ScalarVariable, VariablePorts, scalars};
+use super::model::BuiltModel;
+use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Input, Source, VARIABLES, variable_of};
 use crate::math::Vector3;
 use crate::scene::{Dimension, body_name};
@@ -55,12 +55,26 @@ impl InputValues {
     fn rate(&self, scalar: &ScalarVariable) -> f64 {
         self.rates.get(&scalar.reference()).copied().unwrap_or(0.0)
     }
-}
 
-/// Returns the start values of the inputs in a scene with these ports.
-pub(super) fn start_values(ports: VariablePorts, scene: &toml::Table) -> ScalarValues {
-    let inputs = scalars(ports).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
-    inputs.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
+    /// Checks the inputs at the start of a step of this length, s, and stores them by body in `handed`. An input
+    /// without effect in the coupling mode is ignored.
+    pub(super) fn hand_over(
+        &self,
+        model: &BuiltModel,
+        is_first_step: bool,
+        duration: f64,
+        handed: &mut Vec<StepInputs>,
+    ) -> Result<(), CallError> {
+        let mut scalars = self.values.keys().filter_map(|reference| ScalarVariable::find(*reference));
+        scalars.try_for_each(|scalar| model.expect_body(&scalar))?;
+        handed.clear();
+        let dimension = model.scene.freedom();
+        for body in 0..model.simulation.n_bodies() {
+            let inputs = BodyInputs { inputs: self, body, starts: &model.starts, dimension, is_first_step };
+            handed.push(inputs.to_step_inputs(model, duration)?);
+        }
+        Ok(())
+    }
 }
 
 /// Inputs of one body with the start values of the scene.
@@ -244,34 +258,7 @@ impl BodyInputs<'_> {
         }
         Ok(())
     }
-}
 
-impl FmuInstance {
-    /// Checks the inputs at the start of a step of this length, s, and stores them by body in `handed`. An input
-    /// without effect in the coupling mode is ignored.
-    pub(super) fn step_inputs(&mut self, duration: f64) -> Result<(), CallError> {
-        self.model()?;
-        let Self { model, inputs, handed, clock, .. } = self;
-        let is_first_step = clock.now == clock.start;
-        let model = model.as_ref().expect("the model was built above");
-        inputs
-            .values
-            .keys()
-            .filter_map(|r| ScalarVariable::find(*r))
-            .try_for_each(|scalar| model.expect_body(&scalar))?;
-        handed.clear();
-        for body in 0..model.simulation.n_bodies() {
-            let dimension = model.scene.freedom();
-            handed.push(
-                BodyInputs { inputs, body, starts: &model.starts, dimension, is_first_step }
-                    .to_step_inputs(model, duration)?,
-            );
-        }
-        Ok(())
-    }
-}
-
-impl BodyInputs<'_> {
     /// Returns the inputs of the body for a step of this length, s.
     fn to_step_inputs(&self, model: &BuiltModel, duration: f64) -> Result<StepInputs, CallError> {
         let mut inputs = model.simulation.unchanged(self.body);
@@ -409,6 +396,7 @@ fn excluded_components(input: Input, dimension: Dimension) -> &'static [usize] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fmi2::scalar::{VariablePorts, input_start_values};
 
     const NONE: VariablePorts = VariablePorts { fragments: 0, sensors: 0 };
 
@@ -459,7 +447,7 @@ mod tests {
 
     #[test]
     fn an_input_that_was_not_set_is_as_the_scene_starts() {
-        let scene = start_values(NONE, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
+        let scene = input_start_values(NONE, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
         let velocity =
             |inputs: &InputValues| given(inputs, &scene, Dimension::Planar).vector(Input::ProjectileVelocity);
         assert_eq!(velocity(&InputValues::default()).z, -5.0);
@@ -476,7 +464,8 @@ mod tests {
 
     #[test]
     fn what_would_move_a_held_projectile_is_named_and_refused() {
-        let scene = start_values(NONE, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
+        let scene =
+            input_start_values(NONE, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
         let check = |reference: u32, value: f64, rate: f64| {
             let rates = ScalarValues::from([(reference, rate)]);
             let inputs = InputValues { rates, ..values(&[(reference, value)]) };

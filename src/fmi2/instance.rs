@@ -1,22 +1,17 @@
 //! FMU instance: settings, inputs, built model and life cycle.
 
 use super::call::{CallError, format_number};
-use super::inputs::{self, InputValues};
+use super::inputs::InputValues;
 use super::lifecycle::{CallGroup, LifecyclePhase};
 use super::logger::CallLog;
-use super::memory::{RoomError, reserve_for_building};
-use super::parameters::{PackedScene, ResolvedScene, RunSettings};
-use super::recording::ResultRecording;
-use super::report_cache::ReportCache;
-use super::scalar::{ScalarVariable, VariablePorts, table_of};
+use super::model::BuiltModel;
+use super::parameters::{PackedScene, RunSettings};
+use super::recording::{ResultRecording, instance_folder};
+use super::scalar::ScalarValues;
 use super::status::CallStatus;
-use crate::scene::{self, Scene};
-use crate::simulation::{self, RestoreError, SavedSimulation, Simulation, StepInputs};
+use crate::scene;
+use crate::simulation::{self, StepInputs};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-
-/// Values by value reference.
-pub(super) type ScalarValues = BTreeMap<u32, f64>;
 
 /// Instance of the FMU.
 pub(super) struct FmuInstance {
@@ -53,24 +48,6 @@ pub(super) struct ExperimentClock {
     pub stop: Option<f64>,
     /// End of the last completed step.
     pub now: f64,
-}
-
-/// Built model of a scene.
-pub(super) struct BuiltModel {
-    /// Origin of the scene.
-    pub origin: String,
-    /// Text of the scene with overrides.
-    pub text: String,
-    /// Parsed scene.
-    pub scene: Scene,
-    /// Scene as TOML table.
-    pub table: toml::Table,
-    /// Start values of the inputs.
-    pub starts: ScalarValues,
-    /// Simulation.
-    pub simulation: Simulation,
-    /// Reports cached since the last step.
-    pub reports: ReportCache,
 }
 
 impl FmuInstance {
@@ -164,58 +141,48 @@ impl FmuInstance {
     /// Returns the model, and builds a missing model.
     pub(super) fn model(&mut self) -> Result<&mut BuiltModel, CallError> {
         if self.model.is_none() {
-            let model = BuiltModel::build(self.resolved_scene()?, self.settings.threads)?;
+            let scene = self.packed.resolve(&self.settings.scene, &self.overrides, &mut self.log)?;
+            let model = BuiltModel::build(scene, self.settings.threads)?;
             let cost = model.simulation.cost();
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
         }
         Ok(self.model.as_mut().expect("the model was built above"))
     }
-}
 
-impl BuiltModel {
-    /// Builds the model of a scene.
-    pub(super) fn build(resolved: ResolvedScene, threads: usize) -> Result<Self, CallError> {
-        let ResolvedScene { origin, text, scene } = resolved;
-        let _reserve = match reserve_for_building(&scene) {
-            Ok(reserve) => reserve,
-            Err(RoomError::Build(error)) => return Err(CallError::Build { origin, error }),
-            Err(RoomError::Memory(short)) => return Err(short.into()),
-        };
-        let simulation = match Simulation::new(&scene, scene.coupling.mode, threads) {
-            Ok(simulation) => simulation,
-            Err(error) => return Err(CallError::Build { origin, error }),
-        };
-        let table = table_of(&scene);
-        let starts = inputs::start_values(VariablePorts::of(&scene), &table);
-        Ok(Self { origin, text, scene, table, starts, simulation, reports: ReportCache::default() })
-    }
-
-    /// Refuses a scalar of a missing body or sensor.
-    pub(super) fn expect_body(&self, scalar: &ScalarVariable) -> Result<(), CallError> {
-        if scalar.variable.is_of_sensors() {
-            let there = self.scene.sensor.len();
-            return if scalar.body < there { Ok(()) } else { Err(CallError::NoSensor { name: scalar.name(), there }) };
+    /// Starts the result files afresh, if requested, with the current state.
+    fn open_recording(&mut self) -> Result<(), CallError> {
+        self.recording = ResultRecording::default();
+        if self.settings.output_directory.is_empty() {
+            return Ok(());
         }
-        let there = self.scene.fragment.len();
-        if scalar.body <= there { Ok(()) } else { Err(CallError::NoBody { name: scalar.name(), there }) }
-    }
-
-    /// Advances the simulation by one communication step to `end`, s since the start; returns true on success.
-    pub(super) fn advance(&mut self, inputs: &[StepInputs], end: f64) -> bool {
-        self.reports.invalidate();
-        self.simulation.step(inputs, end).is_ok()
-    }
-
-    /// Returns the diagnosis of a failed simulation.
-    pub(super) fn failure(&self) -> Option<String> {
-        self.simulation.diagnosis()
-    }
-
-    /// Restores a saved state.
-    pub(super) fn restore(&mut self, saved: &SavedSimulation) -> Result<(), RestoreError> {
-        self.simulation.restore(saved)?;
-        self.reports.invalidate();
+        self.model()?;
+        let model = self.model.as_mut().expect("the model was built above");
+        let folder = instance_folder(&self.settings.output_directory, &self.name);
+        let inputs = self.packed.files_read(&model.origin, &model.scene);
+        self.recording.open(&folder, &inputs, model, self.settings.threads)?;
+        self.log.event(format!("writing to {}", folder.display()));
         Ok(())
+    }
+
+    /// Records the current state.
+    pub(super) fn record(&mut self) -> CallStatus {
+        self.model.as_mut().map_or(CallStatus::Ok, |model| self.recording.record(model, &mut self.log))
+    }
+
+    /// Continues the files after a state of the same model was restored. Later records are dropped; without records
+    /// the files start afresh.
+    pub(super) fn rewind_recording(&mut self) -> CallStatus {
+        let outcome = match &self.model {
+            Some(model) if self.recording.has_recorder() => self.recording.rewind(model.simulation.time()),
+            _ if self.recording.has_failed() => Ok(()),
+            _ => self.open_recording(),
+        };
+        self.recording.warn_and_stop(outcome, &mut self.log)
+    }
+
+    /// Completes the files, unless they are complete already.
+    pub(super) fn finish_recording(&mut self) -> CallStatus {
+        self.model.as_ref().map_or(CallStatus::Ok, |model| self.recording.finish(model, &mut self.log))
     }
 }

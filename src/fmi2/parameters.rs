@@ -1,13 +1,13 @@
 //! Parameters: choice of scene, overrides of its values, and run settings.
 
 use super::call::CallError;
-use super::instance::{FmuInstance, ScalarValues};
+use super::logger::CallLog;
 use super::manifest::{ArchiveManifest, ManifestError};
 use super::reading::{read_scene_text, scene_file_reader};
-use super::scalar::{ScalarVariable, VariablePorts, scalars, table_of};
+use super::scalar::{ScalarValues, ScalarVariable, VariablePorts, scalars, table_of};
 use super::table::{Setting, Source, variable_of};
 use super::uri;
-use crate::scene::{self, FileSource, MOST_FRAGMENTS, Override, Scene, body_name};
+use crate::scene::{self, FileSource, MOST_FRAGMENTS, OverriddenScene, Override, Scene, body_name};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -50,6 +50,60 @@ impl PackedScene {
     /// Reads a file packed with the scene.
     fn read_file(&self, name: &str) -> io::Result<Vec<u8>> {
         self.manifest.read(&self.folder, name).map_err(io::Error::other)
+    }
+
+    /// Returns the scene at a path, or the packed scene for an empty path, with the overrides applied.
+    pub(super) fn resolve(
+        &self,
+        path: &str,
+        overrides: &ScalarValues,
+        log: &mut CallLog,
+    ) -> Result<ResolvedScene, CallError> {
+        let base = if path.is_empty() {
+            self.read_scene(PACKED.to_owned(), self.text.clone())?
+        } else {
+            let no_scene = |e| CallError::NoScene { reason: format!("cannot read {path}: {e}") };
+            self.read_scene(path.to_owned(), read_scene_text(Path::new(path)).map_err(no_scene)?)?
+        };
+        let overrides = changed_overrides(overrides, &self.starts, &table_of(&base.scene))?;
+        if overrides.is_empty() {
+            return Ok(base);
+        }
+        for o in &overrides {
+            log.event(format!("override: {} = {}", o.key, o.value));
+        }
+        let ResolvedScene { origin, text, .. } = base;
+        match scene::read_with(&text, &overrides, &*self.files_of(&origin)) {
+            Ok(OverriddenScene { text, scene }) => Ok(ResolvedScene { origin, text, scene }),
+            Err(fault) => {
+                Err(CallError::Scene { origin: origin_with_faults(origin, &fault.overrides), error: fault.error })
+            }
+        }
+    }
+
+    /// Parses the scene of an origin and a text, with the files in its folder.
+    pub(super) fn read_scene(&self, origin: String, text: String) -> Result<ResolvedScene, CallError> {
+        match scene::read_with_files(&text, &*self.files_of(&origin)) {
+            Ok(scene) => Ok(ResolvedScene { origin, text, scene }),
+            Err(error) => Err(CallError::Scene { origin, error: Box::new(error) }),
+        }
+    }
+
+    /// Returns a reader of the files named by a scene of this origin: packed files, or files relative to its folder.
+    fn files_of(&self, origin: &str) -> Box<FileSource<'_>> {
+        if origin == PACKED {
+            return Box::new(|name| self.read_file(name));
+        }
+        Box::new(scene_file_reader(Path::new(origin).parent().unwrap_or(Path::new(""))))
+    }
+
+    /// Returns the input files of a scene of this origin: the files that it names, and its own.
+    pub(super) fn files_read(&self, origin: &str, scene: &Scene) -> Vec<PathBuf> {
+        let path = if origin == PACKED { self.folder.join(SCENE_FILE) } else { PathBuf::from(origin) };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut files: Vec<PathBuf> = scene.files().iter().map(|(_, name)| folder.join(name)).collect();
+        files.push(path);
+        files
     }
 }
 
@@ -135,65 +189,6 @@ impl RunSettings {
     }
 }
 
-impl FmuInstance {
-    /// Returns the scene with the overrides applied.
-    pub(super) fn resolved_scene(&mut self) -> Result<ResolvedScene, CallError> {
-        let (origin, text) = self.scene_text()?;
-        let base = self.read_scene(origin, text)?;
-        let overrides = changed_overrides(&self.overrides, &self.packed.starts, &table_of(&base.scene))?;
-        if overrides.is_empty() {
-            return Ok(base);
-        }
-        for o in &overrides {
-            self.log.event(format!("override: {} = {}", o.key, o.value));
-        }
-        let ResolvedScene { origin, text, .. } = base;
-        match scene::read_with(&text, &overrides, &*self.files_of(&origin)) {
-            Ok((text, scene)) => Ok(ResolvedScene { origin, text, scene }),
-            Err(fault) => {
-                Err(CallError::Scene { origin: origin_with_faults(origin, &fault.overrides), error: fault.error })
-            }
-        }
-    }
-
-    /// Parses the scene of an origin and a text, with the files in its folder.
-    pub(super) fn read_scene(&self, origin: String, text: String) -> Result<ResolvedScene, CallError> {
-        match scene::read_with_files(&text, &*self.files_of(&origin)) {
-            Ok(scene) => Ok(ResolvedScene { origin, text, scene }),
-            Err(error) => Err(CallError::Scene { origin, error: Box::new(error) }),
-        }
-    }
-
-    /// Returns a reader of the files named by a scene of this origin: packed files, or files relative to its folder.
-    fn files_of(&self, origin: &str) -> Box<FileSource<'_>> {
-        if origin == PACKED {
-            return Box::new(|name| self.packed.read_file(name));
-        }
-        Box::new(scene_file_reader(Path::new(origin).parent().unwrap_or(Path::new(""))))
-    }
-
-    /// Returns the input files of the model: the scene, and the files named in it.
-    pub(super) fn files_read(&mut self) -> Result<Vec<PathBuf>, CallError> {
-        self.model()?;
-        let Some(model) = &self.model else { return Ok(vec![]) };
-        let is_packed = model.origin == PACKED;
-        let scene = if is_packed { self.packed.folder.join(SCENE_FILE) } else { PathBuf::from(&model.origin) };
-        let folder = scene.parent().unwrap_or(Path::new(""));
-        let named = model.scene.files().iter().map(|(_, name)| folder.join(name)).collect::<Vec<_>>();
-        Ok(named.into_iter().chain([scene]).collect())
-    }
-
-    fn scene_text(&self) -> Result<(String, String), CallError> {
-        match self.settings.scene.as_str() {
-            "" => Ok((PACKED.to_string(), self.packed.text.clone())),
-            path => {
-                let text = read_scene_file(Path::new(path)).map_err(|reason| CallError::NoScene { reason })?;
-                Ok((path.to_string(), text))
-            }
-        }
-    }
-}
-
 /// Returns the origin of a scene with the parameters at fault.
 fn origin_with_faults(origin: String, overrides: &[Override]) -> String {
     if overrides.is_empty() {
@@ -240,10 +235,6 @@ fn override_of_row(
     let items: Vec<String> = components().map(|scalar| scalar.toml(value(scalar))).collect();
     let value = if row.variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
     Ok(Some(Override { key, value }))
-}
-
-fn read_scene_file(path: &Path) -> Result<String, String> {
-    read_scene_text(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 
 use super::abi::MemoryReserve;
 use super::call::CallError;
-use super::instance::{BuiltModel, FmuInstance};
+use super::logger::CallLog;
 use super::memory::{MemoryPhase, MemoryShortage, reserve_memory};
+use super::model::BuiltModel;
 use super::status::CallStatus;
 use crate::output::{self, DriverInterface, FolderClaim, RUN, ResultFolder, RunRecorder, TakeoverPolicy};
 use std::path::{Path, PathBuf};
@@ -18,89 +19,83 @@ pub(super) struct ResultRecording {
     has_failed: bool,
 }
 
-impl FmuInstance {
-    /// Starts the files afresh, if requested, with the current state.
-    pub(super) fn open_recording(&mut self) -> Result<(), CallError> {
-        self.recording = ResultRecording::default();
-        if self.settings.output_directory.is_empty() {
-            return Ok(());
-        }
-        let folder = folder(&self.settings.output_directory, &self.name);
-        self.recording.recorder = Some(self.create_recorder(&folder)?);
-        self.recording.is_open = true;
-        self.log.event(format!("writing to {}", folder.display()));
-        Ok(())
+impl ResultRecording {
+    /// Returns true if files are being written.
+    pub(super) fn has_recorder(&self) -> bool {
+        self.recorder.is_some()
     }
 
-    fn create_recorder(&mut self, folder: &Path) -> Result<RunRecorder, CallError> {
-        let (threads, inputs) = (self.settings.threads, self.files_read()?);
-        let _reserve = reserve_for_writing(self.model()?)?;
-        let model = self.model()?;
+    /// Returns true after a failed write.
+    pub(super) fn has_failed(&self) -> bool {
+        self.has_failed
+    }
+
+    /// Starts the files in a folder, with the current state and the names of the input files.
+    pub(super) fn open(
+        &mut self,
+        folder: &Path,
+        inputs: &[PathBuf],
+        model: &mut BuiltModel,
+        threads: usize,
+    ) -> Result<(), CallError> {
+        let _reserve = reserve_for_writing(model)?;
         let needs = output::result_names(&model.scene);
         let policy = TakeoverPolicy::Replace;
-        let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &inputs, is_of_fmu: true };
+        let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs, is_of_fmu: true };
         let folder = ResultFolder::claim(folder, &claim)?;
         let mut recorder = RunRecorder::within(folder, &model.scene, DriverInterface::Fmi2, threads)?;
         let observation = model.observe();
         recorder.record_observation(&observation, || model.simulation.frame())?;
-        Ok(recorder)
+        (self.recorder, self.is_open) = (Some(recorder), true);
+        Ok(())
     }
 
     /// Records the current state. Files that cannot be written any more are given up with a warning.
-    pub(super) fn record(&mut self) -> CallStatus {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else {
-            return CallStatus::Ok;
-        };
-        self.recording.is_open = true;
+    pub(super) fn record(&mut self, model: &mut BuiltModel, log: &mut CallLog) -> CallStatus {
+        let Some(recorder) = &mut self.recorder else { return CallStatus::Ok };
+        self.is_open = true;
         let _reserve = match reserve_for_writing(model) {
             Ok(reserve) => reserve,
             // A shortage may pass, and the gap in the tables ends with it.
             Err(shortage) => {
-                self.log.warning(format!("{shortage}. The tables lack this step"));
+                log.warning(format!("{shortage}. The tables lack this step"));
                 return CallStatus::Warning;
             }
         };
         let observation = model.observe();
         let outcome = recorder.record_observation(&observation, || model.simulation.frame());
-        self.warn_and_stop(outcome.map_err(CallError::from))
+        self.warn_and_stop(outcome.map_err(CallError::from), log)
     }
 
-    /// Continues the files after a state of the same model was restored. Later records are dropped; without records
-    /// the files start afresh.
-    pub(super) fn rewind_recording(&mut self) -> CallStatus {
-        let outcome = match (&mut self.recording.recorder, &self.model) {
-            (Some(recorder), Some(model)) => {
-                self.recording.is_open = true;
-                recorder.rewind(model.simulation.time()).map_err(CallError::from)
-            }
-            _ if self.recording.has_failed => Ok(()),
-            _ => self.open_recording(),
-        };
-        self.warn_and_stop(outcome)
+    /// Drops the records after a time, s, and continues the files.
+    pub(super) fn rewind(&mut self, time: f64) -> Result<(), CallError> {
+        let Some(recorder) = &mut self.recorder else { return Ok(()) };
+        self.is_open = true;
+        Ok(recorder.rewind(time)?)
     }
 
     /// Completes the files, unless they are complete already.
-    pub(super) fn finish_recording(&mut self) -> CallStatus {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return CallStatus::Ok };
-        if !std::mem::take(&mut self.recording.is_open) {
+    pub(super) fn finish(&mut self, model: &BuiltModel, log: &mut CallLog) -> CallStatus {
+        let Some(recorder) = &mut self.recorder else { return CallStatus::Ok };
+        if !std::mem::take(&mut self.is_open) {
             return CallStatus::Ok;
         }
         let outcome = reserve_for_writing(model)
             .map_err(CallError::from)
             .and_then(|_reserve| Ok(recorder.finish(&model.simulation, model.failure().as_deref())?));
-        self.warn_and_stop(outcome)
+        self.warn_and_stop(outcome, log)
     }
 
     /// Releases the folder; the next files start afresh.
-    pub(super) fn close_recording(&mut self) {
-        self.recording.recorder = None;
+    pub(super) fn close(&mut self) {
+        self.recorder = None;
     }
 
     /// Turns an error of writing files into a warning and stops the recording.
-    fn warn_and_stop(&mut self, outcome: Result<(), CallError>) -> CallStatus {
+    pub(super) fn warn_and_stop(&mut self, outcome: Result<(), CallError>, log: &mut CallLog) -> CallStatus {
         let Err(error) = outcome else { return CallStatus::Ok };
-        self.recording = ResultRecording { has_failed: true, ..ResultRecording::default() };
-        self.log.warning(format!("{error}. Nothing more is written by this instance until it is reset"));
+        *self = Self { has_failed: true, ..Self::default() };
+        log.warning(format!("{error}. Nothing more is written by this instance until it is reset"));
         CallStatus::Warning
     }
 }
@@ -118,7 +113,8 @@ pub fn instance_folder_name(instance: &str) -> String {
     if safe.chars().all(|c| c == '.') { "_".repeat(safe.len()) } else { safe }
 }
 
-fn folder(directory: &str, instance: &str) -> PathBuf {
+/// Returns the folder of the result files of an instance.
+pub(super) fn instance_folder(directory: &str, instance: &str) -> PathBuf {
     Path::new(directory).join(instance_folder_name(instance))
 }
 
@@ -128,9 +124,9 @@ mod tests {
 
     #[test]
     fn an_instance_name_cannot_leave_the_directory() {
-        assert_eq!(folder("/out", "gel+1 ä"), Path::new("/out/gel+1 ä"));
-        assert_eq!(folder("/out", "../../etc"), Path::new("/out/.._.._etc"));
-        assert_eq!(folder("/out", ".."), Path::new("/out/__"));
-        assert_eq!(folder("/out", "/etc"), Path::new("/out/_etc"));
+        assert_eq!(instance_folder("/out", "gel+1 ä"), Path::new("/out/gel+1 ä"));
+        assert_eq!(instance_folder("/out", "../../etc"), Path::new("/out/.._.._etc"));
+        assert_eq!(instance_folder("/out", ".."), Path::new("/out/__"));
+        assert_eq!(instance_folder("/out", "/etc"), Path::new("/out/_etc"));
     }
 }

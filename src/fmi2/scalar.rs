@@ -1,7 +1,11 @@
 //! Scalar variables: one component of a row of the variable table, for one body, with its start in a scene.
 
-use super::table::{BLOCK, ENUMERATIONS, Item, Start, VARIABLES, Variable};
+use super::table::{BLOCK, ENUMERATIONS, Item, Source, Start, VARIABLES, Variable};
 use crate::scene::{Scene, body_name, numbered};
+use std::collections::BTreeMap;
+
+/// Values by value reference.
+pub(super) type ScalarValues = BTreeMap<u32, f64>;
 
 /// Scalar variable. Body 0 is the projectile, the fragments follow from 1; a variable without a body has body 0. For
 /// a sensor variable, `body` is the sensor, from 0.
@@ -184,6 +188,12 @@ fn to_number(value: &toml::Value, component: usize) -> Option<f64> {
         toml::Value::Array(items) => to_number(items.get(component)?, 0),
         toml::Value::String(_) | toml::Value::Datetime(_) | toml::Value::Table(_) => None,
     }
+}
+
+/// Returns the start values of the inputs in a scene with these ports.
+pub(super) fn input_start_values(ports: VariablePorts, scene: &toml::Table) -> ScalarValues {
+    let inputs = scalars(ports).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
+    inputs.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
 }
 
 #[cfg(test)]

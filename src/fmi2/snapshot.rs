@@ -1,111 +1,50 @@
 //! FMU state: everything except `threads` and the output, as a value and as bytes.
 //!
-//! Layout, little-endian: magic (8 bytes), version (4), digest of the simulation (16), length of the body (8), body,
-//! CRC-32 of the preceding bytes (4). Header and checksum are verified before decoding. The body holds the importer's
-//! data (postcard), then the state of the simulation, if any.
+//! The body of the bytes holds the importer's data (postcard), then the state of the simulation, if any. The envelope
+//! is verified before the body is decoded.
 
 use super::call::CallError;
+use super::envelope::{SnapshotError, seal, sealed_size, verified_body};
 use super::inputs::InputValues;
-use super::instance::{BuiltModel, ExperimentClock, FmuInstance, ScalarValues};
+use super::instance::{ExperimentClock, FmuInstance};
 use super::lifecycle::LifecyclePhase;
-use super::memory::{MemoryPhase, MemoryShortage, reserve_large};
+use super::memory::{MemoryPhase, reserve_large};
+use super::model::BuiltModel;
+use super::scalar::ScalarValues;
 use super::status::CallStatus;
 use crate::simulation::SavedSimulation;
 use crc32fast::Hasher;
+use serde::{Deserialize, Serialize};
 
-const MAGIC: [u8; 8] = *b"GELSTATE";
-const VERSION: u32 = 12;
-const HEADER: usize = 8 + 4 + 16 + 8;
-const TRAILER: usize = 4;
 /// Limit of the decoded bytes per encoded byte: arrays are not packed, and a mesh is checked beside them.
 const MOST_PER_BYTE: u64 = 2;
 
-/// Error of an unusable state.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SnapshotError {
-    /// Foreign pointer.
-    #[error("the pointer is not a state of this FMU, or the state was freed")]
-    Foreign,
-    /// Wrong length.
-    #[error("the serialised state has {found} bytes, expected {expected}: it is cut off or has something appended")]
-    Size {
-        /// Given bytes.
-        found: usize,
-        /// Bytes according to the header, or the least possible length.
-        expected: usize,
-    },
-    /// Wrong magic bytes.
-    #[error("the bytes are not a serialised state of this FMU")]
-    Magic,
-    /// Wrong version of the layout.
-    #[error("the serialised state has version {found}, expected {expected}: it was written by another release")]
-    Version {
-        /// Found version.
-        found: u32,
-        /// Supported version.
-        expected: u32,
-    },
-    /// Wrong checksum.
-    #[error("the checksum of the serialised state is wrong: it was damaged")]
-    Damaged,
-    /// Undecodable body.
-    #[error("the serialised state cannot be decoded: it was written by another build")]
-    Undecodable,
-    /// Wrong size of the buffer.
-    #[error("the buffer has {found} bytes, expected {expected} as given by fmi2SerializedFMUstateSize")]
-    Buffer {
-        /// Size of the buffer.
-        found: usize,
-        /// Size of the state.
-        expected: usize,
-    },
-    /// Shortage of memory.
-    #[error("{0}")]
-    Memory(#[from] MemoryShortage),
-    /// State of another mesh.
-    #[error("the state does not fit the scene that it names: {reason}")]
-    Mesh {
-        /// Mismatch.
-        reason: String,
-    },
+/// Importer's data of a state.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct SnapshotHead {
+    phase: LifecyclePhase,
+    clock: ExperimentClock,
+    /// Parameter `scene`.
+    scene: String,
+    overrides: ScalarValues,
+    inputs: InputValues,
+    /// Scene of the built model, if any.
+    model: Option<ModelSource>,
 }
 
-/// Importer's data of a state: phase, clock, scene, overrides, inputs, and origin and text of the model's scene.
-type SnapshotHead = (LifecyclePhase, ExperimentClock, String, ScalarValues, InputValues, Option<(String, String)>);
+/// Scene of a built model.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct ModelSource {
+    origin: String,
+    text: String,
+}
 
 /// State of an instance.
 #[derive(Debug, PartialEq)]
 pub(super) struct InstanceSnapshot {
-    phase: LifecyclePhase,
-    clock: ExperimentClock,
-    scene: String,
-    overrides: ScalarValues,
-    inputs: InputValues,
-    model: Option<SavedModel>,
-}
-
-#[derive(Debug, PartialEq)]
-struct SavedModel {
-    origin: String,
-    text: String,
-    saved: SavedSimulation,
-}
-
-impl SavedModel {
-    fn empty() -> Self {
-        Self { origin: String::new(), text: String::new(), saved: SavedSimulation::empty() }
-    }
-
-    fn save(&mut self, model: &BuiltModel) {
-        self.origin.clone_from(&model.origin);
-        self.text.clone_from(&model.text);
-        model.simulation.save_into(&mut self.saved);
-    }
-
-    fn restore_into(self: &SavedModel, model: &mut BuiltModel) -> Result<(), SnapshotError> {
-        model.restore(&self.saved).map_err(|e| SnapshotError::Mesh { reason: e.to_string() })
-    }
+    head: SnapshotHead,
+    /// State of the simulation, if a model was built.
+    saved: Option<SavedSimulation>,
 }
 
 impl FmuInstance {
@@ -116,61 +55,69 @@ impl FmuInstance {
     pub(super) fn snapshot(&self, to: &mut InstanceSnapshot) -> Result<(), SnapshotError> {
         let needed = self.model.as_ref().map_or(0, |model| model.simulation.memory_of_state());
         let _reserve = reserve_large(MemoryPhase::Saving, needed)?;
-        (to.phase, to.clock) = (self.phase, self.clock);
-        to.scene.clone_from(&self.settings.scene);
-        copy_if_changed(&mut to.overrides, &self.overrides);
-        copy_if_changed(&mut to.inputs, &self.inputs);
-        match &self.model {
-            Some(model) => to.model.get_or_insert_with(SavedModel::empty).save(model),
-            None => to.model = None,
-        }
+        let head = &mut to.head;
+        (head.phase, head.clock) = (self.phase, self.clock);
+        head.scene.clone_from(&self.settings.scene);
+        copy_if_changed(&mut head.overrides, &self.overrides);
+        copy_if_changed(&mut head.inputs, &self.inputs);
+        let Some(model) = &self.model else {
+            (head.model, to.saved) = (None, None);
+            return Ok(());
+        };
+        let source = head.model.get_or_insert_with(|| ModelSource { origin: String::new(), text: String::new() });
+        source.origin.clone_from(&model.origin);
+        source.text.clone_from(&model.text);
+        model.simulation.save_into(to.saved.get_or_insert_with(SavedSimulation::empty));
         Ok(())
     }
 
     /// Restores a state. The files of a run continue if the state belongs to its model; otherwise they are completed
     /// first.
     pub(super) fn restore(&mut self, snapshot: &InstanceSnapshot) -> Result<CallStatus, CallError> {
-        let is_running = match snapshot.phase {
+        let InstanceSnapshot { head, saved } = snapshot;
+        let is_running = match head.phase {
             LifecyclePhase::StepComplete | LifecyclePhase::StepFailed | LifecyclePhase::Terminated => true,
             LifecyclePhase::Instantiated | LifecyclePhase::Initialization | LifecyclePhase::Fatal => false,
         };
-        let continues = is_running && snapshot.model.as_ref().is_some_and(|saved| self.is_built_from(saved));
+        let continues = is_running && head.model.as_ref().is_some_and(|source| self.is_built_from(source));
         let completed = if continues { CallStatus::Ok } else { self.finish_recording() };
-        self.restore_model(snapshot.model.as_ref())?;
-        if !continues {
-            self.close_recording();
+        match (&head.model, saved) {
+            (Some(source), Some(saved)) => self.restore_model(source, saved)?,
+            (None, _) | (_, None) => self.model = None,
         }
-        self.phase = snapshot.phase;
-        self.clock = snapshot.clock;
-        self.settings.scene.clone_from(&snapshot.scene);
-        self.overrides.clone_from(&snapshot.overrides);
-        self.inputs.clone_from(&snapshot.inputs);
+        if !continues {
+            self.recording.close();
+        }
+        self.phase = head.phase;
+        self.clock = head.clock;
+        self.settings.scene.clone_from(&head.scene);
+        self.overrides.clone_from(&head.overrides);
+        self.inputs.clone_from(&head.inputs);
         Ok(completed.max(if is_running { self.rewind_recording() } else { CallStatus::Ok }))
     }
 
-    /// Returns true if the model of a saved state is the present model.
-    fn is_built_from(&self, saved: &SavedModel) -> bool {
-        self.model.as_ref().is_some_and(|model| model.text == saved.text)
+    /// Returns true if the present model is built from this scene.
+    fn is_built_from(&self, source: &ModelSource) -> bool {
+        self.model.as_ref().is_some_and(|model| model.text == source.text)
     }
 
-    fn restore_model(&mut self, saved: Option<&SavedModel>) -> Result<(), CallError> {
-        let Some(saved) = saved else {
-            self.model = None;
-            return Ok(());
-        };
-        if self.is_built_from(saved)
+    fn restore_model(&mut self, source: &ModelSource, saved: &SavedSimulation) -> Result<(), CallError> {
+        if self.is_built_from(source)
             && let Some(model) = &mut self.model
         {
-            let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
-            return Ok(saved.restore_into(model)?);
+            return restore_into(model, saved);
         }
-        let scene = self.read_scene(saved.origin.clone(), saved.text.clone())?;
+        let scene = self.packed.read_scene(source.origin.clone(), source.text.clone())?;
         let mut model = BuiltModel::build(scene, self.settings.threads)?;
-        let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
-        saved.restore_into(&mut model)?;
+        restore_into(&mut model, saved)?;
         self.model = Some(model);
         Ok(())
     }
+}
+
+fn restore_into(model: &mut BuiltModel, saved: &SavedSimulation) -> Result<(), CallError> {
+    let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(saved))?;
+    Ok(model.restore(saved).map_err(|e| SnapshotError::Mesh { reason: e.to_string() })?)
 }
 
 /// Copies a changed value; maps cannot reuse memory.
@@ -183,25 +130,24 @@ fn copy_if_changed<T: Clone + PartialEq>(to: &mut T, from: &T) {
 impl InstanceSnapshot {
     /// Returns an empty state to be overwritten.
     pub(super) fn empty() -> Self {
-        Self {
+        let head = SnapshotHead {
             phase: LifecyclePhase::Instantiated,
             clock: ExperimentClock::default(),
             scene: String::new(),
             overrides: ScalarValues::new(),
             inputs: InputValues::default(),
             model: None,
-        }
+        };
+        Self { head, saved: None }
     }
 
-    fn head(&self) -> Vec<u8> {
-        let model = self.model.as_ref().map(|model| (&model.origin, &model.text));
-        let head = (self.phase, self.clock, &self.scene, &self.overrides, &self.inputs, model);
-        postcard::to_stdvec(&head).expect("a state consists of plain values")
+    fn head_bytes(&self) -> Vec<u8> {
+        postcard::to_stdvec(&self.head).expect("a state consists of plain values")
     }
 
     /// Returns the number of bytes for [`InstanceSnapshot::write`].
     pub(super) fn size(&self) -> usize {
-        HEADER + self.head().len() + self.model.as_ref().map_or(0, |model| model.saved.size()) + TRAILER
+        sealed_size(self.head_bytes().len() + self.saved.as_ref().map_or(0, SavedSimulation::size))
     }
 
     /// Writes the state as bytes over all of `to`.
@@ -210,17 +156,7 @@ impl InstanceSnapshot {
         if found != expected {
             return Err(SnapshotError::Buffer { found, expected });
         }
-        let (header, rest) = to.split_at_mut(HEADER);
-        let (body, trailer) = rest.split_at_mut(expected - HEADER - TRAILER);
-        let (digest, crc_of_body) = self.write_body(body);
-        header[..8].copy_from_slice(&MAGIC);
-        header[8..12].copy_from_slice(&VERSION.to_le_bytes());
-        header[12..28].copy_from_slice(&digest.to_le_bytes());
-        header[28..].copy_from_slice(&(body.len() as u64).to_le_bytes());
-        let mut crc = Hasher::new();
-        crc.update(header);
-        crc.combine(&crc_of_body);
-        trailer.copy_from_slice(&crc.finalize().to_le_bytes());
+        seal(to, |body| self.write_body(body));
         Ok(())
     }
 
@@ -233,8 +169,8 @@ impl InstanceSnapshot {
             crc.update(run);
             rest = left;
         };
-        sink(&self.head());
-        let digest = self.model.as_ref().map_or(0, |model| model.saved.write(&mut sink));
+        sink(&self.head_bytes());
+        let digest = self.saved.as_ref().map_or(0, |saved| saved.write(&mut sink));
         (digest, crc)
     }
 
@@ -243,61 +179,33 @@ impl InstanceSnapshot {
         let body = verified_body(bytes)?;
         let _reserve = reserve_large(MemoryPhase::Saving, MOST_PER_BYTE * body.len() as u64)?;
         let (head, rest) = postcard::take_from_bytes::<SnapshotHead>(body).map_err(|_| SnapshotError::Undecodable)?;
-        let (phase, clock, scene, overrides, inputs, model) = head;
-        self.read_model(model, rest)?;
-        (self.phase, self.clock, self.scene, self.overrides, self.inputs) = (phase, clock, scene, overrides, inputs);
+        self.read_simulation(head.model.is_some(), rest)?;
+        self.head = head;
         Ok(())
     }
 
-    fn read_model(&mut self, of: Option<(String, String)>, bytes: &[u8]) -> Result<(), SnapshotError> {
-        let Some((origin, text)) = of else {
-            if !bytes.is_empty() {
-                return Err(SnapshotError::Undecodable);
-            }
-            self.model = None;
+    fn read_simulation(&mut self, is_built: bool, bytes: &[u8]) -> Result<(), SnapshotError> {
+        if !is_built && bytes.is_empty() {
+            self.saved = None;
             return Ok(());
-        };
-        let mut fresh = None;
-        let model = self.model.as_mut().unwrap_or_else(|| fresh.insert(SavedModel::empty()));
-        if !model.saved.read(bytes) {
+        }
+        if !is_built {
             return Err(SnapshotError::Undecodable);
         }
-        (model.origin, model.text) = (origin, text);
-        self.model = fresh.or(self.model.take());
+        let mut fresh = None;
+        let saved = self.saved.as_mut().unwrap_or_else(|| fresh.insert(SavedSimulation::empty()));
+        if !saved.read(bytes) {
+            return Err(SnapshotError::Undecodable);
+        }
+        self.saved = fresh.or(self.saved.take());
         Ok(())
     }
-}
-
-/// Returns the body between header and checksum, if both are valid.
-fn verified_body(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
-    let found = bytes.len();
-    let header = bytes.get(..HEADER).ok_or(SnapshotError::Size { found, expected: HEADER + TRAILER })?;
-    if header[..8] != MAGIC {
-        return Err(SnapshotError::Magic);
-    }
-    let version = u32::from_le_bytes(first_bytes(&header[8..]));
-    if version != VERSION {
-        return Err(SnapshotError::Version { found: version, expected: VERSION });
-    }
-    let body = usize::try_from(u64::from_le_bytes(first_bytes(&header[28..]))).unwrap_or(usize::MAX);
-    let expected = body.saturating_add(HEADER + TRAILER);
-    if found != expected {
-        return Err(SnapshotError::Size { found, expected });
-    }
-    let (sound, crc) = bytes.split_at(found - TRAILER);
-    if crc32fast::hash(sound) != u32::from_le_bytes(first_bytes(crc)) {
-        return Err(SnapshotError::Damaged);
-    }
-    Ok(&sound[HEADER..])
-}
-
-fn first_bytes<const N: usize>(bytes: &[u8]) -> [u8; N] {
-    std::array::from_fn(|i| bytes[i])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fmi2::envelope::VERSION;
     use crate::fmi2::logger::CallLog;
     use crate::fmi2::parameters::PackedScene;
 

@@ -2,9 +2,10 @@
 
 use super::call::{CallError, format_number};
 use super::inputs::BodyLoad;
-use super::instance::{BuiltModel, ExperimentClock, FmuInstance};
+use super::instance::{ExperimentClock, FmuInstance};
 use super::lifecycle::LifecyclePhase;
 use super::memory::reserve_for_step;
+use super::model::BuiltModel;
 use super::status::CallStatus;
 
 /// Relative tolerance of times, for the round-off of repeated additions of a step.
@@ -53,8 +54,9 @@ impl FmuInstance {
         let end = self.clock.end_of(current, step)?;
         let since_start = (end - self.clock.start).max(0.0);
         self.refuse_beyond_ticks(step, since_start)?;
-        self.step_inputs(step)?;
-        let model = self.model.as_mut().expect("the inputs were checked against it");
+        let is_first_step = self.clock.now == self.clock.start;
+        let model = self.model.as_mut().expect("the ticks were checked against it");
+        self.inputs.hand_over(model, is_first_step, step, &mut self.handed)?;
         let _reserve = reserve_for_step(&model.simulation)?;
         let begun = model.simulation.time();
         let succeeded = model.advance(&self.handed, since_start);

@@ -2,9 +2,11 @@
 
 use super::body;
 use super::call::CallError;
-use super::instance::{BuiltModel, FmuInstance, ScalarValues};
+use super::instance::FmuInstance;
 use super::lifecycle::LifecyclePhase;
-use super::scalar::ScalarVariable;
+use super::model::BuiltModel;
+use super::parameters::RunSettings;
+use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Kind, Observed, Source};
 use crate::math::Vector3;
 
@@ -158,7 +160,7 @@ impl FmuInstance {
         Ok(observed_value(observed, scalar.body, now, model))
     }
 
-    fn replace_settings(&mut self, settings: super::parameters::RunSettings) {
+    fn replace_settings(&mut self, settings: RunSettings) {
         let before = std::mem::replace(&mut self.settings, settings);
         let after = &self.settings;
         if (&before.scene, before.threads) != (&after.scene, after.threads) {

@@ -24,7 +24,7 @@ pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, Takeover
 pub use picture::model_picture;
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 pub use sensors::{DentFigures, SensorFigures};
-pub use summary::{DriverInterface, EndCause, ExitFigures, RunSummary, SummaryAccount, rebound};
+pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SummaryAccount, rebound};
 
 use frames::FrameSeries;
 use history::HistoryFile;
@@ -59,19 +59,6 @@ const FILES: [&str; 4] = ["summary.json", "report.html", "shot.csv", "cavity.csv
 #[must_use]
 pub fn result_names(scene: &Scene) -> Vec<String> {
     [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::frame_file_names(scene)).collect()
-}
-
-/// Final state of a run, and the reason for an early stop.
-#[derive(Debug, Clone, Copy)]
-pub struct FinalState<'a> {
-    /// Observation at the end.
-    pub observation: &'a Observation,
-    /// Mesh at the end.
-    pub frame: &'a MeshFrame,
-    /// Hash of the state at the end.
-    pub digest: u128,
-    /// Diagnosis of a run that stopped early.
-    pub failure: Option<&'a str>,
 }
 
 impl RunRecorder {

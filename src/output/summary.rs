@@ -1,12 +1,11 @@
 //! `summary.json`: figures of a run under fixed keys.
 
-use super::FinalState;
 use super::overlap;
 use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
 use crate::math::Vector3;
 use crate::scene::{self, Dimension, FidelityKind, Scene};
-use crate::simulation::{self, BodyReport, EnergyReport, Observation};
+use crate::simulation::{self, BodyReport, EnergyReport, MeshFrame, Observation};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -18,6 +17,19 @@ pub enum DriverInterface {
     Fmi2,
     /// Direct library calls.
     Direct,
+}
+
+/// Final state of a run, and the reason for an early stop.
+#[derive(Debug, Clone, Copy)]
+pub struct FinalState<'a> {
+    /// Observation at the end.
+    pub observation: &'a Observation,
+    /// Mesh at the end.
+    pub frame: &'a MeshFrame,
+    /// Hash of the state at the end.
+    pub digest: u128,
+    /// Diagnosis of a run that stopped early.
+    pub failure: Option<&'a str>,
 }
 
 /// Cause of the end of a run.

@@ -35,7 +35,7 @@ impl Scene {
     /// Volume of a body, m³, in `planar` of the thickness of the gel; `None` if it is unbounded.
     ///
     /// # Panics
-    /// Those of [`Scene::shape`].
+    /// If [`Scene::shape`] panics.
     #[must_use]
     pub fn volume(&self, body: usize) -> Option<f64> {
         let shape = self.shape(body);

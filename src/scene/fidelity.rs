@@ -1,7 +1,5 @@
 //! Fidelity levels: overrides that trade accuracy for speed, and the measured error and cost of each level.
 
-use super::overrides::{Override, written};
-use super::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -114,42 +112,6 @@ impl FidelityLevels {
     pub(super) fn is_empty(&self) -> bool {
         self.known().next().is_none()
     }
-}
-
-/// Scene text with its level written over it; `None` if the level changes nothing.
-pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
-    let fidelity = scene.scene.fidelity;
-    let name = fidelity.as_str();
-    let Some(level) = scene.fidelity.get(fidelity) else {
-        let expected =
-            format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
-        let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
-        return if fidelity == FidelityKind::Standard { Ok(None) } else { Err(unknown) };
-    };
-    if fidelity == FidelityKind::Standard && !level.set.is_empty() {
-        let expected = "nothing: the level standard is the scene without changes";
-        return Err(SceneError::value("fidelity.standard.set", format!("{:?}", level.set), expected));
-    }
-    if fidelity != FidelityKind::Standard && level.set.is_empty() {
-        let expected = "a level that changes a value: overrides take precedence and replace all values of this level; \
-                        omit one of them";
-        return Err(SceneError::value("scene.fidelity", format!("{name:?}, which sets nothing"), expected));
-    }
-    let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();
-    let made = parsed.and_then(|overrides| written(text, &overrides));
-    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| error_of_level(fidelity, level, &error))
-}
-
-/// Error of a level whose overrides do not make a valid scene.
-pub(super) fn level_error(scene: &Scene, error: &SceneError) -> SceneError {
-    let fidelity = scene.scene.fidelity;
-    error_of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&FidelityLevel::default()), error)
-}
-
-fn error_of_level(fidelity: FidelityKind, level: &FidelityLevel, error: &SceneError) -> SceneError {
-    let at = SceneError { line: None, ..error.clone() };
-    let key = format!("fidelity.{}.set", fidelity.as_str());
-    SceneError::value(&key, format!("{:?} ({at})", level.set), "values that this scene can have")
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Files that a scene names.
 
 use super::stl;
-use super::{BodyShape, ProjectileSpec, Scene, SceneError, StlSpec, body_name};
+use super::{BodyShape, ProjectileSpec, Scene, SceneError, StlContent, StlSpec, body_name};
 use crate::geometry::{SurfaceError, TriangleSurface, TriangulatedBody};
 use std::io;
 use std::sync::Arc;
@@ -15,15 +15,6 @@ pub type FileSource<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 /// Always.
 pub fn no_files(_name: &str) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "this scene is read without the folder that it is in"))
-}
-
-/// Content of an STL file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StlContent {
-    /// Hash of the bytes of the file.
-    pub digest: u128,
-    /// Solid body, in metres.
-    pub solid: Arc<TriangulatedBody>,
 }
 
 impl Scene {
@@ -48,14 +39,6 @@ fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
         | BodyShape::Plate { .. }
         | BodyShape::HalfSpace { .. }
         | BodyShape::Dome { .. } => None,
-    }
-}
-
-impl StlSpec {
-    /// Solid body; `None` before the file is read.
-    #[must_use]
-    pub fn solid(&self) -> Option<Arc<TriangulatedBody>> {
-        self.content.as_ref().map(|content| content.solid.clone())
     }
 }
 

@@ -26,7 +26,8 @@ impl RenamedKey {
     }
 }
 
-/// Gives the keys of a scene their present names; a table with both names keeps both, and the former one is unknown then.
+/// Gives the keys of a scene their present names. A table with both names keeps both, and the former one is unknown
+/// then.
 pub(super) fn rename_keys(scene: &mut DeTable<'_>) {
     for RenamedKey { table, former, present } in RENAMED {
         let Some(DeValue::Table(table)) = scene.get_mut(table).map(Spanned::get_mut) else { continue };

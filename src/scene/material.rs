@@ -1,6 +1,5 @@
 //! Tables of the material parameters of a gel.
 
-use super::GelSpec;
 use crate::constitutive::{OgdenTerm, PressureHardening, YieldLaw};
 use serde::{Deserialize, Serialize};
 
@@ -161,13 +160,5 @@ pub struct ViscositySpec {
 impl From<&TermSpec> for OgdenTerm {
     fn from(term: &TermSpec) -> Self {
         Self { modulus: term.modulus, exponent: term.exponent }
-    }
-}
-
-impl GelSpec {
-    /// Terms of an Ogden gel.
-    #[must_use]
-    pub fn ogden_terms(&self) -> Vec<OgdenTerm> {
-        self.terms.iter().map(OgdenTerm::from).collect()
     }
 }

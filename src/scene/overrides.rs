@@ -1,7 +1,7 @@
 //! Overrides: single values written over those of a scene text.
 
 use super::former_keys::{key_in_document, present_key};
-use super::{FidelityKind, FileSource, Scene, SceneError, explain, read_with_files};
+use super::{FidelityKind, FidelityLevel, Scene, SceneError, explain};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -36,52 +36,8 @@ impl FromStr for Override {
     }
 }
 
-/// Error of a scene with overrides, attributed to the text or to overrides.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OverrideError {
-    /// Scene error. It has a line only where the text is at fault.
-    pub error: Box<SceneError>,
-    /// Overrides at fault; empty if the text is at fault.
-    pub overrides: Vec<Override>,
-}
-
-impl OverrideError {
-    fn of_text(error: SceneError) -> Self {
-        Self { error: Box::new(error), overrides: Vec::new() }
-    }
-
-    /// Attributes the error to the overrides of the wrong key, or to all of them if none has that key.
-    fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
-        let touching: Vec<Override> = overrides.iter().filter(|o| keys_overlap(&o.key, &error.key)).cloned().collect();
-        let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
-        Self { error: Box::new(SceneError { line: None, ..error }), overrides }
-    }
-}
-
-/// Reads a scene text with overrides and the files that it names; returns the resolved text and the scene.
-///
-/// # Errors
-/// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the
-/// same error without the overrides, otherwise the overrides that caused it.
-pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> Result<(String, Scene), OverrideError> {
-    let resolved = resolve(text, overrides);
-    let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
-        Ok(made) => return Ok(made),
-        Err(error) => error,
-    };
-    if overrides.is_empty() {
-        return Err(OverrideError::of_text(error));
-    }
-    match read_with_files(text, files) {
-        Err(own) if own.key == error.key && !overrides.iter().any(|o| keys_overlap(&o.key, &own.key)) => {
-            Err(OverrideError::of_text(own))
-        }
-        Ok(_) | Err(_) => Err(OverrideError::of_overrides(error, overrides)),
-    }
-}
-
 /// Returns true if one of two dotted keys is, or contains, the other, by their present names.
-fn keys_overlap(a: &str, b: &str) -> bool {
+pub(super) fn keys_overlap(a: &str, b: &str) -> bool {
     let (a, b) = (&*present_key(a), &*present_key(b));
     let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     holds(a, b) || holds(b, a)
@@ -107,7 +63,7 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
 /// instead if an override sets `scene.fidelity`, or the scene already has another level.
 ///
 /// # Errors
-/// Those of [`resolve`].
+/// An error of [`resolve`].
 pub fn rebase_scene(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     let is_level = |key: &str| key == "scene.fidelity" || key == "scene";
     let document = text.parse::<DocumentMut>().ok();
@@ -125,7 +81,7 @@ pub fn rebase_scene(text: &str, overrides: &[Override]) -> Result<String, SceneE
 /// Writes overrides that do not affect the measured figures of the fidelity levels, such as another file name.
 ///
 /// # Errors
-/// Those of [`resolve`].
+/// An error of [`resolve`].
 pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     edit_document(text, overrides, write_override)
 }
@@ -265,4 +221,40 @@ fn replace_value(table: &mut dyn TableLike, name: &Key, mut value: Value) {
     } else {
         table.insert(name.get(), Item::Value(value));
     }
+}
+
+/// Scene text with its level written over it; `None` if the level changes nothing.
+pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
+    let fidelity = scene.scene.fidelity;
+    let name = fidelity.as_str();
+    let Some(level) = scene.fidelity.get(fidelity) else {
+        let expected =
+            format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
+        let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
+        return if fidelity == FidelityKind::Standard { Ok(None) } else { Err(unknown) };
+    };
+    if fidelity == FidelityKind::Standard && !level.set.is_empty() {
+        let expected = "nothing: the level standard is the scene without changes";
+        return Err(SceneError::value("fidelity.standard.set", format!("{:?}", level.set), expected));
+    }
+    if fidelity != FidelityKind::Standard && level.set.is_empty() {
+        let expected = "a level that changes a value: overrides take precedence and replace all values of this level; \
+                        omit one of them";
+        return Err(SceneError::value("scene.fidelity", format!("{name:?}, which sets nothing"), expected));
+    }
+    let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();
+    let made = parsed.and_then(|overrides| written(text, &overrides));
+    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| error_of_level(fidelity, level, &error))
+}
+
+/// Error of a level whose overrides do not make a valid scene.
+pub(super) fn level_error(scene: &Scene, error: &SceneError) -> SceneError {
+    let fidelity = scene.scene.fidelity;
+    error_of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&FidelityLevel::default()), error)
+}
+
+fn error_of_level(fidelity: FidelityKind, level: &FidelityLevel, error: &SceneError) -> SceneError {
+    let at = SceneError { line: None, ..error.clone() };
+    let key = format!("fidelity.{}.set", fidelity.as_str());
+    SceneError::value(&key, format!("{:?} ({at})", level.set), "values that this scene can have")
 }

@@ -1,7 +1,8 @@
 //! Tables of a rigid body. The field docs are the descriptions that an editor shows; units are SI.
 
-use super::StlContent;
+use crate::geometry::TriangulatedBody;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Rigid body that hits the gel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -123,6 +124,23 @@ pub struct StlSpec {
 
 fn metres() -> f64 {
     1.0
+}
+
+/// Content of an STL file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StlContent {
+    /// Hash of the bytes of the file.
+    pub digest: u128,
+    /// Solid body, in metres.
+    pub solid: Arc<TriangulatedBody>,
+}
+
+impl StlSpec {
+    /// Solid body; `None` before the file is read.
+    #[must_use]
+    pub fn solid(&self) -> Option<Arc<TriangulatedBody>> {
+        self.content.as_ref().map(|content| content.solid.clone())
+    }
 }
 
 /// Bullet: nose, cylindrical body and optional boat-tail. The centre of mass of the homogeneous bullet is the origin.

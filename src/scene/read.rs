@@ -1,10 +1,10 @@
 //! Reads a scene text into a checked scene.
 
-use super::fidelity::{apply_level, level_error};
 use super::former_keys::rename_keys;
+use super::overrides::{Override, apply_level, keys_overlap, level_error};
 use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
-use super::{FileSource, Scene, SceneError, explain, files, fill, no_files};
+use super::{FileSource, Scene, SceneError, explain, files, fill, no_files, resolve};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
@@ -35,7 +35,7 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 /// Reads and checks a scene, with the files that it names.
 ///
 /// # Errors
-/// Those of [`read`], and an error for the first file that cannot be read or has invalid content.
+/// An error of [`read`], or an error for the first file that cannot be read or has invalid content.
 pub fn read_with_files(text: &str, files: &FileSource<'_>) -> Result<Scene, SceneError> {
     let scene = read_without_level(text, files)?;
     match apply_level(text, &scene) {
@@ -44,6 +44,60 @@ pub fn read_with_files(text: &str, files: &FileSource<'_>) -> Result<Scene, Scen
             read_without_level(&other, files).map_err(|error| with_line(text, level_error(&scene, &error)))
         }
         Err(error) => Err(with_line(text, error)),
+    }
+}
+
+/// Error of a scene with overrides, attributed to the text or to overrides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OverrideError {
+    /// Scene error. It has a line only where the text is at fault.
+    pub error: Box<SceneError>,
+    /// Overrides at fault; empty if the text is at fault.
+    pub overrides: Vec<Override>,
+}
+
+impl OverrideError {
+    fn of_text(error: SceneError) -> Self {
+        Self { error: Box::new(error), overrides: Vec::new() }
+    }
+
+    /// Attributes the error to the overrides of the wrong key, or to all of them if none has that key.
+    fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
+        let touching: Vec<Override> = overrides.iter().filter(|o| keys_overlap(&o.key, &error.key)).cloned().collect();
+        let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
+        Self { error: Box::new(SceneError { line: None, ..error }), overrides }
+    }
+}
+
+/// Scene with overrides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OverriddenScene {
+    /// Scene text with the overrides.
+    pub text: String,
+    /// Parsed and checked scene.
+    pub scene: Scene,
+}
+
+/// Reads a scene text with overrides and the files that it names.
+///
+/// # Errors
+/// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the
+/// same error without the overrides, otherwise the overrides that caused it.
+pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> Result<OverriddenScene, OverrideError> {
+    let resolved = resolve(text, overrides);
+    let error =
+        match resolved.and_then(|text| read_with_files(&text, files).map(|scene| OverriddenScene { text, scene })) {
+            Ok(made) => return Ok(made),
+            Err(error) => error,
+        };
+    if overrides.is_empty() {
+        return Err(OverrideError::of_text(error));
+    }
+    match read_with_files(text, files) {
+        Err(own) if own.key == error.key && !overrides.iter().any(|o| keys_overlap(&o.key, &own.key)) => {
+            Err(OverrideError::of_text(own))
+        }
+        Ok(_) | Err(_) => Err(OverrideError::of_overrides(error, overrides)),
     }
 }
 

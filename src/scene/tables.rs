@@ -1,9 +1,6 @@
 //! Tables of a scene file. The field docs are the descriptions that an editor shows; units are SI.
 
-use super::{
-    BranchSpec, ConstantsSpec, FidelityKind, FidelityLevels, LoadSpec, MaterialModel, Preset, ProjectileSpec,
-    RemeshSpec, SensorSpec, SofteningSpec, StopAfterExit, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
-};
+use super::{FidelityKind, FidelityLevels, GelSpec, LoadSpec, ProjectileSpec, RemeshSpec};
 use serde::{Deserialize, Serialize};
 
 /// Scene file: one gel, a projectile, optional fragments, and the numerical settings.
@@ -75,6 +72,47 @@ pub struct SceneHeader {
     pub fidelity: FidelityKind,
 }
 
+/// Time that a run continues after the projectile has left the gel at its back face.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a time of 0 or more, s, or \"never\"")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum StopAfterExit {
+    /// Finite time, s.
+    After(f64),
+    /// No end before `scene.end_time`.
+    Never(NeverKeyword),
+}
+
+/// Keyword `"never"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum NeverKeyword {
+    /// No end before `scene.end_time`.
+    Never,
+}
+
+impl StopAfterExit {
+    /// Time from the exit to the end of the run, s; infinite for `"never"`.
+    #[must_use]
+    pub fn time(self) -> f64 {
+        match self {
+            Self::After(time) => time,
+            Self::Never(NeverKeyword::Never) => f64::INFINITY,
+        }
+    }
+}
+
+impl Default for StopAfterExit {
+    /// Default of 2 ms, about the time in which a service bullet passes 400 mm.
+    ///
+    /// By then the cavity has opened along the whole path, and the report says where it still widens. In `gelatin-10`
+    /// the cavity of a 9 mm bullet of 350 m/s widens for more than 5 ms: 68 mm at the exit, 95 mm after 2 ms.
+    fn default() -> Self {
+        Self::After(2e-3)
+    }
+}
+
 /// Dimension of the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -88,176 +126,16 @@ pub enum Dimension {
     Spatial,
 }
 
-/// Gelatin target: shape, material, supports and initial velocity.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Greatest number of sensors of a scene: the number of blocks of value references.
+pub const MOST_SENSORS: usize = 99;
+
+/// Sensor at a material point of the gel: pressure, displacement and velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct GelSpec {
-    /// Shape and size. The entry surface of a block or cylinder is z = 0, the gel lies below it.
-    pub shape: GelShape,
-    /// Named gel, whose values fill the keys of this table that the scene does not set.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub preset: Option<Preset>,
-    /// Material model; with a preset `flowing` if absent.
-    pub material: MaterialModel,
-    /// Mass density at rest, kg/m3.
-    pub density: f64,
-    /// Shear modulus at rest, Pa. With Maxwell branches it is the long-term modulus. For `mooney-rivlin` and `ogden`
-    /// it follows from their constants.
-    pub shear_modulus: f64,
-    /// Bulk modulus at rest, Pa.
-    pub bulk_modulus: f64,
-    /// Yield stress in shear (`flowing` only); without it the gel never yields.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub strength: Option<StrengthSpec>,
-    /// Softening by plastic strain (`flowing` only); none if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub softening: Option<SofteningSpec>,
-    /// Equation of state: pressure as a function of volume (`flowing` only).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub volume: Option<VolumeSpec>,
-    /// Bulk viscosity, which spreads shocks over elements (`flowing` only); none if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub viscosity: Option<ViscositySpec>,
-    /// Mooney-Rivlin constants C1 and C2 (`mooney-rivlin` only).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub constants: Option<ConstantsSpec>,
-    /// Ogden terms in powers of the principal stretches (`ogden` only): 1 to 3.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub terms: Vec<TermSpec>,
-    /// Maxwell branches, which stiffen the gel at high strain rate (`viscoelastic` only): 1 to 3.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub branches: Vec<BranchSpec>,
-    /// Supports of the faces; a face that is not named is free.
-    #[serde(default)]
-    pub supports: SupportSpec,
-    /// Part of the gel that is computed (a spatial block only); the mirror images move alike.
-    #[serde(default, skip_serializing_if = "GelSymmetry::is_none")]
-    pub symmetry: GelSymmetry,
-    /// Thickness of a planar gel, m; 1 if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub thickness: Option<f64>,
-    /// Initial velocity of the whole gel, m/s.
-    #[serde(default)]
-    pub velocity: [f64; 3],
-}
-
-/// Shape of the gel at rest.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum GelShape {
-    /// Block, centred on the z axis below z = 0.
-    Block {
-        /// Edge lengths, m: [x, y, z] in `spatial`, [x, z] in `planar`.
-        size: Vec<f64>,
-    },
-    /// Cylinder about the z axis below z = 0.
-    Cylinder {
-        /// Radius, m.
-        radius: f64,
-        /// Height, m.
-        height: f64,
-        /// Radius of a bore along the axis, m (`axisymmetric` only); none if absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        bore: Option<f64>,
-    },
-    /// Lower half of a hollow sphere about the origin, its flat face at z = 0 (`axisymmetric` only). With rollers at
-    /// `z_max` it represents the whole sphere. Cells grow with the distance from the centre.
-    Shell {
-        /// Radius of the inner surface, m.
-        inner: f64,
-        /// Radius of the outer surface, m.
-        outer: f64,
-    },
-    /// L-shaped beam: two legs of equal length at a right angle, the outer corner pointing down, standing at
-    /// `corner`.
-    LBeam {
-        /// Length of each leg along its outer edge, m.
-        leg: f64,
-        /// Thickness of each leg in its plane, m.
-        thickness: f64,
-        /// Width across the plane, m (`spatial` only; `planar` uses `gel.thickness`).
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        width: Option<f64>,
-        /// Angle of the first leg from the x axis towards z, degrees: at 45 the beam stands on its corner.
-        angle: f64,
-        /// Position of the outer corner, m.
-        corner: [f64; 3],
-    },
-}
-
-/// Part of the gel that is computed; masses, forces and energies are those of the whole gel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum GelSymmetry {
-    /// Whole gel.
-    #[default]
-    None,
-    /// Half at y ≥ 0: bodies move in the plane y = 0.
-    Half,
-    /// Quarter at x ≥ 0 and y ≥ 0: bodies move along z.
-    Quarter,
-}
-
-impl GelSymmetry {
-    /// Returns true if the whole gel is computed.
-    #[must_use]
-    pub fn is_none(&self) -> bool {
-        *self == Self::None
-    }
-
-    /// Number of copies of the computed part that make the whole gel.
-    #[must_use]
-    pub fn copies(self) -> f64 {
-        f64::from(1 << self.mirrored().len())
-    }
-
-    /// Axes normal to the planes of symmetry.
-    #[must_use]
-    pub fn mirrored(self) -> &'static [usize] {
-        match self {
-            Self::None => &[],
-            Self::Half => &[1],
-            Self::Quarter => &[0, 1],
-        }
-    }
-}
-
-/// Support of one face of the gel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum FaceSupport {
-    /// Not supported.
-    #[default]
-    Free,
-    /// Held normal to the face, free to slide along it.
-    Roller,
-    /// Held in every direction.
-    Fixed,
-}
-
-/// Supports of the faces of a block, cylinder or shell.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct SupportSpec {
-    /// Face of least x of a block.
-    pub x_min: FaceSupport,
-    /// Face of greatest x of a block.
-    pub x_max: FaceSupport,
-    /// Face of least y of a spatial block.
-    pub y_min: FaceSupport,
-    /// Face of greatest y of a spatial block.
-    pub y_max: FaceSupport,
-    /// Back face (bottom) of a block or cylinder.
-    pub z_min: FaceSupport,
-    /// Entry surface of a block or cylinder, flat face of a shell.
-    pub z_max: FaceSupport,
-    /// Lateral surface of a cylinder (`roller` in `axisymmetric` only), outer surface of a shell (`fixed` only).
-    pub side: FaceSupport,
+pub struct SensorSpec {
+    /// Position of the material point at rest, m; in `axisymmetric` [radius, 0, z].
+    pub position: [f64; 3],
 }
 
 /// Size and type of the finite elements.
@@ -471,4 +349,20 @@ impl Scene {
     pub fn force_window(&self) -> f64 {
         if self.output.force_window > 0.0 { self.output.force_window } else { self.scene.end_time / 100.0 }
     }
+}
+
+/// JSON schema of a scene file, with which editors complete and check scenes.
+///
+/// # Examples
+/// ```
+/// let schema = ballistic_gel::scene::schema();
+/// assert_eq!(schema["properties"]["mesh"]["$ref"], "#/$defs/MeshSpec");
+/// ```
+#[cfg(feature = "cli")]
+#[must_use]
+pub fn schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(Scene).to_value();
+    // A preset may supply all other keys of a gel.
+    schema["$defs"]["GelSpec"]["required"] = serde_json::json!(["shape"]);
+    schema
 }

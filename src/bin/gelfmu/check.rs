@@ -1,8 +1,8 @@
 //! `gelfmu check`: validates a scene and lists the modelled physics.
 
 use crate::console::Console;
-use crate::failure::CommandError;
-use crate::job::{self, RunError};
+use crate::failure::{CommandError, RunError};
+use crate::job;
 use crate::level;
 use crate::options::CheckOptions;
 use crate::source::{self, SceneSource};
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 /// Builds a scene and prints its model, cost and levels.
 pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandError> {
     let source = source::load(&options.scene, &options.set)?;
-    source::note_former_keys(&source, console);
+    console.notes(&scene::former_keys(&source.text));
     let SceneSource { scene, text, .. } = source;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
     let cost = job::build_simulation(&scene, CouplingMode::Integrated, 1)?.observe().cost;

@@ -2,31 +2,12 @@
 
 use crate::options::CommandLine;
 use ballistic_gel::scene;
-use clap::builder::{PossibleValue, TypedValueParser};
-use clap::error::ErrorKind;
-use clap::{Arg, Command, CommandFactory};
+use clap::CommandFactory;
 use clap_complete::Shell;
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 
 /// Subcommands whose first argument is a scene.
 const SCENE_COMMANDS: [&str; 6] = ["run", "calibrate", "check", "remesh-demo", "trade", "scenes"];
-
-/// Parser of a scene argument: built-in names are completed, and every text is accepted as a path.
-#[derive(Debug, Clone, Copy)]
-pub struct SceneNameParser;
-
-impl TypedValueParser for SceneNameParser {
-    type Value = String;
-
-    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
-        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(scene::builtins().map(|(name, _)| PossibleValue::new(name))))
-    }
-}
 
 /// Returns the completion script of a shell.
 pub fn completion_script(shell: Shell) -> String {

@@ -66,6 +66,13 @@ impl Console {
         }
     }
 
+    /// Prints informative lines on standard error, unless quiet.
+    pub fn notes(&self, lines: &[String]) {
+        for line in lines {
+            self.note(line);
+        }
+    }
+
     /// Returns a [`Console::note`] that another thread can own.
     pub fn listener(&self) -> impl Fn(&str) + Send + 'static {
         let quiet = self.quiet;

@@ -1,19 +1,19 @@
 //! Run by direct calls of the library, without the FMU.
 
-use crate::job::{self, ProgressCallback, RunEnding, RunError, RunJob};
+use crate::failure::RunError;
+use crate::job::{self, ProgressCallback, RunEnding, RunJob};
 use ballistic_gel::fmi2;
 use ballistic_gel::output::{DriverInterface, ResultFolder, RunRecorder};
-use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
 /// Runs the job to its end, to the first step that fails, or until `progress` asks to stop, and writes all computed
 /// results.
 pub fn run(job: &RunJob, folder: ResultFolder, progress: &mut ProgressCallback<'_>) -> Result<RunEnding, RunError> {
-    let scene = job.read_scene()?;
-    let mut simulation = job::build_simulation(&scene, CouplingMode::Integrated, job.threads)?;
-    let mut recorder = RunRecorder::within(folder, &scene, DriverInterface::Direct, job.threads)?;
+    let scene = &job.source.scene;
+    let mut simulation = job::build_simulation(scene, CouplingMode::Integrated, job.threads)?;
+    let mut recorder = RunRecorder::within(folder, scene, DriverInterface::Direct, job.threads)?;
     recorder.record(&simulation)?;
-    let ending = step_to_end(&mut simulation, &mut recorder, job, &scene, progress)?;
+    let ending = step_to_end(&mut simulation, &mut recorder, job, progress)?;
     let failure = match &ending {
         RunEnding::Completed | RunEnding::Interrupted => None,
         RunEnding::Stopped(diagnosis) => Some(diagnosis.as_str()),
@@ -27,13 +27,13 @@ fn step_to_end(
     simulation: &mut Simulation,
     recorder: &mut RunRecorder,
     job: &RunJob,
-    scene: &Scene,
     progress: &mut ProgressCallback<'_>,
 ) -> Result<RunEnding, RunError> {
-    if progress(0.0, scene.scene.end_time).is_break() {
+    let end_time = job.source.scene.scene.end_time;
+    if progress(0.0, end_time).is_break() {
         return Ok(RunEnding::Interrupted);
     }
-    for time in job.times(scene) {
+    for time in job.times() {
         let inputs = simulation.inputs();
         let _reserve = fmi2::reserve_for_step(simulation)?;
         if let Err(error) = simulation.step(&inputs, time) {
@@ -43,7 +43,7 @@ fn step_to_end(
         if simulation.is_over() {
             return Ok(RunEnding::Completed);
         }
-        if progress(time, scene.scene.end_time).is_break() {
+        if progress(time, end_time).is_break() {
             return Ok(RunEnding::Interrupted);
         }
     }

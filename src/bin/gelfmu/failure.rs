@@ -1,6 +1,45 @@
 //! Errors of a command and their exit statuses.
 
-use crate::job::RunError;
+use ballistic_gel::fmi2::MemoryShortage;
+use ballistic_gel::output::OutputError;
+use ballistic_gel::scene::SceneError;
+use ballistic_gel::simulation::BuildError;
+use std::path::PathBuf;
+
+/// Errors that prevent a run.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The scene is invalid.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The scene cannot be built.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The memory is too small.
+    #[error(transparent)]
+    Memory(#[from] MemoryShortage),
+    /// The results cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A file cannot be used.
+    #[error("cannot {verb} {}: {source}", path.display())]
+    File {
+        /// Attempted action, a verb.
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Error of the system.
+        source: std::io::Error,
+    },
+    /// The FMU answered a call with an error.
+    #[error("the FMU failed in {call}: {reason}")]
+    Component {
+        /// Name of the FMI function.
+        call: &'static str,
+        /// Message that the FMU logged.
+        reason: String,
+    },
+}
 
 /// Error that ends a command.
 #[derive(Debug, thiserror::Error)]

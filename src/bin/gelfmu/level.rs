@@ -5,22 +5,27 @@ use crate::options::LevelOptions;
 use crate::source::{self, SceneSource};
 use ballistic_gel::scene::{FidelityKind, FidelityLevel, Override, Scene};
 
-/// Loads a scene at the level in the options, and describes the expected error if the user chose a level.
-pub fn load_at_level(
-    name: &str,
-    set: &[Override],
-    options: &LevelOptions,
-) -> Result<(SceneSource, Option<String>), CommandError> {
+/// Scene at a level.
+pub struct LeveledScene {
+    /// Scene with the overrides of the level.
+    pub source: SceneSource,
+    /// Expected error and cost, if the user chose a level.
+    pub expectation: Option<String>,
+}
+
+/// Loads a scene at the level in the options.
+pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Result<LeveledScene, CommandError> {
     let source = source::load(name, set)?;
     let fidelity = match (options.fidelity, options.accuracy) {
-        (None, None) => return Ok((source, None)),
+        (None, None) => return Ok(LeveledScene { source, expectation: None }),
         (Some(fidelity), _) => fidelity,
         (None, Some(accuracy)) => cheapest_level(name, &source.scene, accuracy)?,
     };
     let choice = Override { key: "scene.fidelity".to_owned(), value: fidelity.as_str().to_owned() };
     let source = source::load(name, &set.iter().cloned().chain([choice]).collect::<Vec<_>>())?;
     let expected = source.scene.fidelity.get(fidelity).map_or("nothing was measured".to_owned(), describe_expectation);
-    Ok((source, Some(format!("fidelity {}: {expected}", fidelity.as_str()))))
+    let expectation = Some(format!("fidelity {}: {expected}", fidelity.as_str()));
+    Ok(LeveledScene { source, expectation })
 }
 
 /// Level with a known error and cost.

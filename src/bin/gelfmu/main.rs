@@ -54,7 +54,7 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::Trade(options) => return trade::trade(&options, console),
         GelfmuCommand::TradeRow(options) => trade::print_row(&options)?,
         GelfmuCommand::Check(options) => check::check(&options, console)?,
-        GelfmuCommand::Pack(options) => listing::pack(&options, console)?,
+        GelfmuCommand::Pack(options) => pack::pack(&options, console)?,
         GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
         GelfmuCommand::Schema => listing::schema(console),

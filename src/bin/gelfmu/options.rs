@@ -1,12 +1,13 @@
 //! Command-line interface: subcommands, their options and the parsers of the values.
 
-use crate::completions::SceneNameParser;
 use crate::trade::CouplingVariant;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::{FidelityKind, Override};
+use ballistic_gel::scene::{self, FidelityKind, Override};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{Arg, Args, Command, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 /// Simulate a block of ballistic gelatin hit by a rigid projectile, and pack it as an FMI 2.0 co-simulation FMU.
@@ -176,8 +177,8 @@ pub const DEMO_SCENE: &str = "ball-square";
 /// Options of `gelfmu remesh-demo`.
 #[derive(Debug, Args)]
 pub struct RemeshDemoOptions {
-    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is given
-    /// remesh.quality=0.05 and remesh.min_volume_ratio=0
+    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is
+    /// given remesh.quality=0.05 and remesh.min_volume_ratio=0
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Remesh at this time, s, even if the mesh is not distorted (the first remesh if absent)
@@ -390,6 +391,22 @@ pub struct PackOptions {
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,
+}
+
+/// Parser of a scene argument: built-in names are completed, and every text is accepted as a path.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneNameParser;
+
+impl TypedValueParser for SceneNameParser {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(scene::builtins().map(|(name, _)| PossibleValue::new(name))))
+    }
 }
 
 /// Parses a level by its name, which shells complete, or by its number.

@@ -1,8 +1,8 @@
 //! `gelfmu remesh-demo`: draws the stages of one remesh.
 
 use crate::console::Console;
-use crate::failure::CommandError;
-use crate::job::{self, RunError};
+use crate::failure::{CommandError, RunError};
+use crate::job;
 use crate::options::{DEMO_SCENE, RemeshDemoOptions};
 use crate::results;
 use crate::source::{self, SceneSource};

@@ -1,7 +1,6 @@
 //! Result destinations: folders claimed for one run, and single files replaced atomically.
 
-use crate::failure::CommandError;
-use crate::job::RunError;
+use crate::failure::{CommandError, RunError};
 use crate::source::SceneSource;
 use ballistic_gel::output::{FolderClaim, OutputError, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;

@@ -1,16 +1,18 @@
 //! `gelfmu run`: runs a scene and writes its results.
 
 use crate::console::Console;
-use crate::failure::CommandError;
-use crate::job::{RunEnding, RunError, RunJob, check_communication_step};
+use crate::failure::{CommandError, RunError};
+use crate::job::{RunEnding, RunJob};
+use crate::level::{self, LeveledScene};
 use crate::options::{DEFAULT_SCENE, RunOptions};
-use crate::pack::resources;
+use crate::pack::resources::{self, SceneResources};
 use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
-use crate::{direct, interrupt, level, results, source, summary, through_fmu};
+use crate::through_fmu::{self, InstanceFolder};
+use crate::{direct, interrupt, results, summary};
+use ballistic_gel::output;
 use ballistic_gel::output::{FolderClaim, ResultFolder};
-use ballistic_gel::scene::{CouplingMode, Override};
-use ballistic_gel::{fmi2, output};
+use ballistic_gel::scene::{self, CouplingMode, MOST_STEPS, Override, Scene};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -21,21 +23,20 @@ const WAITING: &str =
 /// Runs a scene, prints its summary and returns the exit status.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let (source, expected) = level::load_at_level(name, &collect_overrides(options), &options.level)?;
-    source::note_former_keys(&source, console);
+    let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
+    console.notes(&scene::former_keys(&source.text));
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
-    let (text, files) = resources::of((&source.text, &source.scene), &fmi2::scene_file_reader(&source.folder))
-        .map_err(CommandError::from)?;
+    let SceneResources { text, files } = resources::collect(&source)?;
     let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
     let mut claimed = claim_folder(&folder, options, &results::inputs(name, &source), &source, &kept)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
-    if let Some(expected) = expected {
-        console.note(&expected);
+    if let Some(expectation) = expectation {
+        console.note(&expectation);
     }
     if source.scene.coupling.mode != CouplingMode::Integrated {
         console.note(
@@ -45,11 +46,11 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     for (file, bytes) in &kept {
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
-    let job = RunJob { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
+    let job = RunJob { source, folder, step: options.step, threads: options.threads };
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
-    let (text, summary) = read_summary(&job.folder)?;
-    console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
-    let doubts = summary["doubts"].as_array();
+    let summary = SummaryFile::read(&job.folder)?;
+    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.folder));
+    let doubts = summary.value["doubts"].as_array();
     doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
     Ok(report_ending(&ending, &job.folder, console))
 }
@@ -72,7 +73,7 @@ fn claim_folder(
     source: &SceneSource,
     kept: &[(String, Vec<u8>)],
 ) -> Result<ResultFolder, CommandError> {
-    let named = if options.direct { Ok(()) } else { through_fmu::destination(folder).map(drop) };
+    let named = if options.direct { Ok(()) } else { InstanceFolder::of(folder).map(drop) };
     named.map_err(|found| {
         let expected = "a folder whose name has none of / \\ : * ? \" < > |, or --direct";
         CommandError::BadInput(format!("--out {}: found {found}, expected {expected}", folder.display()))
@@ -116,11 +117,19 @@ fn run_with_progress(
     Ok(ending?)
 }
 
-/// Reads `summary.json` as text and as JSON.
-fn read_summary(folder: &Path) -> Result<(String, serde_json::Value), RunError> {
-    let path: PathBuf = folder.join("summary.json");
-    let read = std::fs::read_to_string(&path).and_then(|text| Ok((serde_json::from_str(&text)?, text)));
-    read.map(|(value, text)| (text, value)).map_err(|source| RunError::File { verb: "read", path, source })
+/// Content of `summary.json`.
+struct SummaryFile {
+    text: String,
+    value: serde_json::Value,
+}
+
+impl SummaryFile {
+    fn read(folder: &Path) -> Result<Self, RunError> {
+        let path: PathBuf = folder.join("summary.json");
+        let read =
+            std::fs::read_to_string(&path).and_then(|text| Ok(Self { value: serde_json::from_str(&text)?, text }));
+        read.map_err(|source| RunError::File { verb: "read", path, source })
+    }
 }
 
 fn report_ending(ending: &RunEnding, folder: &Path, console: &Console) -> u8 {
@@ -134,5 +143,35 @@ fn report_ending(ending: &RunEnding, folder: &Path, console: &Console) -> u8 {
             console.error(&format!("interrupted; the results up to now are in {}", folder.display()));
             interrupt::INTERRUPTED
         }
+    }
+}
+
+/// Refuses a communication step, s, too short for the run to end in a lifetime.
+fn check_communication_step(step: f64, scene: &Scene) -> Result<(), CommandError> {
+    let end = scene.scene.end_time;
+    let n_steps = end / step;
+    // The message rounds the shortest step; the rounded value must be accepted.
+    if n_steps * (1.0 - 1e-3) <= MOST_STEPS {
+        return Ok(());
+    }
+    let shortest = end / MOST_STEPS;
+    Err(CommandError::BadInput(format!(
+        "--step {step:e}: found {n_steps:.3e} steps to the end time, {end:?} s, expected at most {MOST_STEPS:e}: a step of \
+         {shortest:.3e} s or more"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check_communication_step;
+    use ballistic_gel::scene;
+
+    #[test]
+    fn a_step_without_an_end_is_refused_with_the_shortest_valid_step() {
+        let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
+        let refused = check_communication_step(1e-20, &scene).unwrap_err().to_string();
+        assert!(refused.starts_with("--step 1e-20: found 1.000e18 steps"), "{refused}");
+        assert!(refused.ends_with("a step of 1.000e-11 s or more"), "{refused}");
+        assert!(check_communication_step(1e-11, &scene).is_ok() && check_communication_step(1.0, &scene).is_ok());
     }
 }

@@ -1,9 +1,8 @@
 //! Loading of scenes: built-in scenes and scene files, with overrides.
 
-use crate::console::Console;
 use crate::failure::CommandError;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::{self, Override, OverrideError, Scene};
+use ballistic_gel::scene::{self, OverriddenScene, Override, OverrideError, Scene};
 use std::path::{Path, PathBuf};
 
 /// Scene with its text; all overrides are written into both.
@@ -30,15 +29,8 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
     let original = read_original(name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     match scene::read_with(&original, overrides, &fmi2::scene_file_reader(folder)) {
-        Ok((text, scene)) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
+        Ok(OverriddenScene { text, scene }) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
         Err(fault) => Err(CommandError::BadInput(describe_fault(name, &fault))),
-    }
-}
-
-/// Notes each former name of a key in the scene.
-pub fn note_former_keys(source: &SceneSource, console: &Console) {
-    for note in scene::former_keys(&source.text) {
-        console.note(&note);
     }
 }
 

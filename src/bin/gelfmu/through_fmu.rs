@@ -1,50 +1,52 @@
-//! A run through the packed FMU, as an importer does it.
+//! Run of a scene through the packed FMU, as an importer does it.
 
+use crate::failure::RunError;
 use crate::interrupt;
-use crate::job::{ProgressCallback, RunEnding, RunError, RunJob};
-use crate::pack::{LIBRARY_PATH, pack};
+use crate::job::{ProgressCallback, RunEnding, RunJob};
+use crate::pack::{LIBRARY_PATH, write_fmu};
 use crate::scratch::ScratchFolder;
+use crate::source::SceneSource;
 use ballistic_gel::fmi2::{self, CallStatus, Causality, Kind, LoadedFmu, VariablePorts, scalars};
-use ballistic_gel::scene::Scene;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::ffi::OsStr;
 use std::fs::File;
+use std::io;
 use std::path::Path;
 use zip::ZipArchive;
 
-/// An instance of the FMU.
+/// Importer with one instance of the FMU.
 pub struct FmuImporter {
-    /// The instance.
+    /// Instance of the FMU.
     pub fmu: LoadedFmu,
     ports: VariablePorts,
     /// Folder of the unpacked archive; removed after the instance.
     _folder: ScratchFolder,
 }
 
-/// The coupling mode in which the FMU needs no inputs.
+/// Coupling mode in which the FMU needs no inputs.
 const INTEGRATED: i32 = 2;
 
 /// Packs the scene, unpacks it as an importer would, and runs it with the projectile integrated inside.
 pub fn run(job: &RunJob, progress: &mut ProgressCallback<'_>) -> Result<RunEnding, RunError> {
-    let scene = job.read_scene()?;
-    let (_, name) = placed(job)?;
-    let (text, place) = &job.scene;
-    let importer = FmuImporter::new((text, place), &scene, &name)?;
-    importer.start(job, &scene)?;
-    let ending = importer.advance((job, &scene), progress)?;
+    let place = InstanceFolder::of(&job.folder).map_err(|found| file("use", &job.folder, io::Error::other(found)))?;
+    let importer = FmuImporter::new(&job.source, &place.name)?;
+    let reference = importer.reference("output_directory")?;
+    importer.check("fmi2SetString", importer.fmu.set_string(reference, &place.parent))?;
+    importer.initialize(job.threads, job.source.scene.scene.end_time)?;
+    let ending = importer.advance(job, progress)?;
     importer.check("fmi2Terminate", importer.fmu.terminate())?;
     Ok(ending)
 }
 
 impl FmuImporter {
-    /// Packs a scene, a text and the folder of its files, and unpacks and instantiates it under a name.
-    pub fn new(text: (&str, &Path), scene: &Scene, name: &str) -> Result<Self, RunError> {
+    /// Packs a scene, unpacks the archive and instantiates the FMU under a name.
+    pub fn new(source: &SceneSource, name: &str) -> Result<Self, RunError> {
         let folder = ScratchFolder::new().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
-        let ports = VariablePorts::of(scene);
-        pack(text, ports, &archive)?;
+        let ports = VariablePorts::of(&source.scene);
+        write_fmu(source, ports, &archive)?;
         let unzipped = File::open(&archive).map_err(zip::result::ZipError::from).and_then(ZipArchive::new);
         unzipped.and_then(|mut zip| zip.extract(&unpacked)).map_err(|e| file("unpack", &archive, e.into()))?;
         let description = unpacked.join("modelDescription.xml");
@@ -55,15 +57,7 @@ impl FmuImporter {
         Ok(Self { fmu, ports, _folder: folder })
     }
 
-    /// Sets the parameters of a run and initializes.
-    fn start(&self, job: &RunJob, scene: &Scene) -> Result<(), RunError> {
-        let (directory, _) = placed(job)?;
-        let reference = self.reference("output_directory")?;
-        self.check("fmi2SetString", self.fmu.set_string(reference, &directory))?;
-        self.initialize(job.threads, scene.scene.end_time)
-    }
-
-    /// Initializes for so many threads and up to a time, s, with the projectile integrated inside.
+    /// Initializes a run of this number of threads up to a time, s, with the projectile integrated inside.
     pub fn initialize(&self, threads: usize, end: f64) -> Result<(), RunError> {
         let threads = i32::try_from(threads).unwrap_or(i32::MAX);
         for (name, value) in [("threads", threads), ("coupling.mode", INTEGRATED)] {
@@ -74,19 +68,15 @@ impl FmuImporter {
         self.check("fmi2ExitInitializationMode", self.fmu.exit_initialization())
     }
 
-    /// Steps to the end, to a step that cannot be completed, or until the user has enough.
-    fn advance(
-        &self,
-        (job, scene): (&RunJob, &Scene),
-        progress: &mut ProgressCallback<'_>,
-    ) -> Result<RunEnding, RunError> {
-        let mut now = 0.0;
+    /// Steps to the end, to a step that cannot be completed, or until `progress` asks to stop.
+    fn advance(&self, job: &RunJob, progress: &mut ProgressCallback<'_>) -> Result<RunEnding, RunError> {
+        let (mut now, end_time) = (0.0, job.source.scene.scene.end_time);
         // Warnings about the scene are no diagnosis of a step; they stand in the summary.
         drop(self.fmu.take_messages());
-        if progress(now, scene.scene.end_time).is_break() {
+        if progress(now, end_time).is_break() {
             return Ok(RunEnding::Interrupted);
         }
-        for end in job.times(scene) {
+        for end in job.times() {
             let status = self.fmu.do_step(now, end - now, true);
             if status == CallStatus::Discard {
                 return Ok(RunEnding::Stopped(self.fmu.take_messages()));
@@ -96,7 +86,7 @@ impl FmuImporter {
             if self.is_over()? {
                 return Ok(RunEnding::Completed);
             }
-            if progress(now, scene.scene.end_time).is_break() {
+            if progress(now, end_time).is_break() {
                 return Ok(RunEnding::Interrupted);
             }
         }
@@ -111,7 +101,7 @@ impl FmuImporter {
         Ok(is_over)
     }
 
-    /// Value references of all outputs that are real numbers.
+    /// Returns the value references of all Real outputs.
     pub fn outputs(&self) -> Vec<u32> {
         let all = scalars(self.ports).filter(|scalar| scalar.variable.causality == Causality::Output);
         all.filter(|scalar| scalar.variable.kind == Kind::Real).map(|scalar| scalar.reference()).collect()
@@ -122,13 +112,13 @@ impl FmuImporter {
         scalars(self.ports).find(|scalar| scalar.name() == name).map(|scalar| scalar.reference()).ok_or_else(missing)
     }
 
-    /// Anything but success is an error: a warning of this FMU says that files can no longer be written.
+    /// Refuses every status but success: a warning of this FMU says that files can no longer be written.
     pub fn check(&self, call: &'static str, status: CallStatus) -> Result<(), RunError> {
         if status == CallStatus::Ok { Ok(()) } else { Err(component(call, self.fmu.take_messages())) }
     }
 }
 
-/// The GUID that a model description has.
+/// Returns the GUID of a model description.
 fn guid_of(xml: &str) -> Option<String> {
     let mut reader = Reader::from_str(xml);
     loop {
@@ -143,23 +133,27 @@ fn guid_of(xml: &str) -> Option<String> {
     }
 }
 
-/// The parent of the folder as `output_directory`, and its name as the name of the instance; or what is wrong with it.
-pub fn destination(folder: &Path) -> Result<(String, String), String> {
-    let absolute = std::path::absolute(folder).map_err(|e| e.to_string())?;
-    let text = |part: Option<&OsStr>| part.and_then(OsStr::to_str).map(str::to_owned);
-    let (parent, name) = (text(absolute.parent().map(Path::as_os_str)), text(absolute.file_name()));
-    let (parent, name) = parent.zip(name).ok_or("a path that does not end with a name of UTF-8 text")?;
-    if name.trim().is_empty() || fmi2::instance_folder_name(&name) != name {
-        return Err(format!("the name {name:?}, which an FMU gives no folder"));
+/// Result folder as the FMU takes it: the name of the instance inside `output_directory`.
+pub struct InstanceFolder {
+    parent: String,
+    name: String,
+}
+
+impl InstanceFolder {
+    /// Splits the path of a result folder; the error describes a path that an FMU cannot take.
+    pub fn of(folder: &Path) -> Result<Self, String> {
+        let absolute = std::path::absolute(folder).map_err(|e| e.to_string())?;
+        let text = |part: Option<&OsStr>| part.and_then(OsStr::to_str).map(str::to_owned);
+        let (parent, name) = (text(absolute.parent().map(Path::as_os_str)), text(absolute.file_name()));
+        let (parent, name) = parent.zip(name).ok_or("a path that does not end with a name of UTF-8 text")?;
+        if name.trim().is_empty() || fmi2::instance_folder_name(&name) != name {
+            return Err(format!("the name {name:?}, which an FMU gives no folder"));
+        }
+        Ok(Self { parent, name })
     }
-    Ok((parent, name))
 }
 
-fn placed(job: &RunJob) -> Result<(String, String), RunError> {
-    destination(&job.folder).map_err(|found| file("use", &job.folder, std::io::Error::other(found)))
-}
-
-fn file(verb: &'static str, path: &Path, source: std::io::Error) -> RunError {
+fn file(verb: &'static str, path: &Path, source: io::Error) -> RunError {
     RunError::File { verb, path: path.to_path_buf(), source }
 }
 

@@ -1,6 +1,5 @@
 //! Callback functions of the importer: a logger, and unused functions.
 
-use crate::fmi2::component::ImporterLogger;
 use crate::fmi2::logger::{LogLine, escape_format};
 use crate::fmi2::status::CallStatus;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -22,6 +21,17 @@ pub struct CallbackFunctions {
     pub step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
     /// Component environment, handed back to the logger unchanged.
     pub environment: *mut c_void,
+}
+
+/// Logger of the importer with its arguments.
+#[derive(Debug, Clone)]
+pub(super) struct ImporterLogger {
+    /// Callback function, if any.
+    pub callback: Option<LoggerCallback>,
+    /// Component environment, handed back unchanged.
+    pub environment: *mut c_void,
+    /// Name of the instance.
+    pub name: CString,
 }
 
 /// Message of a shortage too severe for an allocated log line.

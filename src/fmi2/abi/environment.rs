@@ -46,7 +46,8 @@ fn read_register() -> ControlRegister {
 
 #[cfg(target_arch = "x86_64")]
 fn write_register(value: ControlRegister) {
-    // SAFETY: reads the four bytes of `value`, which is the default or was read from the register: no reserved bit is set.
+    // SAFETY: reads the four bytes of `value`, which is the default or was read from the register: no reserved bit is
+    // set.
     // A flag that is set beside its unmasked exception raises none.
     unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack)) };
 }

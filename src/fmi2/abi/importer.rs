@@ -3,7 +3,8 @@
 //! Existing FMU import crates bring several archive formats, an XML schema and a second standard; the command needs
 //! these calls alone.
 
-use super::{CallbackFunctions, LoggerCallback, OpaquePointer, TextPointer};
+use super::callbacks::{CallbackFunctions, LoggerCallback};
+use super::pointers::{OpaquePointer, TextPointer};
 use crate::fmi2::status::CallStatus;
 use crate::fmi2::uri;
 use libloading::Library;

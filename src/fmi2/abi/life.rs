@@ -1,14 +1,14 @@
 //! C functions of inquiry, log, creation, destruction and life cycle.
 
+use super::callbacks::{CallbackFunctions, ImporterLogger};
+use super::component::{Component, guard};
 use super::environment::HostEnvironment;
-use super::pointers::{slice, text};
-use super::{CallbackFunctions, OpaquePointer, TextPointer, guard, reserve};
+use super::pointers::{OpaquePointer, TextPointer, slice, text};
+use super::reserve;
 use crate::fmi2::call::CallError;
-use crate::fmi2::component::{Component, ImporterLogger};
 use crate::fmi2::instance::FmuInstance;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::logger::CallLog;
-use crate::fmi2::parameters::PackedScene;
 use crate::fmi2::status::CallStatus;
 use std::ffi::{CStr, CString, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -71,9 +71,9 @@ pub unsafe extern "C" fn fmi2Instantiate(
         let logger = ImporterLogger { callback: callbacks.logger, environment: callbacks.environment, name: label };
         let mut log = CallLog::new(debug != 0);
         // SAFETY: text or null each.
-        let made = catch_unwind(|| unsafe { instantiate(name, fmu_type, guid, resources) });
+        let made = catch_unwind(|| unsafe { instantiate(name, fmu_type, guid, resources, debug != 0) });
         let made = match made {
-            Ok(Ok((name, packed))) => Some(FmuInstance::new(name, packed, CallLog::new(debug != 0))),
+            Ok(Ok(instance)) => Some(instance),
             Ok(Err(error)) => {
                 log.refusal(&error);
                 None
@@ -100,7 +100,8 @@ unsafe fn instantiate(
     fmu_type: c_int,
     guid: TextPointer,
     resources: TextPointer,
-) -> Result<(String, PackedScene), CallError> {
+    debug: bool,
+) -> Result<FmuInstance, CallError> {
     const FUNCTION: &str = "fmi2Instantiate";
     // SAFETY: null-terminated text or null each.
     let name = unsafe { text(name, FUNCTION, "instanceName") }?;
@@ -111,7 +112,7 @@ unsafe fn instantiate(
         // SAFETY: not null.
         Some(unsafe { text(resources, FUNCTION, "fmuResourceLocation") }?)
     };
-    PackedScene::from_arguments(name, fmu_type, guid, resources)
+    FmuInstance::from_arguments(name, fmu_type, guid, resources, debug)
 }
 
 /// Completes the files, joins the threads and frees the instance.

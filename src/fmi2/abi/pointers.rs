@@ -1,9 +1,13 @@
 //! Conversion of C pointers to slices and text, and back.
 
-use super::TextPointer;
 use crate::fmi2::call::CallError;
 use crate::fmi2::status::CallStatus;
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char, c_void};
+
+/// Pointer to a component or a state.
+pub(super) type OpaquePointer = *mut c_void;
+/// Pointer to a text that ends with a null byte.
+pub(super) type TextPointer = *const c_char;
 
 /// Returns the array behind a pointer; empty for length 0, even with a null pointer.
 pub(super) unsafe fn slice<'a, T>(

@@ -1,10 +1,11 @@
 //! C functions of FMU states: states behind pointers and as bytes.
 
-use super::pointers::{slice, slice_mut};
-use super::{OpaquePointer, guard};
+use super::component::guard;
+use super::pointers::{OpaquePointer, slice, slice_mut};
 use crate::fmi2::call::CallError;
+use crate::fmi2::envelope::SnapshotError;
 use crate::fmi2::lifecycle::CallGroup;
-use crate::fmi2::snapshot::{InstanceSnapshot, SnapshotError};
+use crate::fmi2::snapshot::InstanceSnapshot;
 use crate::fmi2::status::CallStatus;
 use std::ffi::c_int;
 use std::ptr;

@@ -1,7 +1,7 @@
 //! C functions of steps and status queries.
 
-use super::pointers::write_answer;
-use super::{OpaquePointer, TextPointer, guard};
+use super::component::guard;
+use super::pointers::{OpaquePointer, TextPointer, write_answer};
 use crate::fmi2::call::CallError;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::status::CallStatus;

@@ -1,9 +1,8 @@
 //! C functions that read and set variables and their derivatives.
 
-use super::pointers::{read_each, references_and_values, slice, slice_mut, text};
-use super::{OpaquePointer, TextPointer, guard};
+use super::component::{Component, guard};
+use super::pointers::{OpaquePointer, TextPointer, read_each, references_and_values, slice, slice_mut, text};
 use crate::fmi2::call::CallError;
-use crate::fmi2::component::Component;
 use crate::fmi2::lifecycle::CallGroup;
 use crate::fmi2::status::CallStatus;
 use std::ffi::{CString, c_int};

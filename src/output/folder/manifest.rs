@@ -1,6 +1,5 @@
 //! `gelfmu.jsonl`: manifest and lock of a result folder. The manifest is a journal with one JSON object per line.
 
-use super::STAGING;
 use same_file::Handle;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -12,6 +11,8 @@ use std::time::Duration;
 
 /// File name of the manifest.
 pub(super) const MANIFEST: &str = "gelfmu.jsonl";
+/// Name of the hidden staging folder for a run that replaces an earlier run.
+pub(super) const STAGING: &str = ".gelfmu-new";
 /// Limit of the length of a manifest, bytes: a run of 10 000 frames writes 1 MB, each replacing run a few lines.
 const MAX_MANIFEST_BYTES: u64 = 1 << 26;
 /// Number of attempts at the lock: another process holds it for a moment while checking the folder.

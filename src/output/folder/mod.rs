@@ -13,13 +13,11 @@ pub use manifest::FolderState;
 pub use refusal::FolderRefusal;
 
 use super::files::{self, OutputError, with_path};
-use manifest::{FolderManifest, JournalError, MANIFEST};
+use manifest::{FolderManifest, JournalError, MANIFEST, STAGING};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Name of the hidden staging folder for a run that replaces an earlier run.
-const STAGING: &str = ".gelfmu-new";
 /// Files left by a release without manifests.
 const LEGACY_FILES: [&str; 6] = ["summary.json", "history.csv", "series.pvd", "report.html", "trade.csv", "options.md"];
 

@@ -1,6 +1,6 @@
 //! Reasons to refuse a folder, with remedies.
 
-use super::MANIFEST;
+use super::manifest::MANIFEST;
 use std::fmt;
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! Cavity behind a projectile: radius against time and depth.
 
 use super::opening::{DepthGrid, GelSection, void_radii};
-use super::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
+use super::shot_line::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
 use crate::output::files::format_cell;
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;

@@ -1,6 +1,6 @@
 //! Track of a projectile through the gel: motion and energy against depth.
 
-use super::{MAX_DEPTHS, ShotLine, depths_per_metre};
+use super::shot_line::{MAX_DEPTHS, ShotLine, depths_per_metre};
 use crate::math::Vector3;
 use crate::output::files::{OutputError, format_cell};
 use crate::output::history::{HistoryFile, HistoryRow};

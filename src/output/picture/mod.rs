@@ -11,6 +11,7 @@ mod stage;
 
 pub(super) use camera::Camera;
 pub(super) use colour::{AMBER, ColourMap, SIGNED, SPEED, STEP, png};
+pub(super) use raster::PictureField;
 
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
@@ -28,15 +29,6 @@ pub(super) struct MeshPicture {
     /// Time of the frame, s.
     pub(super) time: f64,
     pixels: Vec<PicturePixel>,
-}
-
-/// Field of a coloured picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PictureField {
-    /// Speed of the nodes, m/s.
-    Speed,
-    /// Time step of the elements, s.
-    Step,
 }
 
 impl MeshPicture {

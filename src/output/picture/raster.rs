@@ -1,6 +1,5 @@
 //! Rasteriser: polygons to pixels by a depth buffer (z-buffer) at twice the resolution of the picture.
 
-use super::PictureField;
 use super::camera::CameraView;
 use super::cut::PolygonCorner;
 use super::stage::{PolygonMaterial, VisiblePolygon};
@@ -28,6 +27,15 @@ impl DepthSample {
             Some(PolygonMaterial::Body) | None => None,
         }
     }
+}
+
+/// Field of a coloured picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::output) enum PictureField {
+    /// Speed of the nodes, m/s.
+    Speed,
+    /// Time step of the elements, s.
+    Step,
 }
 
 /// Pixel of a picture, packed into 8 bytes because the pictures of a whole run are kept.

@@ -1,7 +1,7 @@
 //! `index.html`: the steps of a remeshing in order.
 
+use super::figures::{MeshChange, RemeshFigures};
 use super::panels::{PanelScale, PicturePanel};
-use super::{MeshChange, RemeshFigures};
 use crate::output::report::{STYLE, escape, format_tick, quantity, ratio};
 use crate::scene::{RemeshMethod, Scene};
 

@@ -1,6 +1,6 @@
 //! Axes of plots: any range of numbers becomes a range with ticks.
 
-use super::number::si_scale;
+use super::format::si_scale;
 use std::ops::Range;
 
 /// Least width of an axis relative to its largest value: round-off is not drawn as a curve.

@@ -1,6 +1,6 @@
 //! Plots of the report against time.
 
-use super::number::quantity;
+use super::format::quantity;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use crate::math::Vector3;
 use crate::output::history::HistoryRow;

@@ -1,6 +1,6 @@
 //! Pictures of the mesh with a slider through time.
 
-use super::number::{format_tick, quantity};
+use super::format::{format_tick, quantity};
 use crate::output::picture::{ColourMap, MeshPicture, PictureField, SPEED, STEP};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

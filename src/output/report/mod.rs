@@ -4,12 +4,12 @@ mod axis;
 mod charts;
 mod depths;
 mod film;
-mod number;
+mod format;
 mod plot;
 mod tables;
 mod words;
 
-pub(super) use number::{format_tick, quantity, ratio};
+pub(super) use format::{escape, format_tick, quantity, ratio};
 
 use super::history::HistoryRow;
 use super::penetration::PenetrationRecord;
@@ -57,11 +57,4 @@ pub(super) fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> St
          <header><h1>{name}</h1>\n<p class=\"title\">{title}</p></header>\n{}</main>\n</body>\n</html>\n",
         sections.concat()
     )
-}
-
-/// Escapes a text for HTML; characters outside XML are replaced by U+FFFD.
-pub(super) fn escape(text: &str) -> String {
-    let is_forbidden = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');
-    let text = text.replace(is_forbidden, "\u{fffd}");
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,7 +1,6 @@
 //! Tables of the report.
 
-use super::escape;
-use super::number::{count, percent, quantity, ratio};
+use super::format::{count, escape, percent, quantity, ratio};
 use crate::math::Vector3;
 use crate::output::summary::{FragmentFigures, RunSummary};
 use crate::scene::{body_name, numbered};

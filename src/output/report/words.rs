@@ -1,7 +1,6 @@
 //! Summary of the run in sentences.
 
-use super::escape;
-use super::number::{count, percent, quantity};
+use super::format::{count, escape, percent, quantity};
 use crate::math::Vector3;
 use crate::output::summary::{DriverInterface, RunSummary};
 use crate::scene::{Dimension, Scene};

@@ -12,16 +12,23 @@ pub(super) fn check(scene: &Scene) -> CheckResult {
     scene.sensor.iter().enumerate().try_for_each(|(i, sensor)| {
         let key = numbered("sensor", i) + ".position";
         all_finite(&key, &sensor.position)?;
-        let (inside, expected) = place(scene, sensor.position);
-        let expected = format!("a point of the gel at rest, {expected}: move the sensor into it");
-        require(inside, &key, || format!("{:?}", sensor.position), &expected)
+        let SensorRegion { contains, description } = sensor_region(scene, sensor.position);
+        let expected = format!("a point of the gel at rest, {description}: move the sensor into it");
+        require(contains, &key, || format!("{:?}", sensor.position), &expected)
     })
 }
 
-/// Returns true if a point is in the gel at rest, and a description of the region of the gel.
-fn place(scene: &Scene, [x, y, z]: [f64; 3]) -> (bool, String) {
+/// Region of the gel at rest, compared with a point.
+struct SensorRegion {
+    /// True if the point is in the region.
+    contains: bool,
+    /// Description of the region.
+    description: String,
+}
+
+fn sensor_region(scene: &Scene, [x, y, z]: [f64; 3]) -> SensorRegion {
     let (flat, dimension) = (y == 0.0, scene.scene.dimension);
-    match &scene.gel.shape {
+    let (contains, description) = match &scene.gel.shape {
         GelShape::Block { size } if dimension == Dimension::Spatial => {
             let inside = is_within(x.abs(), 0.5 * size[0]) && is_within(y.abs(), 0.5 * size[1]) && is_below(z, size[2]);
             (inside, format!("|x| <= {:?}, |y| <= {:?}, -{:?} <= z <= 0 m", 0.5 * size[0], 0.5 * size[1], size[2]))
@@ -51,7 +58,8 @@ fn place(scene: &Scene, [x, y, z]: [f64; 3]) -> (bool, String) {
             let inside = in_square && across && along.iter().any(|a| is_within(*a, *thickness));
             (inside, format!("{thickness:?} m or less from the outer edge of a leg of {leg:?} m"))
         }
-    }
+    };
+    SensorRegion { contains, description }
 }
 
 /// Returns true if a length is at most `most`, within round-off.

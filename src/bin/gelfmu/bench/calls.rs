@@ -5,8 +5,7 @@ use super::scenes::{cell_size, drifting_gel, new_override};
 use super::settings::BenchSettings;
 use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::BenchRow;
-use crate::failure::CommandError;
-use crate::job::RunError;
+use crate::failure::{CommandError, RunError};
 use crate::options::SectionName;
 use crate::source;
 use crate::through_fmu::FmuImporter;
@@ -101,7 +100,7 @@ fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<BenchRow>, Comman
 impl TimedInstance {
     fn new(overrides: &[Override]) -> Result<Self, CommandError> {
         let source = source::load("sphere-block", overrides)?;
-        let importer = FmuImporter::new((&source.text, &source.folder), &source.scene, "bench")?;
+        let importer = FmuImporter::new(&source, "bench")?;
         importer.initialize(1, END_TIME)?;
         Ok(Self { importer, now: 0.0 })
     }

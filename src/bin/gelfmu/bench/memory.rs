@@ -7,8 +7,7 @@ use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_simul
 use super::settings::{BenchMesh, BenchSettings};
 use super::spent::MeasuredTime;
 use super::table::BenchRow;
-use crate::failure::CommandError;
-use crate::job::RunError;
+use crate::failure::{CommandError, RunError};
 use crate::options::SectionName;
 use serde_json::Value;
 use std::path::PathBuf;

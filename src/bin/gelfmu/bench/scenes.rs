@@ -1,8 +1,7 @@
 //! Scenes of the benchmark: built-in scenes with some keys replaced.
 
 use super::stand;
-use crate::failure::CommandError;
-use crate::job::RunError;
+use crate::failure::{CommandError, RunError};
 use crate::options::ElementName;
 use crate::source;
 use ballistic_gel::scene::{Override, Scene};

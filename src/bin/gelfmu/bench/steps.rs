@@ -137,7 +137,7 @@ fn measure_once(simulation: &mut Simulation, threads: usize, end: f64) -> Result
 }
 
 fn restore_failure(error: &ballistic_gel::simulation::RestoreError) -> CommandError {
-    CommandError::Run(crate::job::RunError::Component { call: "Simulation::restore", reason: error.to_string() })
+    CommandError::Run(crate::failure::RunError::Component { call: "Simulation::restore", reason: error.to_string() })
 }
 
 fn rows(kind: ElementName, all: &[StepTiming]) -> Vec<BenchRow> {

@@ -1,7 +1,7 @@
 //! Text and JSON output of a calibration.
 
 use super::search::{ShotOutcome, StrengthSearch, StrengthTrial};
-use super::{CalibrationEnd, CalibrationTask, FITTED_KEY};
+use super::task::{CalibrationEnd, CalibrationTask, FITTED_KEY};
 use comfy_table::{Table, presets};
 use serde_json::{Value, json};
 

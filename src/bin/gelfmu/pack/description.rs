@@ -8,7 +8,8 @@ use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// The description of the FMU with this scene packed, these ports and this GUID, made by a tool of this name and version.
+/// Makes the model description of an FMU with this packed scene, these ports and this GUID. `tool` is the name and
+/// version of the generator.
 pub fn xml(scene: &Scene, ports: VariablePorts, guid: &str, tool: &str) -> io::Result<String> {
     let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<ScalarVariable>>());
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
@@ -36,7 +37,7 @@ pub fn xml(scene: &Scene, ports: VariablePorts, guid: &str, tool: &str) -> io::R
     String::from_utf8(xml.into_inner()).map_err(io::Error::other)
 }
 
-/// Description of the FMU and of the packed scene. XML 1.0 has no control characters.
+/// Describes the FMU and the packed scene. XML 1.0 has no control characters.
 fn about(scene: &Scene) -> String {
     let header = &scene.scene;
     let text = format!("{}; scene {}: {}", env!("CARGO_PKG_DESCRIPTION"), header.name, header.title);
@@ -125,7 +126,7 @@ fn variables(xml: &mut Xml, scalars: &[ScalarVariable], scene: &toml::Table) -> 
 fn variable(xml: &mut Xml, scalar: &ScalarVariable, scene: &toml::Table) -> io::Result<()> {
     let of = scalar.variable;
     let (name, description, reference) = (scalar.name(), scalar.description(), scalar.reference().to_string());
-    let (causality, initial) = role(of.causality);
+    let VariableRole { causality, initial } = role_of(of.causality);
     let mut attributes = vec![
         ("name", name.as_str()),
         ("valueReference", &reference),
@@ -170,8 +171,8 @@ fn start(scalar: &ScalarVariable, scene: &toml::Table) -> Option<String> {
     }
 }
 
-/// Nothing feeds through within a step, but the carrier of the directional derivative; what is there at first comes from
-/// the parameters alone.
+/// Writes the dependencies. Within a step only the carrier of the directional derivative depends on inputs; initial
+/// values depend on the parameters alone.
 fn structure(xml: &mut Xml, scalars: &[ScalarVariable]) -> io::Result<()> {
     let moves =
         |s: &ScalarVariable| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s);
@@ -222,19 +223,25 @@ fn is_input(scalar: &ScalarVariable) -> bool {
     scalar.variable.causality == Causality::Input
 }
 
-/// Causality and initial, as the standard writes them.
-fn role(causality: Causality) -> (&'static str, Option<&'static str>) {
-    match causality {
+/// Causality and kind of initial value of a variable, in the words of the standard.
+struct VariableRole {
+    causality: &'static str,
+    initial: Option<&'static str>,
+}
+
+fn role_of(causality: Causality) -> VariableRole {
+    let (causality, initial) = match causality {
         Causality::Independent => ("independent", None),
         Causality::Parameter => ("parameter", Some("exact")),
         Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
         Causality::Input => ("input", None),
         Causality::Output => ("output", Some("calculated")),
         Causality::Local => ("local", Some("calculated")),
-    }
+    };
+    VariableRole { causality, initial }
 }
 
-/// The shortest text that reads back as the same number.
+/// Formats a number in the shortest text that reads back as the same number.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }

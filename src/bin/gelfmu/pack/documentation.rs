@@ -111,7 +111,7 @@ torque, and on the rates of height and radius of a dome. Output derivatives are 
 </ul>
 ";
 
-/// The page of the FMU with this scene packed and these ports.
+/// Makes the page of an FMU with this packed scene and these ports.
 pub fn page(scene: &Scene, ports: VariablePorts, library: &[u8]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
@@ -124,14 +124,14 @@ pub fn page(scene: &Scene, ports: VariablePorts, library: &[u8]) -> String {
     page += WIRING;
     page += FRAMES;
     page += LIMITS;
-    page += &requirement::sentence(library);
+    page += &requirement::paragraph(library);
     page += &table(ports);
     page += "<p><a href=\"licenses/license.html\">Licences</a> of this library, of every crate linked into it and of the standard library of its language. <a href=\"externalDependencies.html\">What it needs</a> of the system that loads it.</p>\n";
     page += "</body></html>\n";
     page
 }
 
-/// `externalDependencies.html`, where FMI 2.0.5 looks for it.
+/// Makes `externalDependencies.html` (FMI 2.0.5).
 pub fn external_dependencies(library: &[u8]) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>External dependencies</title>\n\
@@ -140,7 +140,7 @@ pub fn external_dependencies(library: &[u8]) -> String {
          variable.</p>\n<p>It reads its folder <code>resources</code> and, if the parameter <code>scene</code> is set, that file and \
          those that it names; it writes where the parameter <code>output_directory</code> says, and nothing if that is \
          empty.</p>\n</body></html>\n",
-        requirement::sentence(library)
+        requirement::paragraph(library)
     )
 }
 

@@ -1,8 +1,9 @@
 //! The library of the FMU: the one inside this program, or the one that a development build leaves beside it.
 
-use crate::job::RunError;
+use crate::failure::RunError;
 use std::borrow::Cow;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 mod bundled {
@@ -27,15 +28,20 @@ impl PackedLibrary {
     /// Finds the library to pack.
     ///
     /// # Errors
-    /// If none is inside this program and none can be read beside it.
+    /// If none is inside this program, and none stands beside it or the first one there cannot be read.
     pub fn find() -> Result<Self, RunError> {
         if let Some(bytes) = bundled::LIBRARY {
             return Ok(Self { bytes: Cow::Borrowed(bytes), is_development: false });
         }
         let files = beside_this_program().map_err(|error| missing(&format!("its own path is unknown: {error}")))?;
-        let read = files.iter().find_map(|file| std::fs::read(file).ok());
-        let bytes = read.ok_or_else(|| missing(&format!("no {}", files[1].display())))?;
-        Ok(Self { bytes: Cow::Owned(bytes), is_development: true })
+        for path in &files {
+            match std::fs::read(path) {
+                Ok(bytes) => return Ok(Self { bytes: Cow::Owned(bytes), is_development: true }),
+                Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {}
+                Err(source) => return Err(RunError::File { verb: "read", path: path.clone(), source }),
+            }
+        }
+        Err(missing(&format!("no {}", files[1].display())))
     }
 
     /// Name and version of the tool that makes the archive, for `generationTool`.

@@ -1,33 +1,41 @@
-//! The files that a scene names, as they go into the archive.
+//! Files that a scene names, under their names in the archive.
 
-use crate::job::RunError;
-use ballistic_gel::fmi2::ArchiveManifest;
-use ballistic_gel::scene::{self, FileSource, Override, Scene};
+use crate::failure::RunError;
+use crate::source::SceneSource;
+use ballistic_gel::fmi2::{self, ArchiveManifest};
+use ballistic_gel::scene::{self, Override};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The scene text, and name and bytes of each file for the folder of the scene.
+/// Scene text and the files that it names, for one folder.
+pub struct SceneResources {
+    /// Scene text with the names below.
+    pub text: String,
+    /// Bytes of each file by its name relative to the folder.
+    pub files: BTreeMap<String, Vec<u8>>,
+}
+
+/// Reads the files that a scene names, and gives them names inside the folder of the scene.
 ///
-/// A name that leads down from the folder of the scene keeps its folders, with `/` between them; another becomes the last part
-/// of it, in the text too. No name has a character that a system forbids, and no two differ by case alone.
-pub fn of(
-    (text, scene): (&str, &Scene),
-    files: &FileSource<'_>,
-) -> Result<(String, BTreeMap<String, Vec<u8>>), RunError> {
-    let (mut carried, mut changes) = (BTreeMap::new(), vec![]);
-    for (key, name) in scene.files() {
-        let bytes = files(name).map_err(|source| RunError::File { verb: "pack", path: PathBuf::from(name), source })?;
-        let inner = free(&inner_name(name), &bytes, &carried);
+/// A name that leads down from the folder keeps its folders, with `/` between them. Another name becomes its last part,
+/// in the text too. No name has a character that a system forbids, and no two differ by case alone.
+pub fn collect(source: &SceneSource) -> Result<SceneResources, RunError> {
+    let read = fmi2::scene_file_reader(&source.folder);
+    let (mut packed, mut changes) = (BTreeMap::new(), vec![]);
+    for (key, name) in source.scene.files() {
+        let bytes = read(name).map_err(|source| RunError::File { verb: "pack", path: PathBuf::from(name), source })?;
+        let inner = free_name(&inner_name(name), &bytes, &packed);
         if inner != name {
             changes.push(Override { key, value: toml_text(&inner) });
         }
-        carried.insert(inner, bytes);
+        packed.insert(inner, bytes);
     }
-    let text = if changes.is_empty() { text.to_owned() } else { scene::written(text, &changes)? };
-    Ok((text, carried))
+    let text = if changes.is_empty() { source.text.clone() } else { scene::written(&source.text, &changes)? };
+    Ok(SceneResources { text, files: packed })
 }
 
-/// The name with `/` between its folders if it leads down, else its last part; a character that a system forbids becomes `_`.
+/// Returns the name with `/` between its folders if it leads down, else its last part; a character that a system
+/// forbids becomes `_`.
 fn inner_name(name: &str) -> String {
     let name = name.replace('\\', "/");
     let (is_of_drive, path) = match name.split_at_checked(2) {
@@ -43,7 +51,7 @@ fn inner_name(name: &str) -> String {
     if kept.is_empty() { "file".to_owned() } else { kept.join("/") }
 }
 
-/// A part of a path that every system takes: Windows forbids some characters, and a dot or a space at the end.
+/// Makes a part of a path valid on every system: Windows forbids some characters, and a dot or a space at the end.
 fn portable(part: &str) -> String {
     let is_forbidden = |c: char| c.is_control() || "<>:\"|?*".contains(c);
     let part = part.replace(is_forbidden, "_");
@@ -51,8 +59,9 @@ fn portable(part: &str) -> String {
     stem.to_owned() + &"_".repeat(part.len() - stem.len())
 }
 
-/// The name, or the first with a number before it that clashes with no other file, on systems that do not tell case apart either.
-fn free(name: &str, bytes: &[u8], taken: &BTreeMap<String, Vec<u8>>) -> String {
+/// Returns the name, or the first name with a number before it, that clashes with no other file, also on systems that
+/// ignore case.
+fn free_name(name: &str, bytes: &[u8], taken: &BTreeMap<String, Vec<u8>>) -> String {
     let same =
         |(other, content): (&String, &Vec<u8>)| is_same_name(other, name).then(|| (other.clone(), content == bytes));
     if let Some((known, true)) = taken.iter().find_map(same) {
@@ -61,7 +70,7 @@ fn free(name: &str, bytes: &[u8], taken: &BTreeMap<String, Vec<u8>>) -> String {
     let reserved = || ["scene.toml", ArchiveManifest::FILE].into_iter();
     let all = || reserved().chain(taken.keys().map(String::as_str));
     let (folder, last) = name.rsplit_once('/').map_or(("", name), |(folder, last)| (folder, last));
-    // A folder that has the name of a file is no place for it.
+    // A folder with the name of another file cannot exist.
     let has_place = all().all(|other| !is_same_name(other, folder) && !is_below(folder, other));
     let folder = if has_place && !folder.is_empty() { format!("{folder}/") } else { String::new() };
     let names = std::iter::once(format!("{folder}{last}")).chain((2..).map(|n| format!("{folder}{n}-{last}")));
@@ -78,7 +87,7 @@ fn is_below(path: &str, folder: &str) -> bool {
     path.to_lowercase().starts_with(&format!("{}/", folder.to_lowercase()))
 }
 
-/// A text in quotes, as TOML writes it.
+/// Quotes a text for TOML.
 fn toml_text(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
@@ -130,7 +139,7 @@ mod tests {
             ("A.stl/c.stl", 2, "c.stl"),
             ("A.stl/d/a.stl", 2, "2-a.stl"),
         ] {
-            assert_eq!(free(name, &[byte], &taken), expected, "{name}");
+            assert_eq!(free_name(name, &[byte], &taken), expected, "{name}");
         }
     }
 
@@ -143,7 +152,7 @@ mod tests {
             ("Scene.toml/a.stl", "a.stl"),
             ("b/scene.toml", "b/scene.toml"),
         ] {
-            assert_eq!(free(name, &[1], &BTreeMap::new()), expected);
+            assert_eq!(free_name(name, &[1], &BTreeMap::new()), expected);
         }
     }
 

@@ -17,9 +17,8 @@ pub use importer::CouplingVariant;
 pub use row::print_row;
 
 use crate::console::Console;
-use crate::failure::CommandError;
+use crate::failure::{CommandError, RunError};
 use crate::interrupt;
-use crate::job::RunError;
 use crate::options::TradeOptions;
 use crate::progress::ProgressDisplay;
 use crate::results;
@@ -54,7 +53,7 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, CommandErr
     if options.options {
         let rungs = task.with_scenes(switches::option_rungs(&task.scene));
         let runs = task.with_queue(&mut folder, console, switches::REPEATS, |queue| queue.run_all(rungs))?;
-        switches::report(&task, &runs, &mut folder, console)?;
+        switches::report(&base.name, &runs, &mut folder, console)?;
         return task.finish(folder, console);
     }
     let curve = TradeCurve::assess(&task.with_queue(&mut folder, console, 1, |queue| task.run_ladder(queue))?);

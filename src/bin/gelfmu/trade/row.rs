@@ -2,8 +2,8 @@
 
 use super::importer::{self, CouplingVariant};
 use crate::console;
-use crate::failure::CommandError;
-use crate::job::{self, RunError};
+use crate::failure::{CommandError, RunError};
+use crate::job;
 use crate::options::TradeRowOptions;
 use crate::source;
 use ballistic_gel::math::Vector3;

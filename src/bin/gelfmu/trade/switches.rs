@@ -1,12 +1,10 @@
 //! Cost of each scene option, switched on and off; an unused option must cost nothing.
 
-use super::TradeTask;
 use super::curve::TradeRun;
 use super::ladder::LadderRung;
 use super::row::TradeRow;
 use crate::console::Console;
-use crate::failure::CommandError;
-use crate::job::RunError;
+use crate::failure::{CommandError, RunError};
 use ballistic_gel::output::ResultFolder;
 use ballistic_gel::scene::{BodyShape, MaterialModel, Override, Scene};
 use comfy_table::{CellAlignment, Table, presets};
@@ -128,7 +126,7 @@ pub const FILE: &str = "options.md";
 
 /// Prints the table and writes `options.md`.
 pub fn report(
-    task: &TradeTask<'_>,
+    scene: &str,
     runs: &[TradeRun],
     folder: &mut ResultFolder,
     console: &Console,
@@ -148,12 +146,11 @@ pub fn report(
     let rule = HEADER.map(|_| "---".to_owned());
     let markdown: String =
         [HEADER.map(str::to_owned).to_vec(), rule.to_vec()].iter().chain(&lines).map(|cells| line(cells)).collect();
-    let path = task.folder.join(FILE);
+    let path = folder.path().join(FILE);
     folder.write(FILE, markdown.as_bytes()).map_err(RunError::from)?;
     let value = |run: &TradeRun| json!({ "option": run.rung.knob, "run": run.rung.label(), "row": run.row.as_ref().ok(), "refused": run.row.as_ref().err() });
     let values: Vec<Value> = runs.iter().map(value).collect();
-    console
-        .result(&json!({ "scene": task.scene.scene.name, "options": values }), &format!("{table}\n{}", path.display()));
+    console.result(&json!({ "scene": scene, "options": values }), &format!("{table}\n{}", path.display()));
     Ok(())
 }
 

@@ -3,9 +3,8 @@
 use super::curve::TradeRun;
 use super::ladder::LadderRung;
 use super::row::TradeRow;
-use crate::failure::CommandError;
+use crate::failure::{CommandError, RunError};
 use crate::interrupt;
-use crate::job::RunError;
 use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
 use ballistic_gel::fmi2;

@@ -1,4 +1,4 @@
-//! Number formats of the report.
+//! Formats of numbers and texts in the report.
 
 /// SI prefixes from 10⁻¹² in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
@@ -90,6 +90,13 @@ fn format_digits(value: f64, significant: i32) -> String {
         _ => (significant - 1 - size.log10().floor() as i32).clamp(0, 6) as usize,
     };
     format!("{value:.places$}").replace('-', "−")
+}
+
+/// Escapes a text for HTML; characters outside XML are replaced by U+FFFD.
+pub(in crate::output) fn escape(text: &str) -> String {
+    let is_forbidden = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');
+    let text = text.replace(is_forbidden, "\u{fffd}");
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -1,0 +1,47 @@
+//! Shot line of a projectile, and the depths of the tables along it.
+
+use crate::math::Vector3;
+use crate::output::body;
+use crate::output::bounds::AxisAlignedBox;
+use crate::scene::Scene;
+use crate::simulation::MeshFrame;
+
+/// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
+pub(super) const DEPTHS_PER_METRE: f64 = 1e3;
+/// Limit of the number of depths in a table, reached at two metres of gel; a longer path has a wider interval.
+pub(super) const MAX_DEPTHS: usize = 2000;
+/// Greatest ratio of lateral to axial speed of a shot along −z.
+const MAX_DRIFT: f64 = 0.1;
+
+/// Shot line: the vertical line of flight of a projectile into the gel, downwards.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::output) struct ShotLine {
+    /// Point on the line.
+    pub(super) origin: Vector3,
+    /// Length of the projectile along the line, m.
+    pub(super) projectile_length: f64,
+    /// Depth of the gel at rest, m.
+    pub(super) gel_depth: f64,
+}
+
+impl ShotLine {
+    /// Returns the shot line of a bounded projectile with initial motion along −z, otherwise `None`.
+    pub(in crate::output) fn of(scene: &Scene, start: &MeshFrame) -> Option<Self> {
+        let scenery = AxisAlignedBox::around(start.points.iter().copied());
+        let projectile = start.bodies[0];
+        let solid = body::body_surface(&scene.shape(0), &projectile, &scenery);
+        let velocity = projectile.kinematics.velocity;
+        let is_downwards = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
+        if !(is_downwards && solid.bounded && projectile.active) {
+            return None;
+        }
+        let extent = AxisAlignedBox::around(solid.points);
+        let projectile_length = extent.upper.z - extent.lower.z;
+        Some(Self { origin: projectile.kinematics.position, projectile_length, gel_depth: -scenery.lower.z })
+    }
+}
+
+/// Returns the number of depths per metre of a table of this length, m.
+pub(super) fn depths_per_metre(length: f64) -> f64 {
+    DEPTHS_PER_METRE.min(MAX_DEPTHS as f64 / length.max(f64::MIN_POSITIVE))
+}
