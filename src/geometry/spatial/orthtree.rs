@@ -1,112 +1,91 @@
-//! Graded, 2:1 balanced quadtree or octree: the finest cells near the origin, larger ones away from it.
+//! Orthtree: the one quadtree and octree. Cells are halved along every axis, and balanced 2:1.
 
-use super::structured::{HalfIndex, morton};
 use std::collections::HashSet;
 
-/// Grading of an octree over a rectilinear grid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OctreeGrading {
-    /// Edge of the largest cells in grid cells: a power of two that divides the number of cells along every axis.
-    pub coarsest: usize,
-    /// Distance from the origin within which cells stay as fine as the grid, m.
-    pub core: f64,
-    /// Permitted growth of an edge beyond that of the grid, per length of distance from the core.
-    pub slope: f64,
+/// Cell: a cube of 2^level finest cells along each edge, by its index among those of its level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct OrthCell<const D: usize> {
+    /// Number of halvings down to the finest cells.
+    pub level: usize,
+    /// Index along each axis.
+    pub at: [usize; D],
 }
 
-/// Octree cell: a cube of 2^level grid cells along each edge, by its index among those of its level.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct OctreeCell<const D: usize> {
-    pub level: usize,
-    at: [usize; D],
+/// Decision on a cell of a subdivision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum CellDivision {
+    /// The cell is divided.
+    Divide,
+    /// The cell is a leaf.
+    Leaf,
+    /// The subdivision ends here.
+    Stop,
+}
+
+/// Neighbours that the balance considers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum CellContact {
+    /// Cells that share a face (in the plane an edge).
+    Faces,
+    /// Cells that touch, even in a corner.
+    Corners,
 }
 
 /// Neighbour of a leaf across one of its faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FaceNeighbour<const D: usize> {
+pub(crate) enum FaceNeighbour<const D: usize> {
     /// No neighbour: the face is on the boundary.
     Outside,
     /// One leaf of equal or larger size.
-    Leaf(OctreeCell<D>),
+    Leaf(OrthCell<D>),
     /// Several smaller leaves.
     Smaller,
 }
 
-/// Leaves of the balanced octree: leaves that touch, even in a corner, differ by at most one level.
-pub(super) struct OctreeLeaves<const D: usize> {
-    cells: HashSet<OctreeCell<D>>,
+/// Leaves of a subdivision of a box.
+#[derive(Debug, Clone)]
+pub(crate) struct OrthTree<const D: usize> {
+    /// Leaves of the box.
+    pub leaves: HashSet<OrthCell<D>>,
+    /// Number of finest cells along each axis of the box.
     counts: [usize; D],
+    /// Level of the root cells.
     coarsest: usize,
 }
 
-impl OctreeGrading {
-    /// Number of leaves over the box of these planes before balancing; counting stops at `most`.
-    #[must_use]
-    pub fn count<const D: usize>(&self, planes: &[Vec<f64>; D], most: usize) -> usize {
-        let mut count = 0;
-        self.visit_leaves(planes, &mut |_| {
-            count += 1;
-            count < most
-        });
-        count
-    }
-
-    /// Balanced leaves over the box of these planes.
-    ///
-    /// # Panics
-    /// Unless `coarsest` is a power of two that divides the number of cells along every axis.
-    pub(super) fn leaves<const D: usize>(&self, planes: &[Vec<f64>; D]) -> OctreeLeaves<D> {
-        let counts: [usize; D] = std::array::from_fn(|i| planes[i].len() - 1);
-        let fits = self.coarsest.is_power_of_two() && counts.iter().all(|n| n.is_multiple_of(self.coarsest));
-        assert!(fits, "the largest cells of a tree must fill its box: {} in {counts:?}", self.coarsest);
-        let mut cells = HashSet::new();
-        self.visit_leaves(planes, &mut |cell| cells.insert(cell));
-        let mut leaves = OctreeLeaves { cells, counts, coarsest: self.coarsest.ilog2() as usize };
-        leaves.balance();
-        leaves
-    }
-
-    /// Visits the leaves of the unbalanced octree until `see` returns false.
-    fn visit_leaves<const D: usize>(&self, planes: &[Vec<f64>; D], see: &mut impl FnMut(OctreeCell<D>) -> bool) {
-        let level = self.coarsest.ilog2() as usize;
-        let counts: [usize; D] = std::array::from_fn(|i| (planes[i].len() - 1) >> level);
-        for at in indices(counts) {
-            let mut open = vec![OctreeCell { level, at }];
-            while let Some(cell) = open.pop() {
-                if self.is_too_large(planes, &cell) {
-                    open.extend(cell.children());
-                } else if !see(cell) {
-                    return;
-                }
+/// Subdivides the root cells of level `coarsest` that fill a box of `counts` finest cells, one after the other. `decide`
+/// takes each cell and the number of cells that wait.
+pub(crate) fn subdivide<const D: usize>(
+    counts: [usize; D],
+    coarsest: usize,
+    mut decide: impl FnMut(OrthCell<D>, usize) -> CellDivision,
+) {
+    for at in cell_indices(counts.map(|count| count >> coarsest)) {
+        let mut open = vec![OrthCell { level: coarsest, at }];
+        while let Some(cell) = open.pop() {
+            match decide(cell, open.len()) {
+                CellDivision::Divide => open.extend(cell.children()),
+                CellDivision::Leaf => {}
+                CellDivision::Stop => return,
             }
         }
     }
-
-    /// Returns true if a cell exceeds the size that the grading permits at its distance from the origin.
-    fn is_too_large<const D: usize>(&self, planes: &[Vec<f64>; D], cell: &OctreeCell<D>) -> bool {
-        let ends = |i: usize| [cell.at[i], cell.at[i] + 1].map(|n| planes[i][n << cell.level]);
-        let edge = (0..D).map(|i| ends(i)[1] - ends(i)[0]).fold(0.0, f64::max);
-        let away = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
-        let distance = (0..D).map(|i| away(ends(i)).powi(2)).sum::<f64>().sqrt();
-        let growth = edge * (1.0 - 1.0 / (1_usize << cell.level) as f64);
-        growth > self.slope * (distance - self.core).max(0.0)
-    }
 }
 
-impl<const D: usize> OctreeCell<D> {
-    /// Centre, in half grid cells.
-    pub fn centre(&self) -> HalfIndex<D> {
+impl<const D: usize> OrthCell<D> {
+    /// Centre, in half finest cells.
+    pub fn centre(&self) -> [usize; D] {
         self.at.map(|i| (2 * i + 1) << self.level)
     }
 
-    /// Half the edge, in half grid cells.
+    /// Half the edge, in half finest cells.
     pub fn reach(&self) -> isize {
         1 << self.level
     }
 
     /// Returns the 2^D cells of half the edge that fill the cell.
     fn children(self) -> impl Iterator<Item = Self> {
-        indices([2; D])
+        cell_indices([2; D])
             .map(move |half| Self { level: self.level - 1, at: std::array::from_fn(|i| 2 * self.at[i] + half[i]) })
     }
 
@@ -116,64 +95,84 @@ impl<const D: usize> OctreeCell<D> {
     }
 }
 
-impl<const D: usize> OctreeLeaves<D> {
+impl<const D: usize> OrthTree<D> {
+    /// Starts a tree without leaves over a box of `counts` finest cells, with root cells of level `coarsest`.
+    pub fn new(counts: [usize; D], coarsest: usize) -> Self {
+        Self { leaves: HashSet::new(), counts, coarsest }
+    }
+
     /// Leaves along a Morton curve.
-    pub fn in_order(&self) -> Vec<OctreeCell<D>> {
-        let mut cells: Vec<OctreeCell<D>> = self.cells.iter().copied().collect();
-        cells.sort_by_cached_key(|cell| morton(&cell.at.map(|i| i << cell.level)));
+    pub fn in_order(&self) -> Vec<OrthCell<D>> {
+        let mut cells: Vec<OrthCell<D>> = self.leaves.iter().copied().collect();
+        cells.sort_by_cached_key(|cell| morton_code(&cell.at.map(|i| i << cell.level)));
         cells
     }
 
-    /// Corners of all leaves, in half grid cells.
-    pub fn corners(&self) -> HashSet<HalfIndex<D>> {
+    /// Corners of all leaves, in half finest cells.
+    pub fn corners(&self) -> HashSet<[usize; D]> {
         let corner =
-            |cell: &OctreeCell<D>, end: [usize; D]| std::array::from_fn(|i| (2 * (cell.at[i] + end[i])) << cell.level);
-        self.cells.iter().flat_map(|cell| indices([2; D]).map(move |end| corner(cell, end))).collect()
+            |cell: &OrthCell<D>, end: [usize; D]| std::array::from_fn(|i| (2 * (cell.at[i] + end[i])) << cell.level);
+        self.leaves.iter().flat_map(|cell| cell_indices([2; D]).map(move |end| corner(cell, end))).collect()
     }
 
     /// Neighbour of a leaf across its lower or upper face along an axis.
-    pub fn face_neighbour(&self, cell: &OctreeCell<D>, axis: usize, up: bool) -> FaceNeighbour<D> {
+    pub fn face_neighbour(&self, cell: &OrthCell<D>, axis: usize, up: bool) -> FaceNeighbour<D> {
         let mut offset = [1; D];
         offset[axis] = if up { 2 } else { 0 };
         let Some(next) = self.neighbour(cell, offset) else { return FaceNeighbour::Outside };
         self.leaf_over(next).map_or(FaceNeighbour::Smaller, FaceNeighbour::Leaf)
     }
 
-    /// Cell of the same level at index `at + offset − 1`, if it is in the box.
-    fn neighbour(&self, cell: &OctreeCell<D>, offset: [usize; D]) -> Option<OctreeCell<D>> {
-        let mut at = cell.at;
-        for (i, index) in at.iter_mut().enumerate() {
-            *index = (*index + offset[i]).checked_sub(1).filter(|index| *index < self.counts[i] >> cell.level)?;
-        }
-        Some(OctreeCell { level: cell.level, at })
-    }
-
-    /// Leaf that contains a cell; none if the cell is divided.
-    fn leaf_over(&self, cell: OctreeCell<D>) -> Option<OctreeCell<D>> {
-        (cell.level..=self.coarsest).map(|level| cell.ancestor(level)).find(|above| self.cells.contains(above))
-    }
-
-    /// Divides leaves that touch a leaf of less than half their edge. The result is independent of the order.
-    fn balance(&mut self) {
-        let mut waiting = self.in_order();
+    /// Divides leaves that touch a leaf of less than half their edge. The result is independent of the order. Only
+    /// `waiting` leaves, and those that are divided for them, count as small.
+    ///
+    /// # Errors
+    /// Number of leaves, as soon as there are more than `most`.
+    pub fn balance(&mut self, mut waiting: Vec<OrthCell<D>>, contact: CellContact, most: usize) -> Result<(), usize> {
         while let Some(cell) = waiting.pop() {
-            if !self.cells.contains(&cell) {
+            if !self.leaves.contains(&cell) {
                 continue;
             }
-            let around = indices([3; D]).filter_map(|offset| self.neighbour(&cell, offset));
-            let large = around.filter_map(|next| self.leaf_over(next)).find(|leaf| leaf.level > cell.level + 1);
-            if let Some(leaf) = large {
-                self.cells.remove(&leaf);
-                self.cells.extend(leaf.children());
+            let around = self.leaves_around(cell, contact).find(|leaf| leaf.level > cell.level + 1);
+            if let Some(leaf) = around {
+                self.leaves.remove(&leaf);
+                self.leaves.extend(leaf.children());
+                if self.leaves.len() > most {
+                    return Err(self.leaves.len());
+                }
                 waiting.push(cell);
                 waiting.extend(leaf.children());
             }
         }
+        Ok(())
+    }
+
+    /// Iterates over the leaves of equal or larger size around a cell.
+    fn leaves_around(&self, cell: OrthCell<D>, contact: CellContact) -> impl Iterator<Item = OrthCell<D>> + '_ {
+        let counts = move |offset: &[usize; D]| {
+            contact == CellContact::Corners || offset.iter().filter(|step| **step != 1).count() == 1
+        };
+        let around = cell_indices([3; D]).filter(counts).filter_map(move |offset| self.neighbour(&cell, offset));
+        around.filter_map(|next| self.leaf_over(next))
+    }
+
+    /// Cell of the same level at index `at + offset − 1`, if it is in the box.
+    fn neighbour(&self, cell: &OrthCell<D>, offset: [usize; D]) -> Option<OrthCell<D>> {
+        let mut at = cell.at;
+        for (i, index) in at.iter_mut().enumerate() {
+            *index = (*index + offset[i]).checked_sub(1).filter(|index| *index < self.counts[i] >> cell.level)?;
+        }
+        Some(OrthCell { level: cell.level, at })
+    }
+
+    /// Leaf that contains a cell; none if the cell is divided.
+    fn leaf_over(&self, cell: OrthCell<D>) -> Option<OrthCell<D>> {
+        (cell.level..=self.coarsest).map(|level| cell.ancestor(level)).find(|above| self.leaves.contains(above))
     }
 }
 
 /// All indices below `counts`, the first axis fastest.
-fn indices<const D: usize>(counts: [usize; D]) -> impl Iterator<Item = [usize; D]> {
+pub(crate) fn cell_indices<const D: usize>(counts: [usize; D]) -> impl Iterator<Item = [usize; D]> {
     (0..counts.iter().product()).map(move |mut flat: usize| {
         counts.map(|count| {
             let index = flat % count;
@@ -183,66 +182,69 @@ fn indices<const D: usize>(counts: [usize; D]) -> impl Iterator<Item = [usize; D
     })
 }
 
+/// Morton code: the interleaved bits of the indices.
+pub(crate) fn morton_code<const D: usize>(cell: &[usize; D]) -> u128 {
+    (0..32).fold(0, |code, bit| {
+        cell.iter()
+            .enumerate()
+            .fold(code, |code, (axis, index)| code | (((index >> bit & 1) as u128) << (bit * D + axis)))
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::uniform;
     use super::*;
 
-    fn levels<const D: usize>(leaves: &OctreeLeaves<D>) -> Vec<usize> {
-        let count = |level: usize| leaves.cells.iter().filter(|cell| cell.level == level).count();
-        (0..=leaves.coarsest).map(count).collect()
+    /// Tree over a box that is divided to the finest cells at its lower corner only.
+    fn corner_tree<const D: usize>(counts: [usize; D], coarsest: usize) -> OrthTree<D> {
+        let mut tree = OrthTree::new(counts, coarsest);
+        subdivide(counts, coarsest, |cell, _| {
+            if cell.level > 0 && cell.at == [0; D] {
+                return CellDivision::Divide;
+            }
+            tree.leaves.insert(cell);
+            CellDivision::Leaf
+        });
+        tree
     }
 
-    fn is_balanced<const D: usize>(leaves: &OctreeLeaves<D>) -> bool {
-        let near = |cell: &OctreeCell<D>| {
-            let around: Vec<_> = indices([3; D]).filter_map(|offset| leaves.neighbour(cell, offset)).collect();
-            around.into_iter().filter_map(|next| leaves.leaf_over(next)).all(|leaf| leaf.level <= cell.level + 1)
-        };
-        leaves.cells.iter().all(near)
+    fn volume<const D: usize>(tree: &OrthTree<D>) -> usize {
+        tree.leaves.iter().map(|cell| 1 << (D * cell.level)).sum()
     }
 
-    fn cells_of_the_grid<const D: usize>(leaves: &OctreeLeaves<D>) -> usize {
-        levels(leaves).iter().enumerate().map(|(level, n)| n << (D * level)).sum()
+    fn is_balanced<const D: usize>(tree: &OrthTree<D>, contact: CellContact) -> bool {
+        tree.leaves.iter().all(|cell| tree.leaves_around(*cell, contact).all(|leaf| leaf.level <= cell.level + 1))
     }
 
     #[test]
-    fn leaves_fill_the_box_once_and_no_two_that_touch_are_two_levels_apart() {
-        for (core, slope) in [(0.0, 1e9), (0.0, 0.3), (2.5, 1e9), (100.0, 1.0)] {
-            let tree = OctreeGrading { coarsest: 8, core, slope };
-            let flat = tree.leaves(&[uniform(0.0, 32.0, 1.0), uniform(-16.0, 0.0, 1.0)]);
-            let solid = tree.leaves(&[uniform(-8.0, 8.0, 1.0), uniform(-16.0, 16.0, 1.0), uniform(-16.0, 0.0, 1.0)]);
-            assert_eq!((cells_of_the_grid(&flat), cells_of_the_grid(&solid)), (32 * 16, 16 * 32 * 16));
-            assert!(is_balanced(&flat) && is_balanced(&solid), "core {core}, slope {slope}");
+    fn leaves_fill_the_box_and_no_two_that_touch_are_two_levels_apart() {
+        for contact in [CellContact::Faces, CellContact::Corners] {
+            let (mut flat, mut solid) = (corner_tree([48, 16], 4), corner_tree([8, 16, 8], 3));
+            flat.balance(flat.in_order(), contact, usize::MAX).unwrap();
+            solid.balance(solid.in_order(), contact, usize::MAX).unwrap();
+            assert_eq!((volume(&flat), volume(&solid)), (48 * 16, 8 * 16 * 8));
+            assert!(is_balanced(&flat, contact) && is_balanced(&solid, contact), "{contact:?}");
         }
     }
 
     #[test]
-    fn cells_grow_with_their_distance_from_the_core() {
-        let (core, slope) = (3.0, 0.25);
-        let planes = [uniform(-64.0, 64.0, 1.0), uniform(-64.0, 0.0, 1.0)];
-        let leaves = OctreeGrading { coarsest: 16, core, slope }.leaves(&planes);
-        for cell in leaves.in_order() {
-            let nearest = |i: usize| {
-                let [low, high] = [cell.at[i], cell.at[i] + 1].map(|n| planes[i][n << cell.level]);
-                low.max(-high).max(0.0)
-            };
-            let edge = f64::from(1 << cell.level);
-            assert!(edge - 1.0 <= slope * (nearest(0).hypot(nearest(1)) - core).max(0.0), "{cell:?}");
-        }
-        assert!(levels(&leaves).iter().all(|n| *n > 0), "{:?}", levels(&leaves));
+    fn the_balance_stops_at_the_greatest_number_of_leaves() {
+        let start = corner_tree([48, 16], 4);
+        let mut whole = start.clone();
+        whole.balance(whole.in_order(), CellContact::Corners, usize::MAX).unwrap();
+        assert!(whole.leaves.len() > start.leaves.len());
+        let mut limited = start.clone();
+        let found = limited.balance(limited.in_order(), CellContact::Corners, whole.leaves.len() - 1);
+        assert_eq!(found, Err(whole.leaves.len()));
     }
 
     #[test]
-    fn a_core_as_large_as_the_box_leaves_the_grid_alone() {
-        let leaves = OctreeGrading { coarsest: 4, core: 100.0, slope: 1.0 }
-            .leaves(&[uniform(0.0, 8.0, 1.0), uniform(0.0, 4.0, 1.0)]);
-        assert_eq!(levels(&leaves), [32, 0, 0]);
-    }
-
-    #[test]
-    fn cells_are_counted_no_further_than_asked() {
-        let tree = OctreeGrading { coarsest: 4, core: 100.0, slope: 1.0 };
-        let planes = [uniform(0.0, 8.0, 1.0), uniform(0.0, 4.0, 1.0)];
-        assert_eq!((tree.count(&planes, 1000), tree.count(&planes, 10)), (32, 10));
+    fn a_subdivision_stops_when_it_is_told_to() {
+        let mut seen = 0;
+        subdivide([1 << 40, 1 << 40, 1 << 40], 20, |_, _| {
+            seen += 1;
+            if seen < 10 { CellDivision::Leaf } else { CellDivision::Stop }
+        });
+        assert_eq!(seen, 10);
     }
 }
