@@ -4,8 +4,8 @@
 //! Makers of a new mesh stand behind one trait, [`Mesher`]: [`LocalMesher`] in the plane and in space, and
 //! [`ImmersedMesher`], the method of the paper.
 //!
-//! Target sizes ([`sizes_from_curvature`], [`graded`]), acceptance of a new mesh ([`check_acceptance`]) and field transfer ([`transfer()`]) are
-//! the same in the plane and in space.
+//! Target sizes ([`sizes_from_curvature`], [`graded`]), acceptance of a new mesh ([`check_acceptance`]) and field
+//! transfer ([`transfer()`]) are the same in the plane and in space.
 
 mod acceptance;
 mod adjacency;
