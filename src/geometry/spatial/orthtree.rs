@@ -195,11 +195,11 @@ pub(crate) fn morton_code<const D: usize>(cell: &[usize; D]) -> u128 {
 mod tests {
     use super::*;
 
-    /// Tree over a box that is divided to the finest cells at its lower corner only.
+    /// Tree over a box that is divided to the finest cells at the upper corner of its first root cell only.
     fn corner_tree<const D: usize>(counts: [usize; D], coarsest: usize) -> OrthTree<D> {
         let mut tree = OrthTree::new(counts, coarsest);
         subdivide(counts, coarsest, |cell, _| {
-            if cell.level > 0 && cell.at == [0; D] {
+            if cell.level > 0 && cell.at == [(1 << (coarsest - cell.level)) - 1; D] {
                 return CellDivision::Divide;
             }
             tree.leaves.insert(cell);
