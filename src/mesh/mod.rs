@@ -1,6 +1,7 @@
 //! Conforming simplicial meshes: rest positions, elements, boundary facets and displacement constraints.
 
 mod axis;
+mod builder;
 mod octree;
 mod octree_templates;
 mod patches;

@@ -7,12 +7,12 @@
 //! of the face replaces the second centre; in the plane edges are joined to the centre of their cell. Between leaves of
 //! one level this is the centred (body-centred cubic) lattice.
 
-use super::octree::{FaceNeighbour, OctreeCell, OctreeLeaves};
-use super::structured::{HalfIndex, MeshBuilder, face_edges, shifted};
+use super::builder::{HalfIndex, MeshBuilder, face_edges, shifted};
+use crate::geometry::{FaceNeighbour, OrthCell, OrthTree};
 use std::collections::HashSet;
 
 /// Adds the simplices of all leaves to a mesh.
-pub(super) fn fill<const D: usize>(builder: &mut MeshBuilder<'_, D>, leaves: &OctreeLeaves<D>) {
+pub(super) fn fill<const D: usize>(builder: &mut MeshBuilder<'_, D>, leaves: &OrthTree<D>) {
     let corners = leaves.corners();
     for cell in leaves.in_order() {
         for (axis, up) in (0..D).flat_map(|axis| [(axis, false), (axis, true)]) {
@@ -29,8 +29,8 @@ pub(super) fn fill<const D: usize>(builder: &mut MeshBuilder<'_, D>, leaves: &Oc
 
 /// Second apex over the edges of a face, if this leaf is the one to fill the face.
 fn second_apex<const D: usize>(
-    leaves: &OctreeLeaves<D>,
-    cell: &OctreeCell<D>,
+    leaves: &OrthTree<D>,
+    cell: &OrthCell<D>,
     axis: usize,
     up: bool,
     face: HalfIndex<D>,

@@ -1,8 +1,9 @@
 //! Simplicial meshes of rectilinear grids: centred (body-centred cubic) and Kuhn splits, and 2:1 balanced octrees.
 
-use super::{NodeId, OctreeGrading, Simplex, signed_volume};
+use super::builder::{MeshBuilder, face_edges, shifted};
+use super::{OctreeGrading, Simplex};
+use crate::geometry::{cell_indices, morton_code};
 use crate::math::Vector;
-use std::collections::HashMap;
 
 /// Subdivision of a cell into simplices.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,19 +25,6 @@ pub struct RectilinearGrid<const D: usize> {
     pub filled: Box<dyn Fn([usize; D]) -> bool>,
 }
 
-/// Lattice point in half cells: even coordinates lie on planes, odd ones midway between two.
-pub(super) type HalfIndex<const D: usize> = [usize; D];
-
-/// Accumulator of nodes and simplices; a lattice point becomes a node at its first use.
-pub(super) struct MeshBuilder<'a, const D: usize> {
-    planes: &'a [Vec<f64>; D],
-    ids: HashMap<HalfIndex<D>, NodeId>,
-    /// Positions of the nodes, m.
-    pub points: Vec<Vector<D>>,
-    /// Elements.
-    pub elements: Vec<Simplex>,
-}
-
 impl<const D: usize> RectilinearGrid<D> {
     /// Returns node positions and positively oriented simplices.
     #[must_use]
@@ -53,18 +41,8 @@ impl<const D: usize> RectilinearGrid<D> {
     /// Filled cells along a Morton curve: neighbours are close in memory.
     fn filled_cells(&self) -> Vec<[usize; D]> {
         let counts: [usize; D] = std::array::from_fn(|i| self.planes[i].len() - 1);
-        let total: usize = counts.iter().product();
-        let mut cells: Vec<[usize; D]> = (0..total)
-            .map(|mut flat| {
-                std::array::from_fn(|i| {
-                    let index = flat % counts[i];
-                    flat /= counts[i];
-                    index
-                })
-            })
-            .filter(|cell| (self.filled)(*cell))
-            .collect();
-        cells.sort_by_key(morton);
+        let mut cells: Vec<[usize; D]> = cell_indices(counts).filter(|cell| (self.filled)(*cell)).collect();
+        cells.sort_by_key(morton_code);
         cells
     }
 
@@ -76,44 +54,7 @@ impl<const D: usize> RectilinearGrid<D> {
     }
 }
 
-/// Morton code: the interleaved bits of the indices.
-pub(super) fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
-    (0..32).fold(0, |code, bit| {
-        cell.iter()
-            .enumerate()
-            .fold(code, |code, (axis, index)| code | (((index >> bit & 1) as u128) << (bit * D + axis)))
-    })
-}
-
-impl<'a, const D: usize> MeshBuilder<'a, D> {
-    fn new(planes: &'a [Vec<f64>; D]) -> Self {
-        Self { planes, ids: HashMap::new(), points: vec![], elements: vec![] }
-    }
-
-    /// Returns the node at a lattice point, creating it at first use.
-    fn node_at(&mut self, half: HalfIndex<D>) -> NodeId {
-        let planes = self.planes;
-        *self.ids.entry(half).or_insert_with(|| {
-            self.points.push(Vector::<D>::from_fn(|i, _| {
-                let at = half[i] / 2;
-                if half[i].is_multiple_of(2) { planes[i][at] } else { 0.5 * (planes[i][at] + planes[i][at + 1]) }
-            }));
-            NodeId(self.points.len() as u32 - 1)
-        })
-    }
-
-    /// Adds the simplex with these corners, positively oriented.
-    pub fn add_simplex(&mut self, corners: &[HalfIndex<D>]) {
-        let mut nodes = [NodeId::default(); 4];
-        for (node, corner) in nodes.iter_mut().zip(corners) {
-            *node = self.node_at(*corner);
-        }
-        if signed_volume(&self.points, &nodes) < 0.0 {
-            nodes.swap(0, 1);
-        }
-        self.elements.push(nodes);
-    }
-
+impl<const D: usize> MeshBuilder<'_, D> {
     /// Adds the Kuhn simplices of a cell: one for each order in which the axes lead from the low to the high corner.
     fn add_kuhn_cell(&mut self, cell: [usize; D]) {
         for order in axis_orders::<D>() {
@@ -147,24 +88,6 @@ impl<'a, const D: usize> MeshBuilder<'a, D> {
                 }
             }
         }
-    }
-}
-
-pub(super) fn shifted<const D: usize>(mut half: HalfIndex<D>, axis: usize, by: isize) -> HalfIndex<D> {
-    half[axis] = half[axis].wrapping_add_signed(by);
-    half
-}
-
-/// The four edges of a square face, or in the plane the face itself; given are its centre and half its edge.
-pub(super) fn face_edges<const D: usize>(face: HalfIndex<D>, axis: usize, reach: isize) -> Vec<[HalfIndex<D>; 2]> {
-    let others: Vec<usize> = (0..D).filter(|i| *i != axis).collect();
-    let ends = |half: HalfIndex<D>, along: usize| [shifted(half, along, -reach), shifted(half, along, reach)];
-    match others[..] {
-        [a] => vec![ends(face, a)],
-        [a, b] => {
-            ends(face, a).map(|side| ends(side, b)).into_iter().chain(ends(face, b).map(|side| ends(side, a))).collect()
-        }
-        _ => unreachable!("a face has one or two directions"),
     }
 }
 

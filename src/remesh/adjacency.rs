@@ -61,7 +61,7 @@ fn touched<const D: usize>(elements: &[Simplex], pairing: &MeshCorrespondence) -
 #[cfg(test)]
 mod tests {
     use super::super::test_bodies::TestRandom;
-    use super::super::{DeformedMesh, RemeshRules, propose, propose_in_space, test_meshes};
+    use super::super::{DeformedMesh, RemeshRules, plane, space, test_meshes};
     use super::*;
     use crate::math::{Vector, Vector3};
     use crate::mesh::{
@@ -90,14 +90,14 @@ mod tests {
             let position: Vec<_> = solid.rest.iter().map(bent).collect();
             let sizes: Vec<f64> = position.iter().map(|x| (0.1 + 0.3 * x.x) * (0.9 + 0.2 * random.next())).collect();
             let old = DeformedMesh { mesh: &solid, position: &position };
-            let new = propose_in_space(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
+            let new = space::propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
             let stay = check(&solid, &new);
             assert!(stay > 0 && stay < new.elements.len(), "{stay} of {} stay", new.elements.len());
             let position: Vec<_> =
                 flat.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1])).collect();
             let sizes: Vec<f64> = position.iter().map(|x| fine + 0.1 * x[0]).collect();
             let old = DeformedMesh { mesh: &flat, position: &position };
-            check(&flat, &propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap());
+            check(&flat, &plane::propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap());
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Barycentric coordinates of a triangle or tetrahedron in its deformed configuration.
 
-use super::bounds::BoundingBox;
-use super::point_location::ElementLocation;
+use crate::geometry::BoundingBox;
 use crate::math::{Tensor, Vector, cofactor, det};
 use crate::mesh::Simplex;
 
@@ -16,6 +15,17 @@ pub(super) struct DeformedElement<const D: usize> {
     pub is_upright: bool,
 }
 
+/// Location in an element: x = Σ weights x_a.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ElementLocation {
+    /// Index of the element.
+    pub cell: usize,
+    /// Barycentric weights, none negative, of sum 1; a triangle has three.
+    pub weights: [f64; 4],
+    /// Squared distance from the query point, m².
+    pub distance: f64,
+}
+
 /// Edges of a tetrahedron; the first three are those of a triangle.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Faces of a tetrahedron.
@@ -24,6 +34,14 @@ const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
 /// Edges of an element, by its corners.
 pub(super) fn edges<const D: usize>() -> &'static [[usize; 2]] {
     if D == 2 { &EDGES[..3] } else { &EDGES }
+}
+
+/// Builds elements in their deformed configuration.
+pub(super) fn cells<'a, const D: usize>(
+    x: &[Vector<D>],
+    elements: impl Iterator<Item = &'a Simplex>,
+) -> Vec<DeformedElement<D>> {
+    elements.map(|nodes| DeformedElement::of(x, nodes)).collect()
 }
 
 /// Interpolates corner values with barycentric weights.

@@ -38,6 +38,19 @@ impl UnchangedElement {
     }
 }
 
+/// Overlap of an old and a new element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverlapSource {
+    /// New element.
+    pub new: ElementId,
+    /// Old element.
+    pub old: ElementId,
+    /// Mass of the overlap, kg.
+    pub mass: f64,
+    /// Overlap relative to the area or volume of the old element, weighted by the radius for a ring.
+    pub part: f64,
+}
+
 /// Correspondence of an old and a new mesh.
 #[derive(Debug, Clone)]
 pub struct MeshCorrespondence {

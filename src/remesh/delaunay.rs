@@ -1,13 +1,11 @@
 //! Constrained Delaunay triangulation of the open region.
 
 use super::RemeshError;
-use super::boundary_loops::NewBoundary;
-use super::bounds::{BoundingBox, morton_order};
-use super::box_tree::BoxTree;
-use super::carve::inside_triangles;
+use super::boundary_resampling::NewBoundary;
 use super::point_insertion::{NEW, OpenRegion, scatter};
 use super::point_set::PointSet;
 use super::triangle::{PlanarPoint, circumcircle, distance};
+use crate::geometry::{BoundingBox, Bvh, morton_order};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -19,7 +17,7 @@ const ROUNDS: usize = 10;
 
 /// Site: a point with its index in the point set.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct DelaunaySite {
+struct DelaunaySite {
     place: Point2<f64>,
     number: usize,
 }
@@ -33,9 +31,9 @@ impl HasPosition for DelaunaySite {
 }
 
 /// Triangulation of sites.
-pub(super) type SiteTriangulation = ConstrainedDelaunayTriangulation<DelaunaySite>;
+type SiteTriangulation = ConstrainedDelaunayTriangulation<DelaunaySite>;
 /// Face of the triangulation.
-pub(super) type TriangleFace<'a> = FaceHandle<'a, InnerTag, DelaunaySite, (), CdtEdge<()>, ()>;
+type TriangleFace<'a> = FaceHandle<'a, InnerTag, DelaunaySite, (), CdtEdge<()>, ()>;
 
 /// Refinement of an open region.
 struct FillRefinement<'a> {
@@ -44,7 +42,7 @@ struct FillRefinement<'a> {
     part: &'a OpenRegion<'a>,
     /// Initial sites, and the initial number of points.
     sites: &'a [usize],
-    near: BoxTree<2>,
+    near: Bvh<2>,
     first_new: usize,
 }
 
@@ -58,7 +56,7 @@ pub(super) fn triangulate(
     part: &OpenRegion<'_>,
     cloud: &mut PointSet,
 ) -> Result<Vec<[usize; 3]>, RemeshError> {
-    let near = BoxTree::points(sites.iter().map(|&p| cloud.position[p]));
+    let near = Bvh::points(sites.iter().map(|&p| cloud.position[p]));
     let triangles = insert(sites, limits, cloud)?;
     let mut filling = FillRefinement { triangles, limits, part, sites, near, first_new: cloud.position.len() };
     for _ in 0..ROUNDS {
@@ -79,6 +77,30 @@ pub(super) fn of_points(points: &[PlanarPoint]) -> Result<Vec<[usize; 3]>, Remes
         add(&mut triangles, i as usize, &points[i as usize])?;
     }
     Ok(triangles.inner_faces().map(|t| numbers(&t)).collect())
+}
+
+/// Iterates over the triangles inside the body: an odd number of constraint edges separates them from the outside.
+fn inside_triangles(triangles: &SiteTriangulation) -> impl Iterator<Item = TriangleFace<'_>> {
+    let mut parity = vec![None; triangles.num_all_faces()];
+    let mut open = vec![];
+    for edge in triangles.convex_hull() {
+        // An edge of the hull has the far field on its left.
+        let face = edge.rev().face();
+        if parity[face.index()].replace(edge.as_undirected().is_constraint_edge()).is_none() {
+            open.push(face);
+        }
+    }
+    while let Some(face) = open.pop().and_then(|face| face.as_inner()) {
+        let is_inside = parity[face.index()] == Some(true);
+        for edge in face.adjacent_edges() {
+            let next = edge.rev().face();
+            if !next.is_outer() && parity[next.index()].is_none() {
+                parity[next.index()] = Some(is_inside != edge.as_undirected().is_constraint_edge());
+                open.push(next);
+            }
+        }
+    }
+    triangles.inner_faces().filter(move |face| parity[face.index()] == Some(true))
 }
 
 fn insert(sites: &[usize], limits: &NewBoundary, cloud: &PointSet) -> Result<SiteTriangulation, RemeshError> {
@@ -157,6 +179,6 @@ fn numbers(triangle: &TriangleFace<'_>) -> [usize; 3] {
 impl NewBoundary {
     /// Builds the boundary of the open region.
     pub fn around(edges: Vec<[usize; 2]>, cloud: &PointSet) -> Self {
-        Self { near: BoxTree::segments(&edges, &cloud.position), edges, lost: vec![], cleared: 0.0 }
+        Self { near: Bvh::segments(&edges, &cloud.position), edges, lost: vec![], cleared: 0.0 }
     }
 }

@@ -80,3 +80,11 @@ pub enum RemeshError {
         place: [f64; 2],
     },
 }
+
+/// Checks a number of points against its limit.
+///
+/// # Errors
+/// [`RemeshError::TooMany`] above it.
+pub(super) fn at_most(points: f64, most: usize) -> Result<(), RemeshError> {
+    if points <= most as f64 { Ok(()) } else { Err(RemeshError::TooMany { points, most }) }
+}

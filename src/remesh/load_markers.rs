@@ -101,7 +101,7 @@ fn to_segment(p: &Vector3, a: &Vector3, b: &Vector3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::test_meshes::square;
-    use super::super::{DeformedMesh, ProposedMesh, RemeshRules, immerse, propose, propose_in_space};
+    use super::super::{DeformedMesh, ProposedMesh, RemeshRules, immerse, plane, space};
     use super::*;
     use crate::mesh::{BlockSpec, CellSplit, block, boundary, facet_measure, uniform};
 
@@ -143,7 +143,7 @@ mod tests {
         let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.04, 0.11, 0.3] {
             let sizes = vec![size; position.len()];
-            let retained = propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
+            let retained = plane::propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
             let immersed = immerse(&old, &sizes, &RemeshRules::default()).unwrap().proposal;
             // An immersed body may lose the tip of a corner, up to an edge.
             for (new, most) in [(retained, 1e-12), (immersed, 1.1 * size)] {
@@ -161,7 +161,7 @@ mod tests {
             mesh.rest.iter().map(|x| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y))).collect();
         let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.07, 0.12, 0.3] {
-            let new = propose_in_space(&old, &vec![size; position.len()], &RemeshRules::default(), &|x| *x).unwrap();
+            let new = space::propose(&old, &vec![size; position.len()], &RemeshRules::default(), &|x| *x).unwrap();
             let [half, whole] = loaded(&mesh, &new);
             assert!((half - 0.5).abs() < 1e-9 && (whole - 1.0).abs() < 1e-9, "{size}: {half} {whole}");
             assert!(new.elements != mesh.elements || size == 0.12, "{size}: nothing was changed");

@@ -2,11 +2,10 @@
 
 use super::DeformedMesh;
 use super::ProposedMesh;
-use super::barycentric::DeformedElement;
-use super::bounds::BoundingBox;
+use super::barycentric::{DeformedElement, ElementLocation, cells};
 use super::correspondence::MeshCorrespondence;
-use super::point_location::{ElementLocation, ElementLocator};
-use super::supermesh::cells;
+use super::point_location::ElementLocator;
+use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::ElementId;
 

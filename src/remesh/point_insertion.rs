@@ -1,12 +1,11 @@
 //! Interior points: old nodes that are good, and quadtree cell centres where no point is near.
 
-use super::boundary_loops::NewBoundary;
-use super::bounds::BoundingBox;
-use super::box_tree::BoxTree;
+use super::boundary_resampling::NewBoundary;
 use super::point_set::PointSet;
 use super::quadtree::{RootSquare, leaves};
 use super::triangle::{PlanarPoint, barycentric, clearance, distance};
 use super::{DeformedMesh, NodeOrigin, RemeshError};
+use crate::geometry::{BoundingBox, Bvh};
 use crate::mesh::Simplex;
 
 /// Least distances between points in target sizes: `KEPT` for old nodes, `NEW` for new points, `KEPT_INSIDE` and
@@ -45,7 +44,7 @@ pub(super) fn keep(
     let inside: Vec<usize> = (0..x.len()).filter(can_stay).collect();
     let bound = (0..cloud.position.len()).filter(|&p| cloud.chosen[p]);
     let all: Vec<usize> = bound.chain(inside.iter().copied()).collect();
-    let near = BoxTree::points(all.iter().map(|&p| cloud.position[p]));
+    let near = Bvh::points(all.iter().map(|&p| cloud.position[p]));
     let is_good = |n: &usize| worst[*n] >= limits.good;
     let ranks: [&dyn Fn(&usize) -> bool; 3] =
         [&|n| is_held(*n), &|n| !is_held(*n) && is_good(n), &|n| !is_held(*n) && !is_good(n)];
@@ -89,7 +88,7 @@ pub(super) fn scatter(
 ) -> Vec<usize> {
     let place = |i: usize| taken.get(i).copied().unwrap_or_else(|| candidates[i - taken.len()].0);
     let all = taken.len() + candidates.len();
-    let near = BoxTree::points((0..all).map(place));
+    let near = Bvh::points((0..all).map(place));
     let mut chosen = vec![true; taken.len()];
     let mut numbers = vec![];
     chosen.resize(all, false);
@@ -117,7 +116,7 @@ pub(super) struct OpenRegion<'a> {
     x: &'a [PlanarPoint],
     size: &'a [f64],
     elements: Vec<Simplex>,
-    near: BoxTree<2>,
+    near: Bvh<2>,
 }
 
 impl<'a> OpenRegion<'a> {
@@ -125,7 +124,7 @@ impl<'a> OpenRegion<'a> {
     pub fn new(old: &DeformedMesh<'a, 2>, size: &'a [f64], elements: Vec<Simplex>) -> Self {
         let bounds: Vec<BoundingBox<2>> =
             elements.iter().map(|e| BoundingBox::around(e[..3].iter().map(|n| &old.position[n.index()]))).collect();
-        Self { x: old.position, size, near: BoxTree::new(&bounds), elements }
+        Self { x: old.position, size, near: Bvh::new(&bounds), elements }
     }
 
     /// Nodes of its elements.

@@ -1,7 +1,8 @@
-//! Point location: a binary bounding box tree along a Morton curve; its cost is independent of the mesh grading.
+//! Point location: a binary bounding volume hierarchy along a Morton curve; its cost is independent of the mesh
+//! grading.
 
-use super::barycentric::DeformedElement;
-use super::bounds::{BoundingBox, morton_order};
+use super::barycentric::{DeformedElement, ElementLocation};
+use crate::geometry::{BoundingBox, Bvh, morton_order};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
 
@@ -9,17 +10,6 @@ use crate::mesh::{ElementId, Simplex};
 const ROUNDING: f64 = 1e-9;
 /// Elements per leaf.
 const LEAF: usize = 4;
-
-/// Location in an element: x = Σ weights x_a.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ElementLocation {
-    /// Index of the element.
-    pub cell: usize,
-    /// Barycentric weights, none negative, of sum 1; a triangle has three.
-    pub weights: [f64; 4],
-    /// Squared distance from the query point, m².
-    pub distance: f64,
-}
 
 /// Finds the element nearest to a point, with the barycentric weights there; nodes are at `x`. Of several elements that
 /// contain the point the first is taken. None if there is no element.
@@ -47,98 +37,53 @@ pub(super) struct ElementLocator<'a, const D: usize> {
     order: Vec<u32>,
     /// Boxes of the elements, in the same order.
     own: Vec<BoundingBox<D>>,
-    /// Box of every node of the tree: node k has the children 2k and 2k + 1; the leaves come last.
-    boxes: Vec<BoundingBox<D>>,
+    tree: Bvh<D>,
 }
 
 impl<'a, const D: usize> ElementLocator<'a, D> {
     /// Builds the tree over elements.
     pub fn new(cells: &'a [DeformedElement<D>]) -> Self {
         let middle = |cell: &DeformedElement<D>| cell.corners[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64;
-        let order = morton_order(&cells.iter().map(middle).collect::<Vec<_>>());
-        let own: Vec<BoundingBox<D>> = order.iter().map(|cell| cells[*cell as usize].bounds()).collect();
-        let leaves = order.len().div_ceil(LEAF).next_power_of_two();
-        let mut boxes = vec![BoundingBox::NONE; 2 * leaves];
-        for (bounds, members) in boxes[leaves..].iter_mut().zip(own.chunks(LEAF)) {
-            *bounds = members.iter().fold(BoundingBox::NONE, |all, member| all.joined(member));
-        }
-        for node in (1..leaves).rev() {
-            boxes[node] = boxes[2 * node].joined(&boxes[2 * node + 1]);
-        }
-        Self { cells, order, own, boxes }
+        let boxes: Vec<BoundingBox<D>> = cells.iter().map(DeformedElement::bounds).collect();
+        let mut tree = Bvh::packed(&boxes, morton_order(&cells.iter().map(middle).collect::<Vec<_>>()), LEAF, 2);
+        let order = tree.renumber();
+        let own = order.iter().map(|cell| boxes[*cell as usize]).collect();
+        Self { cells, order, own, tree }
     }
 
     /// Visits the elements whose box overlaps a box, in the order of the curve.
     pub fn near(&self, wanted: &BoundingBox<D>, mut visit: impl FnMut(usize)) {
-        let all = self.walk(wanted, |at| {
+        self.tree.any(wanted, |at| {
             if self.own[at].meets(wanted) {
                 visit(self.order[at] as usize);
             }
-            None::<()>
+            false
         });
-        debug_assert!(all.is_none(), "nothing ends the walk");
     }
 
     /// The place nearest to a point, of equal ones the first along the curve; none if there is no element.
     pub fn nearest(&self, p: &Vector<D>) -> Option<ElementLocation> {
-        let here = BoundingBox { low: *p, high: *p };
-        let place = |at: usize| {
+        let mut inside = None;
+        self.tree.any(&BoundingBox { low: *p, high: *p }, |at| {
             let cell = self.order[at] as usize;
-            self.cells[cell].place(p, cell)
-        };
-        self.walk(&here, place).or_else(|| self.nearest_outside(p))
-    }
-
-    /// Visits the elements whose leaf meets a box, by their place along the curve, until one gives an answer.
-    fn walk<T>(&self, wanted: &BoundingBox<D>, mut visit: impl FnMut(usize) -> Option<T>) -> Option<T> {
-        let mut stack = [1_usize; usize::BITS as usize];
-        let mut open = 1;
-        while open > 0 {
-            open -= 1;
-            let node = stack[open];
-            if !self.boxes[node].meets(wanted) {
-                continue;
-            }
-            if let Some(members) = self.members(node) {
-                let answer = members.into_iter().find_map(&mut visit);
-                if answer.is_some() {
-                    return answer;
-                }
-            } else {
-                stack[open] = 2 * node + 1;
-                stack[open + 1] = 2 * node;
-                open += 2;
-            }
-        }
-        None
+            inside = self.cells[cell].place(p, cell);
+            inside.is_some()
+        });
+        inside.or_else(|| self.nearest_outside(p))
     }
 
     fn nearest_outside(&self, p: &Vector<D>) -> Option<ElementLocation> {
         let mut best: Option<ElementLocation> = None;
-        let mut stack = vec![1_usize];
-        while let Some(node) = stack.pop() {
-            if best.is_some_and(|best| self.boxes[node].distance_squared(p) >= best.distance) {
-                continue;
-            }
-            if let Some(members) = self.members(node) {
-                for cell in self.order[members].iter().map(|cell| *cell as usize) {
-                    let place = self.cells[cell].nearest(p, cell);
-                    best = Some(best.filter(|best| best.distance <= place.distance).unwrap_or(place));
-                }
-            } else {
-                let [first, second] = [2 * node, 2 * node + 1];
-                let swap = self.boxes[second].distance_squared(p) < self.boxes[first].distance_squared(p);
-                stack.extend(if swap { [first, second] } else { [second, first] });
-            }
-        }
+        self.tree.branch_and_bound(
+            f64::INFINITY,
+            |bounds| bounds.distance_squared(p),
+            |at| {
+                let cell = self.order[at] as usize;
+                let place = self.cells[cell].nearest(p, cell);
+                best.insert(best.filter(|best| best.distance <= place.distance).unwrap_or(place)).distance
+            },
+        );
         best
-    }
-
-    /// Range of a leaf's elements along the curve; none for an inner node.
-    fn members(&self, node: usize) -> Option<std::ops::Range<usize>> {
-        let leaf = node.checked_sub(self.boxes.len() / 2)?;
-        let end = self.order.len();
-        Some((leaf * LEAF).min(end)..((leaf + 1) * LEAF).min(end))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Overlap of a new triangle and an old one: convex polygon clipping.
 
-use super::overlap_integrals::{OverlapMoments, dot, weighted};
+use super::overlap_moments::{OverlapMoments, dot, weighted};
 
 /// Vertex of an overlap, as barycentric coordinates in both triangles: every linear field of either is available there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -188,7 +188,8 @@ fn share(triangle: [&PolygonVertex; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::barycentric::DeformedElement;
-    use super::super::overlap_integrals::{OverlapIntegrator, mass_matrix};
+    use super::super::overlap_integrals::OverlapIntegrator;
+    use super::super::overlap_moments::mass_matrix;
     use super::*;
     use crate::math::Vector;
     use crate::mesh::NodeId;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::overlap_integrals::{OverlapMoments, dot};
+use super::overlap_moments::{OverlapMoments, dot};
 use fearless_simd::{Level, dispatch};
 
 /// Vertex of an overlap, as barycentric coordinates in both tetrahedra: every linear field of either is available
@@ -320,7 +320,8 @@ fn share([a, b, c, d]: [&PolyhedronVertex; 4]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::barycentric::DeformedElement;
-    use super::super::overlap_integrals::{OverlapIntegrator, dot, mass_matrix};
+    use super::super::overlap_integrals::OverlapIntegrator;
+    use super::super::overlap_moments::{dot, mass_matrix};
     use super::super::test_bodies::TestRandom;
     use super::*;
     use crate::math::{Vector3, det};

@@ -1,18 +1,13 @@
-//! 2:1 balanced quadtree over the square around the body: cells no larger than the target size in them.
+//! Quadtree over the square around the body, 2:1 balanced: cells no larger than the target size in them.
 
+use super::RemeshError;
+use super::error::at_most;
 use super::triangle::PlanarPoint;
-use super::{RemeshError, at_most};
-use std::collections::HashSet;
+use crate::geometry::{CellContact, CellDivision, OrthCell, OrthTree, subdivide};
+use std::cmp::Reverse;
 
 /// Greatest depth: cells of a 2^30th of the edge of the root square.
-const DEEPEST: u32 = 30;
-
-/// Square cell of edge `edge` × 2⁻ˡᵉᵛᵉˡ, by its index among those of its level.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-struct QuadCell {
-    level: u32,
-    at: [u32; 2],
-}
+const DEEPEST: usize = 30;
 
 /// Root square of the quadtree.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,74 +29,40 @@ pub(super) fn leaves(
     least: impl Fn(&PlanarPoint, f64) -> Option<f64>,
     most: usize,
 ) -> Result<Vec<(PlanarPoint, f64)>, RemeshError> {
-    let mut leaves = HashSet::new();
-    let mut wanted = vec![];
-    let mut open = vec![QuadCell { level: 0, at: [0, 0] }];
-    while let Some(cell) = open.pop() {
-        at_most((leaves.len() + open.len()) as f64, most)?;
-        let (middle, edge) = cell.place(square);
-        match least(&middle, 0.5 * edge) {
-            Some(size) if size < edge && cell.level < DEEPEST => open.extend(cell.children()),
-            Some(_) => {
-                leaves.insert(cell);
-                wanted.push(cell);
-            }
-            None => drop(leaves.insert(cell)),
+    let mut tree = OrthTree::new([1 << DEEPEST; 2], DEEPEST);
+    let (mut wanted, mut checked) = (vec![], Ok(()));
+    subdivide([1 << DEEPEST; 2], DEEPEST, |cell, waiting| {
+        checked = at_most((tree.leaves.len() + waiting) as f64, most);
+        if checked.is_err() {
+            return CellDivision::Stop;
         }
-    }
-    let mut found: Vec<(PlanarPoint, f64)> =
-        balanced(leaves, wanted, most)?.into_iter().map(|cell| cell.place(square)).collect();
+        let (middle, edge) = square.place(&cell);
+        let size = least(&middle, 0.5 * edge);
+        if size.is_some_and(|size| size < edge) && cell.level > 0 {
+            return CellDivision::Divide;
+        }
+        if size.is_some() {
+            wanted.push(cell);
+        }
+        tree.leaves.insert(cell);
+        CellDivision::Leaf
+    });
+    checked?;
+    let balanced = tree.balance(wanted, CellContact::Faces, most);
+    balanced.map_err(|points| RemeshError::TooMany { points: points as f64, most })?;
+    let mut sorted: Vec<OrthCell<2>> = tree.leaves.into_iter().collect();
+    sorted.sort_unstable_by_key(|cell| (Reverse(cell.level), cell.at));
+    let mut found: Vec<(PlanarPoint, f64)> = sorted.iter().map(|cell| square.place(cell)).collect();
     found.retain(|(middle, edge)| least(middle, 0.5 * edge).is_some());
     Ok(found)
 }
 
-/// Balances the leaves: no two that share an edge differ by more than a level. Returns them in order.
-fn balanced(
-    mut leaves: HashSet<QuadCell>,
-    mut waiting: Vec<QuadCell>,
-    most: usize,
-) -> Result<Vec<QuadCell>, RemeshError> {
-    while let Some(cell) = waiting.pop() {
-        if !leaves.contains(&cell) {
-            continue;
-        }
-        let over = |next: QuadCell| (0..=next.level).map(|up| next.above(up)).find(|above| leaves.contains(above));
-        let large = cell.beside().filter_map(over).find(|leaf| leaf.level + 1 < cell.level);
-        if let Some(leaf) = large {
-            leaves.remove(&leaf);
-            leaves.extend(leaf.children());
-            at_most(leaves.len() as f64, most)?;
-            waiting.push(cell);
-            waiting.extend(leaf.children());
-        }
-    }
-    let mut sorted: Vec<QuadCell> = leaves.into_iter().collect();
-    sorted.sort_unstable();
-    Ok(sorted)
-}
-
-impl QuadCell {
-    fn place(self, square: &RootSquare) -> (PlanarPoint, f64) {
-        let edge = square.edge / f64::from(1_u32 << self.level);
-        let middle = |i: usize| square.corner[i] + (f64::from(self.at[i]) + 0.5) * edge;
+impl RootSquare {
+    /// Centre and edge, m, of a cell.
+    fn place(&self, cell: &OrthCell<2>) -> (PlanarPoint, f64) {
+        let edge = self.edge / f64::from(1_u32 << (DEEPEST - cell.level));
+        let middle = |i: usize| self.corner[i] + (cell.at[i] as f64 + 0.5) * edge;
         (PlanarPoint::new(middle(0), middle(1)), edge)
-    }
-
-    fn children(self) -> [Self; 4] {
-        let [a, b] = self.at.map(|i| 2 * i);
-        [[a, b], [a + 1, b], [a, b + 1], [a + 1, b + 1]].map(|at| Self { level: self.level + 1, at })
-    }
-
-    /// Ancestor of the cell, `up` levels above.
-    fn above(self, up: u32) -> Self {
-        Self { level: self.level - up, at: self.at.map(|i| i >> up) }
-    }
-
-    /// Edge neighbours of the same level.
-    fn beside(self) -> impl Iterator<Item = Self> {
-        let [a, b] = self.at;
-        let around = [[a.wrapping_sub(1), b], [a + 1, b], [a, b.wrapping_sub(1)], [a, b + 1]];
-        around.into_iter().filter(move |at| at.iter().all(|i| i >> self.level == 0)).map(move |at| Self { at, ..self })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Division of the old mesh into the retained region and the open region.
 
 use super::DeformedMesh;
-use super::boundary_loops::NewBoundary;
+use super::boundary_resampling::NewBoundary;
 use super::delaunay::WIDE;
 use super::point_insertion::QualityLimits;
 use super::point_set::PointSet;

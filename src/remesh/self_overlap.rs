@@ -1,10 +1,10 @@
 //! Self-overlap of a body whose surfaces have passed through each other.
 
-use super::barycentric::DeformedElement;
-use super::bounds::BoundingBox;
+use super::DeformedMesh;
+use super::barycentric::{DeformedElement, cells};
 use super::overlap_integrals::OverlapIntegrator;
 use super::point_location::ElementLocator;
-use super::{DeformedMesh, supermesh};
+use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::{Simplex, signed_volume};
 
@@ -18,7 +18,7 @@ const TOUCHING: f64 = 1e-12;
 #[must_use]
 pub fn self_overlap_mass<const D: usize>(body: &DeformedMesh<'_, D>, density: impl Fn(&Vector<D>) -> f64) -> f64 {
     let elements = &body.mesh.elements;
-    let cells = supermesh::cells(body.position, elements.iter());
+    let cells = cells(body.position, elements.iter());
     let locator = ElementLocator::new(&cells);
     if !passes_through(body, &cells, &locator) {
         return 0.0;

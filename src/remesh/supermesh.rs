@@ -1,15 +1,16 @@
 //! Supermesh transfer (Farrell et al. 2009) of mass and momentum: exact integrals over every intersection of an old and
 //! a new element.
 
-use super::barycentric::{DeformedElement, interpolate};
-use super::correspondence::MeshCorrespondence;
+use super::barycentric::{DeformedElement, cells, interpolate};
+use super::correspondence::{MeshCorrespondence, OverlapSource};
 use super::nodal_fields::{heights, least_height, limited_corner_masses, limiting_scale};
 use super::overlap_candidates::OverlapCandidates;
-use super::overlap_integrals::{OverlapIntegrator, OverlapMoments, mass_matrix};
+use super::overlap_integrals::OverlapIntegrator;
+use super::overlap_moments::{OverlapMoments, mass_matrix};
 use super::point_location::ElementLocator;
 use super::{BodySymmetry, DeformedMesh, NodalFields, ProposedMesh};
 use crate::math::Vector;
-use crate::mesh::{ElementId, Simplex};
+use crate::mesh::ElementId;
 
 /// Uncovered part of an old element above which it is deposited. Rounding leaves 2e-15 in ordinary meshes. With 1e-10,
 /// thirty immersed meshes had lost 1.3e-12 of the mass.
@@ -27,19 +28,6 @@ pub(super) struct ElementMoments<const D: usize> {
     pub mass_matrix: [[f64; 4]; 4],
     /// ∫ρ N_i v, N·s.
     pub momentum: [Vector<D>; 4],
-}
-
-/// Overlap of an old and a new element.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OverlapSource {
-    /// New element.
-    pub new: ElementId,
-    /// Old element.
-    pub old: ElementId,
-    /// Mass of the overlap, kg.
-    pub mass: f64,
-    /// Overlap relative to the area or volume of the old element, weighted by the radius for a ring.
-    pub part: f64,
 }
 
 impl<const D: usize> ElementMoments<D> {
@@ -83,14 +71,6 @@ struct ShareCorrection<const D: usize> {
     /// Velocity, m/s, by which the scaled overlaps move faster than the old element: together they conserve its
     /// momentum.
     faster: Vector<D>,
-}
-
-/// Builds elements in their deformed configuration.
-pub(super) fn cells<'a, const D: usize>(
-    x: &[Vector<D>],
-    elements: impl Iterator<Item = &'a Simplex>,
-) -> Vec<DeformedElement<D>> {
-    elements.map(|nodes| DeformedElement::of(x, nodes)).collect()
 }
 
 impl<const D: usize> SupermeshIntegrals<D> {

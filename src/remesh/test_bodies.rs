@@ -1,7 +1,8 @@
 //! Test bodies for remeshing.
 
 use super::*;
-use crate::mesh::{CellSplit, Facet, RectilinearGrid};
+use crate::math::Vector;
+use crate::mesh::{CellSplit, Facet, Mesh, NodeId, RectilinearGrid, Simplex, signed_volume};
 
 /// Deterministic random numbers from 0 to 1.
 pub(super) struct TestRandom(u64);
@@ -238,4 +239,83 @@ impl<const D: usize> TestBody<D> {
 /// Random numbers from 0 to 1, one per element.
 pub(super) fn scatter<const D: usize>(mesh: &Mesh<D>, random: &mut TestRandom) -> Vec<f64> {
     mesh.elements.iter().map(|_| random.next()).collect()
+}
+
+/// Asserts that a transfer conserves mass and momentum to a relative tolerance.
+#[track_caller]
+pub(super) fn check_conserved<const D: usize>(defects: &ConservationDefects<D>, tolerance: f64) {
+    let ConservationDefects { before, raw, after, .. } = *defects;
+    assert!((raw.mass / before.mass - 1.0).abs() < tolerance, "mass {:e}", raw.mass / before.mass - 1.0);
+    let scale = before.momentum.norm() + before.mass.sqrt() * before.kinetic.sqrt();
+    assert!(defects.momentum_defect().norm() < tolerance * scale, "momentum {:e}", defects.momentum_defect().norm());
+    assert!((after.momentum - raw.momentum).norm() < tolerance * scale);
+}
+
+/// Asserts that nothing at all can be transferred to a node.
+pub(super) fn check_nothing<const D: usize>(symmetry: BodySymmetry) {
+    let mesh = Mesh::<D>::new(vec![], vec![]);
+    let carried = NodalFields { symmetry, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
+    let new = ProposedMesh {
+        position: vec![Vector::zeros()],
+        origin: vec![NodeOrigin::Inside],
+        elements: vec![],
+        over: vec![],
+        cleared: 0.0,
+    };
+    let after = transfer(&DeformedMesh { mesh: &mesh, position: &[] }, &carried, &new);
+    assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
+}
+
+/// Asserts that meshes of very different sizes take over from one another.
+pub(super) fn check_sizes<const D: usize>(
+    mut body: TestBody<D>,
+    meshes: &[[Vec<f64>; D]],
+    random: &mut TestRandom,
+    map: &BodyMap<'_, D>,
+) {
+    for planes in meshes {
+        let (xi, new) = body.other(planes, (1.0, random), map);
+        let after = transfer(&body.moved(), &body.carried(), &new);
+        check_conserved(&after.defects, 1e-13);
+        assert!(after.defects.relative_mass() < 1e-13);
+        assert_eq!((after.defects.misses, after.defects.massless), (0, 0));
+        body = body.after(xi, new, after);
+    }
+}
+
+/// Asserts that an element turned inside out by a node moved by `shift` gives its mass to its neighbours.
+pub(super) fn check_inverted<const D: usize>(mut body: TestBody<D>, shift: Vector<D>) {
+    let mut new = body.again();
+    let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.3 && *c < 0.6)).unwrap();
+    body.position[inner] += shift;
+    let upright = |x: &[Vector<D>]| body.mesh.elements.iter().filter(|e| signed_volume(x, e) > 0.0).count();
+    assert!(upright(&body.position) < body.mesh.elements.len());
+    new.origin[inner] = NodeOrigin::Inside;
+    let after = transfer(&body.moved(), &body.carried(), &new);
+    check_conserved(&after.defects, 1e-13);
+    assert!(after.defects.stray_mass > 0.0 && after.defects.massless == 0);
+}
+
+/// Asserts that nodes keep every bit where the mesh around them does, although node `moved` moves by `shift`. Returns
+/// the numbers of nodes that do and do not.
+pub(super) fn check_reach<const D: usize>(body: &TestBody<D>, moved: usize, shift: Vector<D>) -> [usize; 2] {
+    let mut new = body.again();
+    new.position[moved] += shift;
+    new.origin[moved] = NodeOrigin::Inside;
+    let after = transfer(&body.moved(), &body.carried(), &new);
+    let mut counts = [0; 2];
+    for (i, xi) in body.xi.iter().enumerate() {
+        let is_far = xi[0] > 0.05 * (1.0 + 1.0 + 4.0) + 0.03;
+        let is_same = (after.mass[i], after.velocity[i]) == (body.mass[i], body.velocity[i]);
+        assert!(is_same || !is_far, "node {i} at {xi}");
+        assert!(after.rest[i] == body.mesh.rest[i] || i == moved);
+        counts[usize::from(!is_same)] += 1;
+    }
+    assert!(after.defects.unchanged > 0.9 && after.defects.unchanged < 1.0);
+    check_conserved(&after.defects, 1e-13);
+    if D == 3 {
+        let ConservationDefects { before, after, .. } = after.defects;
+        assert!((after.angular - before.angular).norm() < 1e-13 * before.angular.norm());
+    }
+    counts
 }

@@ -1,8 +1,10 @@
 //! Properties of a plane remesh of any body.
 
+use super::plane::propose;
 use super::test_meshes::{held, moved, rings, square};
 use super::*;
-use crate::mesh::least_angle;
+use crate::math::Vector;
+use crate::mesh::{Mesh, NodeId, Simplex, least_angle, signed_volume};
 use proptest::prelude::*;
 use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};

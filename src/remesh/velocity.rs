@@ -4,7 +4,7 @@ use super::NodeOrigin;
 use super::barycentric::interpolate;
 use super::correspondence::{MeshCorrespondence, UnchangedElement};
 use super::nodal_fields::{NodalFields, heights};
-use super::overlap_integrals::mass_matrix;
+use super::overlap_moments::mass_matrix;
 use super::supermesh::ElementMoments;
 use crate::math::Vector;
 use crate::mesh::Simplex;

@@ -6,6 +6,7 @@ use super::supermesh::SupermeshIntegrals;
 use super::test_bodies::{TestBody, TestRandom, even};
 use super::velocity::MomentumProjection;
 use super::*;
+use crate::math::Vector;
 
 /// Number of wavelengths in the bar.
 const WAVES: usize = 12;

@@ -11,8 +11,9 @@ use crate::integrator::UnusableStep;
 use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, ElementPatches, Mesh, boundary_from_neighbours, face_neighbours};
 use crate::remesh::{
-    self, AcceptanceLimits, BodySymmetry, ConservationDefects, DeformedMesh, ElementNeighbours, MeshCorrespondence,
-    MeshQuality, MeshRejected, NodalFields, ProposedMesh, RemeshError, RemeshRules, SizeRange, TransferredFields,
+    self, AcceptanceLimits, BodySymmetry, ConservationDefects, DeformedMesh, ElementNeighbours, ImmersedMesher,
+    LocalMesher, MeshCorrespondence, MeshQuality, MeshRejected, MeshRequest, Mesher, NodalFields, ProposedMesh,
+    RemeshError, RemeshRules, Remeshed, SizeRange, TransferredFields,
 };
 use crate::scene::RemeshMethod;
 use crate::state::MeshInstance;
@@ -204,17 +205,7 @@ pub(super) fn mesh_in_plane(
     size: &[f64],
     cleared: BodyClearance<'_, 2>,
 ) -> Result<(ProposedMesh<2>, f64), RemeshError> {
-    match attempt {
-        RemeshAttempt::Retained { sag, rests, .. } => Ok((
-            remesh::propose(moved, size, &RemeshRules { sag, rests, ..RemeshRules::default() }, cleared)?,
-            MEASURE_TOLERANCE,
-        )),
-        RemeshAttempt::Immersed { size_factor } => {
-            let size: Vec<f64> = size.iter().map(|size| size_factor * size).collect();
-            let steps = remesh::immerse(moved, &size, &RemeshRules::default())?;
-            Ok((steps.proposal, MEASURE_TOLERANCE + remesh::rounding(moved, &size)))
-        }
-    }
+    generate_mesh(attempt, moved, size, cleared)
 }
 
 /// Generates a mesh in space; the immersed method is available in the plane only.
@@ -224,13 +215,30 @@ pub(super) fn mesh_in_space(
     size: &[f64],
     cleared: BodyClearance<'_, 3>,
 ) -> Result<(ProposedMesh<3>, f64), RemeshError> {
-    match attempt {
+    generate_mesh(attempt, moved, size, cleared)
+}
+
+/// Generates a mesh by the maker of an attempt.
+fn generate_mesh<const D: usize>(
+    attempt: RemeshAttempt,
+    moved: &DeformedMesh<'_, D>,
+    size: &[f64],
+    cleared: BodyClearance<'_, D>,
+) -> Result<(ProposedMesh<D>, f64), RemeshError>
+where
+    LocalMesher: Mesher<D>,
+    ImmersedMesher: Mesher<D>,
+{
+    let request = |rules| MeshRequest { old: *moved, size, rules, cleared };
+    let Remeshed { proposal, rounding } = match attempt {
         RemeshAttempt::Retained { sag, slide, rests } => {
-            let rules = RemeshRules { sag, slide, rests, ..RemeshRules::default() };
-            Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE_TOLERANCE))
+            LocalMesher.remesh(&request(RemeshRules { sag, slide, rests, ..RemeshRules::default() }))
         }
-        RemeshAttempt::Immersed { .. } => Err(RemeshError::PlaneOnly),
-    }
+        RemeshAttempt::Immersed { size_factor } => {
+            ImmersedMesher { size_factor }.remesh(&request(RemeshRules::default()))
+        }
+    }?;
+    Ok((proposal, MEASURE_TOLERANCE + rounding))
 }
 
 impl<const D: usize> GelModel<D> {

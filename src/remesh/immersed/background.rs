@@ -1,9 +1,9 @@
 //! Background mesh: the quadtree over the square around a body, and the triangulation of its cell centres.
 
-use super::super::bounds::BoundingBox;
+use super::super::point_insertion::OpenRegion;
 use super::super::quadtree::{RootSquare, leaves};
 use super::super::{DeformedMesh, RemeshError, delaunay};
-use super::whole;
+use crate::geometry::BoundingBox;
 use crate::math::Vector;
 
 /// Cell of the quadtree.
@@ -72,4 +72,9 @@ pub fn triangulated(cells: &[BackgroundCell]) -> Result<BackgroundMesh, RemeshEr
     }
     let triangles = delaunay::of_points(&points)?;
     Ok(BackgroundMesh { points, size, triangles })
+}
+
+/// Open region of the whole old mesh with its sizes.
+fn whole<'a>(old: &DeformedMesh<'a, 2>, size: &'a [f64]) -> OpenRegion<'a> {
+    OpenRegion::new(old, size, old.mesh.elements.clone())
 }

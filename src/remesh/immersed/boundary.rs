@@ -1,16 +1,15 @@
 //! Boundary of an immersed body: signed distance, winding number and segment crossings.
 
-use super::super::bounds::BoundingBox;
-use super::super::box_tree::BoxTree;
 use super::super::triangle::{PlanarPoint, clearance, cross, do_cross};
 use super::super::{DeformedMesh, NodeOrigin};
+use crate::geometry::{BoundingBox, Bvh};
 use crate::mesh::NodeId;
 
 /// Edges of the deformed boundary, the body on their left.
 pub(super) struct ImmersedBoundary<'a> {
     x: &'a [PlanarPoint],
     edges: Vec<[usize; 2]>,
-    near: BoxTree<2>,
+    near: Bvh<2>,
 }
 
 /// Location on the boundary.
@@ -23,7 +22,7 @@ pub(super) struct BoundaryLocation {
 impl<'a> ImmersedBoundary<'a> {
     pub fn of(old: &DeformedMesh<'a, 2>) -> Self {
         let edges: Vec<[usize; 2]> = old.mesh.facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
-        Self { x: old.position, near: BoxTree::segments(&edges, old.position), edges }
+        Self { x: old.position, near: Bvh::segments(&edges, old.position), edges }
     }
 
     fn ends(&self, edge: usize) -> [&'a PlanarPoint; 2] {

@@ -1,12 +1,11 @@
 //! Snapping of points near the boundary of an immersed body onto it, which avoids slivers.
 
 use super::super::boundary_loops::{BoundaryFeature, features};
-use super::super::bounds::BoundingBox;
-use super::super::box_tree::BoxTree;
 use super::super::triangle::{PlanarPoint, distance as apart};
 use super::super::{DeformedMesh, NodeOrigin, RemeshError, delaunay};
 use super::background::BackgroundMesh;
 use super::boundary::{BoundaryLocation, ImmersedBoundary};
+use crate::geometry::{BoundingBox, Bvh};
 use crate::math::Vector;
 
 /// Distance, in cell edges, below which a point is snapped to the boundary. A cut is then at least 0.2 edges away from
@@ -53,7 +52,7 @@ pub fn snapped(
     let (mut close, far): (Vec<usize>, Vec<usize>) = (0..background.points.len()).partition(|p| is_near(*p));
     close.sort_by(|a, b| distance[*a].abs().total_cmp(&distance[*b].abs()).then(a.cmp(b)));
     let places = accepted_locations(&snap_candidates((old, size), background, &close));
-    let near = BoxTree::points(places.iter().map(|place| place.at));
+    let near = Bvh::points(places.iter().map(|place| place.at));
     let has_room = |p: &usize| {
         let (point, reach) = (&background.points[*p], SPACE * background.size[*p]);
         !near.any(&BoundingBox::about(point, reach), |i| apart(&places[i].at, point) < reach)
@@ -92,7 +91,7 @@ fn snap_candidates(
 
 /// Locations of the candidates with enough distance to all earlier ones.
 fn accepted_locations(snap_candidates: &[SnapCandidate]) -> Vec<BoundaryLocation> {
-    let near = BoxTree::points(snap_candidates.iter().map(|wish| wish.place.at));
+    let near = Bvh::points(snap_candidates.iter().map(|wish| wish.place.at));
     let mut is_granted = vec![false; snap_candidates.len()];
     for (i, wish) in snap_candidates.iter().enumerate() {
         let reach = SPACE * wish.size;

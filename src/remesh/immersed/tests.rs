@@ -1,7 +1,10 @@
 //! Properties of an immersed mesh of any body.
 
 use super::super::test_meshes::{held, moved, rings, square};
-use super::super::{AcceptanceLimits, MeshQuality, MeshRejected, NodeOrigin, check_acceptance, graded};
+use super::super::{
+    AcceptanceLimits, DeformedMesh, MeshQuality, MeshRejected, NodeOrigin, ProposedMesh, RemeshRules, check_acceptance,
+    graded,
+};
 use super::*;
 use crate::math::Vector;
 use crate::mesh::{boundary, least_angle, signed_volume};

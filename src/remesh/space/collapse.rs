@@ -1,7 +1,7 @@
 //! Edge collapse.
 
-use super::EDGES;
 use super::edge_star::{EdgeStar, fan};
+use super::limits::EDGES;
 use super::surface_criteria::SurfaceCriteria;
 use super::tet_mesh::{MeshOperation, TetMesh, Tetrahedron};
 

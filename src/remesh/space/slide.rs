@@ -1,11 +1,11 @@
 //! Tangential smoothing: a surface point slides along the surface to improve its tetrahedra.
 
 use super::edge_star::fan;
+use super::limits::{GAIN, STANDING};
 use super::smooth::{WAYS, target_position};
 use super::split::blend;
 use super::surface_criteria::{SurfaceCriteria, is_along, twice_area};
 use super::tet_mesh::{TetMesh, Tetrahedron, gradient};
-use super::{GAIN, STANDING};
 use crate::math::Vector;
 use crate::remesh::NodeOrigin;
 

@@ -1,8 +1,8 @@
 //! Removal of slivers at the surface where no other operation improves them.
 
 use super::edge_star::EdgeStar;
+use super::limits::{EDGES, cube};
 use super::tet_mesh::{TetMesh, Tetrahedron};
-use super::{EDGES, cube};
 
 /// Quality up to which a tetrahedron is a sliver: a third of that which counts as distorted.
 const FLAT: f64 = 0.1;

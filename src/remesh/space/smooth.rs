@@ -1,6 +1,6 @@
 //! Smoothing: an interior point moves to improve its tetrahedra.
 
-use super::GAIN;
+use super::limits::GAIN;
 use super::tet_mesh::{TetMesh, Tetrahedron};
 use crate::math::Vector;
 use crate::mesh::FACES;

@@ -1,9 +1,9 @@
 //! Surface criteria: where the surface is flat enough, now and at rest, to be made of other facets.
 
 use super::edge_star::fan;
+use super::limits::{FAIR, STANDING, cube};
 use super::tet_mesh::{MeshOperation, TetMesh};
 use super::volume_correction::VolumeCorrection;
-use super::{FAIR, STANDING, cube};
 use crate::math::Vector;
 
 /// Limits for operations at the surface.

@@ -134,7 +134,7 @@ fn held_area(mesh: &Mesh<3>) -> f64 {
 
 /// New mesh and its accepted quality, or a description of the failure.
 fn remeshed(old: &DeformedMesh<'_, 3>, size: &[f64], quality: f64) -> Result<(ProposedMesh<3>, MeshQuality), String> {
-    let new = propose(old, size, &RemeshRules::default(), &|x| *x);
+    let new = propose(old, size, &RemeshRules::default(), &|x| *x).unwrap();
     let judged = check_acceptance(old, &new, &AcceptanceLimits { measure: CHANGE, quality });
     let moved =
         |(origin, x): (&NodeOrigin, &Vector<3>)| matches!(origin, NodeOrigin::Kept(n) if old.position[n.index()] != *x);

@@ -1,9 +1,9 @@
 //! Editable tetrahedral mesh: points, tetrahedra, and the star of every point.
 
-use super::{EDGES, FAIR, LONG, SHORT, cube};
+use super::limits::{EDGES, FAIR, LONG, SHORT, cube};
+use crate::geometry::BoundingBox;
 use crate::math::{CLOSE, Vector};
 use crate::mesh::{ElementId, FACES, NodeId, Simplex};
-use crate::remesh::bounds::BoundingBox;
 use crate::remesh::{DeformedMesh, NodeOrigin, ProposedMesh, load_markers};
 
 /// Tetrahedron by its points, positively oriented.

@@ -1,25 +1,15 @@
 //! Rigid body bounded by a closed triangulated surface.
 
-mod closest;
-mod crossing;
-mod field;
-mod inner;
-mod mass;
-mod normals;
-mod surface;
-mod tips;
-mod tree;
-mod winding;
-
-use super::{Gap, SharpEnd, SignedDistance};
+use super::crossing::find_crossing;
+use super::exact::ExactDistance;
+use super::field::DistanceGrid;
+use super::mass::{MassProperties, mass_properties};
+use super::surface::{SurfaceError, TriangleSurface};
+use super::tips::find_tips;
+use super::winding::find_fault;
+use crate::geometry::{Gap, SharpEnd, SignedDistance};
 use crate::math::{Tensor3, Vector3};
-use closest::TriangleFeature;
-use field::DistanceGrid;
-use mass::{MassProperties, mass_properties};
-use normals::PseudoNormals;
 use std::fmt;
-pub use surface::{SurfaceError, TriangleSurface};
-use tree::TriangleTree;
 
 /// Body bounded by a closed triangulated surface, its centre of mass at the origin.
 ///
@@ -39,20 +29,14 @@ use tree::TriangleTree;
 /// ```
 #[derive(Clone)]
 pub struct TriangulatedBody {
-    surface: TriangleSurface,
-    normals: PseudoNormals,
-    tree: TriangleTree,
+    exact: ExactDistance,
     field: DistanceGrid,
-    size: f64,
     volume: f64,
     inertia: Tensor3,
     centre: Vector3,
     inner_radius: f64,
     tips: Vec<SharpEnd>,
 }
-
-/// Round-off limit: nearer to an edge or corner than this part of the size, the direction from it is meaningless.
-const ROUND_OFF: f64 = 1e-12;
 
 impl TriangulatedBody {
     /// Builds the body with this surface, `scale` metres per unit.
@@ -67,26 +51,20 @@ impl TriangulatedBody {
         let MassProperties { volume, centre, inertia } = mass_properties(&surface);
         surface.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
         let given = |p: Vector3| (p / scale + centre).into();
-        if let Some(at) = crossing::find_crossing(&surface, &inertia) {
+        if let Some(at) = find_crossing(&surface, &inertia) {
             return Err(SurfaceError::Crossing { at: given(at) });
         }
-        let (tree, normals, size) = (TriangleTree::new(surface.corners()), PseudoNormals::of(&surface), surface.size());
-        let exact = |p: &Vector3| exact_gap(&surface, &normals, &tree, p, size).distance;
-        let field = DistanceGrid::new(surface.bounds(), exact);
-        if let Some((fault, at)) = winding::find_fault(&tree, &field, exact) {
+        let bounds = surface.bounds();
+        let exact = ExactDistance::new(surface);
+        let distance = |p: &Vector3| exact.gap(p).distance;
+        let field = DistanceGrid::new(bounds, distance);
+        if let Some((fault, at)) = find_fault(&exact.tree, &field, distance) {
             return Err(fault.error(given(at)));
         }
         let (volume, inertia, centre) = (volume * (scale * scale * scale), inertia * (scale * scale), centre * scale);
-        let (inner_radius, tips) = (0.0, vec![]);
-        let mut solid = Self { surface, normals, tree, field, size, volume, inertia, centre, inner_radius, tips };
-        solid.inner_radius = solid.greatest_depth();
-        solid.tips = tips::find_tips(&solid);
-        Ok(solid)
-    }
-
-    /// Exact φ and its gradient.
-    pub(super) fn exact(&self, p: &Vector3) -> Gap {
-        exact_gap(&self.surface, &self.normals, &self.tree, p, self.size)
+        let inner_radius = exact.greatest_depth(&field);
+        let tips = find_tips(&exact, inner_radius);
+        Ok(Self { exact, field, volume, inertia, centre, inner_radius, tips })
     }
 
     /// Centre of mass in the frame of the file, m; the body's frame has its origin there.
@@ -98,19 +76,19 @@ impl TriangulatedBody {
     /// Returns true if the surface was given inside out.
     #[must_use]
     pub fn was_turned(&self) -> bool {
-        self.surface.was_turned()
+        self.exact.surface.was_turned()
     }
 
     /// Corners of the surface, m.
     #[must_use]
     pub fn points(&self) -> &[Vector3] {
-        &self.surface.points
+        &self.exact.surface.points
     }
 
     /// Triangles as indices of corners, outward oriented.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.surface.triangles
+        &self.exact.surface.triangles
     }
 
     /// Corners that may be sharper than the mesh.
@@ -118,50 +96,15 @@ impl TriangulatedBody {
     pub fn tips(&self) -> &[SharpEnd] {
         &self.tips
     }
-
-    /// Depth of the deepest point found by pattern search (axis and diagonal steps) from the deepest grid node: at most
-    /// √3/2 cells less than the greatest depth.
-    fn greatest_depth(&self) -> f64 {
-        const SMALLEST: f64 = 1e-2;
-        let depth = |p: &Vector3| -self.exact(p).distance;
-        let mut at = self.field.deepest();
-        let (mut best, mut step) = (depth(&at), 0.5 * self.field.cell());
-        while step > SMALLEST * self.field.cell() {
-            let sides =
-                (0..27).map(|i| Vector3::from([i % 3, i / 3 % 3, i / 9].map(|n| f64::from(n) - 1.0)) * step + at);
-            match sides.map(|p| (depth(&p), p)).find(|(found, _)| *found > best) {
-                Some(found) => (best, at) = found,
-                None => step *= 0.5,
-            }
-        }
-        best
-    }
-}
-
-/// Exact signed distance to a surface of this size, and its gradient.
-fn exact_gap(surface: &TriangleSurface, normals: &PseudoNormals, tree: &TriangleTree, p: &Vector3, size: f64) -> Gap {
-    let found = tree.nearest(p);
-    let outward = normals.at(surface, found.triangle, found.closest.feature);
-    let arm = p - found.closest.point;
-    if found.closest.feature == TriangleFeature::Face {
-        return Gap { distance: outward.dot(&arm), normal: outward };
-    }
-    let (sign, distance) = (1.0_f64.copysign(arm.dot(&outward)), arm.norm());
-    if distance <= ROUND_OFF * size {
-        // An edge between two coincident sheets has no normal of its own.
-        let normal = outward.try_normalize(0.0).unwrap_or(normals.faces[found.triangle as usize]);
-        return Gap { distance: sign * distance, normal };
-    }
-    Gap { distance: sign * distance, normal: arm * (sign / distance) }
 }
 
 impl SignedDistance for TriangulatedBody {
     fn gap(&self, point: &Vector3) -> Gap {
-        self.field.far_bound(point).unwrap_or_else(|| self.exact(point))
+        self.field.far_bound(point).unwrap_or_else(|| self.exact.gap(point))
     }
 
     fn reach(&self, direction: &Vector3) -> f64 {
-        self.tree.reach(direction)
+        self.exact.tree.reach(direction)
     }
 
     fn specific_inertia(&self) -> Option<Tensor3> {
@@ -188,13 +131,13 @@ impl SignedDistance for TriangulatedBody {
 /// Two bodies are equal if their surfaces are.
 impl PartialEq for TriangulatedBody {
     fn eq(&self, other: &Self) -> bool {
-        self.surface == other.surface
+        self.exact.surface == other.exact.surface
     }
 }
 
 impl fmt::Debug for TriangulatedBody {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (triangles, volume) = (self.surface.triangles.len(), self.volume);
+        let (triangles, volume) = (self.exact.surface.triangles.len(), self.volume);
         f.debug_struct("Solid").field("triangles", &triangles).field("volume", &volume).finish_non_exhaustive()
     }
 }

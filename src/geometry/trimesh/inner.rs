@@ -1,7 +1,6 @@
 //! Inner point of a tip: a point inside the body that a straight line from the tip reaches.
 
-use super::TriangulatedBody;
-use crate::geometry::SignedDistance as _;
+use super::exact::ExactDistance;
 use crate::math::Vector3;
 
 /// Distances from the tip at which the middle of the body is sought, in radii of the greatest inscribed ball. They
@@ -15,13 +14,18 @@ const START: f64 = 1e-3;
 /// Finds the inner point of a tip. It is the centre of mass if the line from the tip to it stays inside, as in a convex
 /// body. Otherwise it is the furthest point reached by a line that follows the deepest points from the tip. `None` if
 /// no line leads inside.
-pub(super) fn inner_point(solid: &TriangulatedBody, tip: &Vector3, inward: &Vector3) -> Option<Vector3> {
+pub(super) fn inner_point(
+    solid: &ExactDistance,
+    inner_radius: f64,
+    tip: &Vector3,
+    inward: &Vector3,
+) -> Option<Vector3> {
     if stays_inside(solid, tip, &Vector3::zeros()) {
         return Some(Vector3::zeros());
     }
     let mut direction = *inward;
     let mut found = None;
-    for distance in DISTANCES.map(|part| part * solid.inner_radius()) {
+    for distance in DISTANCES.map(|part| part * inner_radius) {
         direction = deepest_direction(solid, tip, direction, distance);
         let point = tip + direction * distance;
         if stays_inside(solid, tip, &point) {
@@ -32,9 +36,9 @@ pub(super) fn inner_point(solid: &TriangulatedBody, tip: &Vector3, inward: &Vect
 }
 
 /// Direction in which the point at this distance from the tip is deepest, by pattern search from `first`.
-fn deepest_direction(solid: &TriangulatedBody, tip: &Vector3, first: Vector3, distance: f64) -> Vector3 {
+fn deepest_direction(solid: &ExactDistance, tip: &Vector3, first: Vector3, distance: f64) -> Vector3 {
     const SMALLEST: f64 = 1e-3;
-    let depth = |direction: &Vector3| -solid.exact(&(tip + direction * distance)).distance;
+    let depth = |direction: &Vector3| -solid.gap(&(tip + direction * distance)).distance;
     let (mut best, mut at, mut step) = (depth(&first), first, 0.5);
     while step > SMALLEST {
         let aside = (0..6).map(|i| Vector3::ith(i / 2, if i % 2 == 0 { step } else { -step }));
@@ -49,11 +53,11 @@ fn deepest_direction(solid: &TriangulatedBody, tip: &Vector3, first: Vector3, di
 
 /// Returns true if the segment from a tip to a point stays inside the body; marches by inscribed balls (sphere
 /// tracing).
-fn stays_inside(solid: &TriangulatedBody, tip: &Vector3, point: &Vector3) -> bool {
+fn stays_inside(solid: &ExactDistance, tip: &Vector3, point: &Vector3) -> bool {
     let (line, length) = (point - tip, (point - tip).norm());
     let mut way = START * length;
     while way < length {
-        let depth = -solid.exact(&(tip + line * (way / length))).distance;
+        let depth = -solid.gap(&(tip + line * (way / length))).distance;
         if depth <= GRAZING * way {
             return false;
         }

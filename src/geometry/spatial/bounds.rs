@@ -4,7 +4,7 @@ use crate::math::Vector;
 
 /// Axis-aligned bounding rectangle or box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct BoundingBox<const D: usize> {
+pub(crate) struct BoundingBox<const D: usize> {
     /// Lower corner, m.
     pub low: Vector<D>,
     /// Upper corner, m.
@@ -40,6 +40,11 @@ impl<const D: usize> BoundingBox<D> {
     pub fn distance_squared(&self, p: &Vector<D>) -> f64 {
         (self.low - p).sup(&(p - self.high)).sup(&Vector::<D>::zeros()).norm_squared()
     }
+
+    /// Support function of the box along a direction.
+    pub fn reach(&self, direction: &Vector<D>) -> f64 {
+        (0..D).map(|i| (self.low[i] * direction[i]).max(self.high[i] * direction[i])).sum()
+    }
 }
 
 /// Vector of equal components.
@@ -48,7 +53,7 @@ const fn all<const D: usize>(component: f64) -> Vector<D> {
 }
 
 /// Order of points along a Morton curve over the square or cube around them.
-pub(super) fn morton_order<const D: usize>(points: &[Vector<D>]) -> Vec<u32> {
+pub(crate) fn morton_order<const D: usize>(points: &[Vector<D>]) -> Vec<u32> {
     // A 64-bit key holds 32 bits of each coordinate in the plane, 21 in space.
     let most = if D == 2 { u32::MAX } else { (1 << 21) - 1 };
     let bounds = BoundingBox::around(points);

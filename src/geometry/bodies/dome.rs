@@ -1,4 +1,4 @@
-use super::{Gap, SignedDistance};
+use crate::geometry::{Gap, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 
 /// Plate that fills the half-space z > 0 with a spherical cap below it: the bulge on the back face of an armour plate.

@@ -1,4 +1,4 @@
-use super::{Gap, SignedDistance};
+use crate::geometry::{Gap, SignedDistance};
 use crate::math::{Tensor3, Vector3};
 use std::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 use super::outline::ProfileOutline;
 use super::piece::{PieceCurve, ProfileGap, ProfilePiece, ProfilePoint};
-use super::{Gap, SharpEnd, SignedDistance};
+use crate::geometry::{Gap, SharpEnd, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
 
