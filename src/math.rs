@@ -1,13 +1,18 @@
 //! Small dense algebra over nalgebra types, for `D` ∈ {2, 3}.
 //!
 //! The world is three-dimensional; a planar or axisymmetric gel lives in the x–z plane. [`embed`] and [`restrict`] go
-//! between the two. Everything here gives the same bits on every platform: no libm call, no fused multiply-add.
+//! between the two. Everything here gives the same bits on every platform: no libm call, and fused multiply-adds only
+//! where the source says so.
 
+pub(crate) mod array;
 mod number;
 mod spectral;
+mod symmetric_tensor;
 
 pub use number::{Number, exp, exp_less_one, ln, power};
+pub(crate) use spectral::diagonalise;
 pub use spectral::spectral;
+pub(crate) use symmetric_tensor::{SymmetricTensor, isochoric_mean};
 
 /// Vector of the gel's space.
 pub type Vector<const D: usize> = nalgebra::SVector<f64, D>;

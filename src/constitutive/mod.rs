@@ -17,13 +17,13 @@ use crate::math::Number;
 
 pub use damage::DamageLaw;
 pub use equation_of_state::EquationOfState;
-pub use hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse};
+pub use hyperelastic::{Hyperelastic, ShearResponse};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use ogden::{Ogden, OgdenTerm};
 pub use viscoelastic::{MaxwellBranch, Viscoelastic};
 pub use viscosity::BulkViscosity;
-pub use volume::{VolumetricEnergy, VolumetricResponse};
+pub use volume::{LogarithmicEnergy, VolumetricEnergy, VolumetricResponse};
 pub use yield_law::{PressureHardening, StressReturn, YieldLaw};
 
 /// Material model of a gel.

@@ -1,65 +1,63 @@
-//! Interface of a material in vector lanes: eight elements at once.
+//! Interface of the element kernel of a material, over [`Number`]: one element, or eight in vector lanes.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{ElementBatch, LANES, multiply_add};
-use super::history::{HistoryLanes, HistoryLayout};
-use super::layout::GroupKick;
-use super::node_cache::NodeRows;
 use super::rest_geometry::RestGeometry;
-use super::transpose::gather;
-use super::{MAX_NODES, Section};
 use crate::constitutive::VolumetricEnergy;
-use crate::math::Number;
-use fearless_simd::{Simd, SimdBase, f64x8};
+use crate::fem::history::{HistoryLanes, HistoryLayout};
+use crate::fem::{MAX_NODES, Section};
+use crate::math::{Number, array};
+use std::fmt::Debug;
 
-/// Input of a material for eight elements.
-pub(super) struct BatchInput<'a, R> {
-    /// Rest volumes and nodes.
-    pub batch: &'a ElementBatch,
+/// Input of a material.
+pub(crate) struct LawInput<'a, V: Number, R> {
+    /// Rest volume w, m³; 0 in an empty lane.
+    pub volume: V,
+    /// Inverse determinant of the rest edges, 1/mᴰ; 0 in an empty lane.
+    pub scale: V,
     /// Rest data of the material.
     pub rest: &'a R,
-    /// Kick of the group.
-    pub kick: GroupKick,
+    /// Time since the previous tick, s.
+    pub elapsed: f64,
     /// History variables, updated by the evaluation.
-    pub history: &'a mut [HistoryLanes],
+    pub history: &'a mut [HistoryLanes<V::Lanes>],
 }
 
-/// Material law in vector lanes.
-pub(super) trait SimdMaterial<const D: usize>: HistoryLayout<D> + Copy {
-    /// Rest data of eight elements.
-    type Rest: RestOperator<D>;
+/// Element kernel of a material.
+pub(crate) trait ElementLaw<const D: usize>: HistoryLayout<D> + Copy {
+    /// Rest data, with the numbers of its lanes side by side.
+    type Rest<L: Copy + Default + Debug>: RestOperator<D, L>;
     /// True if elements may be strained at the rest positions of their nodes.
     const HAS_HISTORY: bool;
-    /// Computes the rest data of eight elements; 0 in empty lanes.
-    fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> Self::Rest;
+    /// Computes the rest data; 0 in empty lanes.
+    fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> Self::Rest<V::Lanes>;
     /// Returns the volumetric energy law.
     fn volume(&self) -> impl VolumetricEnergy;
     /// Evaluates the elements and updates their history variables.
-    fn evaluate<S: Simd>(
+    fn evaluate<V: Number>(
         &self,
         section: Section,
-        input: BatchInput<'_, Self::Rest>,
-        strains: &BatchDeformation<D, f64x8<S>>,
-        slopes: &VolumetricSlopes<f64x8<S>>,
-    ) -> ElementForces<D, f64x8<S>>;
+        input: LawInput<'_, V, Self::Rest<V::Lanes>>,
+        strains: &ElementDeformation<D, V>,
+        slopes: &VolumetricSlopes<V>,
+    ) -> ElementForces<D, V>;
 }
 
-/// Rest data of eight elements, which maps their edges to deformation gradients.
-pub(super) trait RestOperator<const D: usize>: Clone + Default {
-    /// Prefetches the data into the cache.
-    fn prefetch(&self);
+/// Rest data, which maps the edges of elements to deformation gradients.
+pub(crate) trait RestOperator<const D: usize, L>: Clone + Default {
+    /// Visits the numbers of each quantity.
+    fn each(&self, see: impl FnMut(&L));
     /// Replaces the edges, as columns, by F or the tensor that the material uses instead.
     ///
-    /// `strained` is 1 in strained lanes and 0 at rest, `scale` that of the batch. Returns the factor from the
+    /// `strained` is 1 in strained lanes and 0 at rest, `scale` that of the element. Returns the factor from the
     /// determinant of the tensor to det F.
-    fn deform<S: Simd>(&self, strained: f64x8<S>, scale: f64x8<S>, edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S>;
+    fn deform<V: Number<Lanes = L>>(&self, strained: V, scale: V, edges: &mut [[V; D]; D]) -> V;
 }
 
-/// Forces, stiffness bounds, energy and dissipation of eight elements.
+/// Forces, stiffness bounds, energy and dissipation.
 #[derive(Clone, Copy)]
-pub(super) struct ElementForces<const D: usize, V> {
+pub(crate) struct ElementForces<const D: usize, V> {
     /// Forces on all nodes but the first, which takes the reaction, without the hoop force, N.
     pub forces: [[V; D]; D],
     /// Hoop force of a ring on each node along r, N.
@@ -72,9 +70,9 @@ pub(super) struct ElementForces<const D: usize, V> {
     pub lost: [V; 3],
 }
 
-/// Deformation of eight elements.
+/// Deformation of an element.
 #[derive(Clone, Copy)]
-pub(super) struct BatchDeformation<const D: usize, V> {
+pub(crate) struct ElementDeformation<const D: usize, V> {
     /// F, or the tensor that the material uses instead.
     pub f: [[V; D]; D],
     /// Out-of-plane stretch λ.
@@ -87,14 +85,14 @@ pub(super) struct BatchDeformation<const D: usize, V> {
     pub strained: V,
 }
 
-/// U′ and max(U″, 0) of eight elements, element and patch parts together, Pa.
+/// U′ and max(U″, 0), element and patch parts together, Pa.
 #[derive(Clone, Copy)]
-pub(super) struct VolumetricSlopes<V> {
+pub(crate) struct VolumetricSlopes<V> {
     pub slope: V,
     pub curvature: V,
 }
 
-impl<const D: usize, V: Number> BatchDeformation<D, V> {
+impl<const D: usize, V: Number> ElementDeformation<D, V> {
     /// Returns the deformation of elements at rest.
     #[inline(always)]
     pub fn at_rest(zero: V) -> Self {
@@ -107,38 +105,103 @@ impl<const D: usize, V: Number> BatchDeformation<D, V> {
     pub fn jacobian(&self) -> V {
         if D == 2 { self.det_f * self.out } else { self.det_f }
     }
+
+    /// Replaces the edges x_a − x_0, the columns of `f`, by F, with J and λ.
+    ///
+    /// `volume` and `scale` are those of [`LawInput`]; `moved` is positive where a node is not at rest or the element is
+    /// incompatible; `radii` is the sum of the radii of a ring. J is exactly 1, without rounding, for elements at rest
+    /// and in empty lanes.
+    #[inline(always)]
+    pub fn deform<G: ElementLaw<D>>(
+        &mut self,
+        section: Section,
+        rest: &G::Rest<V::Lanes>,
+        volume: V,
+        scale: V,
+        moved: V,
+        radii: V,
+    ) {
+        let (zero, one) = (volume.constant(0.0), volume.constant(1.0));
+        let away = moved * volume;
+        let strained = away.choose(one, zero);
+        let unit = rest.deform(strained, scale, &mut self.f);
+        self.det_f = away.choose(array::fused_det(&self.f) * unit, one);
+        if D == 2 && section == Section::Axisymmetric {
+            self.hoop = hoop_gradient(volume, scale);
+            self.out = away.choose(radii * self.hoop, one);
+        }
+        self.strained = if G::HAS_HISTORY { one } else { strained };
+    }
 }
 
-impl<const D: usize, S: Simd> ElementForces<D, f64x8<S>> {
+/// Returns the hoop gradient 1/(3R̄), 1/m, from w = 2πR̄A and the scale 1/(2A); 0 in an empty lane.
+#[inline(always)]
+fn hoop_gradient<V: Number>(volume: V, scale: V) -> V {
+    let volume = volume * scale * 3.0;
+    volume.choose(volume.constant(std::f64::consts::PI) / volume, volume.constant(0.0))
+}
+
+/// Evaluates the volumetric energy of a patch, J, with the slope and curvature of each element (numerics 5).
+///
+/// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄.
+#[inline(always)]
+pub(crate) fn evaluate_volumetric<const D: usize, V: Number>(
+    gel: &impl ElementLaw<D>,
+    volumes: &[V],
+    strains: &[ElementDeformation<D, V>],
+    slopes: &mut [VolumetricSlopes<V>],
+) -> V {
+    if volumes.len() == 1 {
+        let u = gel.volume().volumetric(strains[0].jacobian());
+        slopes[0] = VolumetricSlopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
+        return volumes[0] * u.energy;
+    }
+    let mut volume = volumes[0];
+    let mut now = volume * strains[0].jacobian();
+    for k in 1..volumes.len() {
+        (volume, now) = (volume + volumes[k], now + volumes[k] * strains[k].jacobian());
+    }
+    // An empty lane has no volume; the smallest number keeps it from 0/0.
+    let shared = gel.volume().shared(now / volume.at_least(f64::MIN_POSITIVE));
+    let mut energy = volume * shared.energy;
+    for k in 0..volumes.len() {
+        let own = gel.volume().own(strains[k].jacobian());
+        energy = energy + volumes[k] * own.energy;
+        slopes[k].slope = own.slope + shared.slope;
+        slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
+    }
+    energy
+}
+
+impl<const D: usize, V: Number> ElementForces<D, V> {
     /// Returns weight · f and κ at every node.
     #[inline(always)]
-    pub fn nodal_kicks(&self, weight: f64x8<S>) -> [[f64x8<S>; 4]; MAX_NODES] {
-        let zero = f64x8::splat(weight.simd, 0.0);
+    pub fn nodal_kicks(&self, weight: V) -> [[V; 4]; MAX_NODES] {
+        let zero = weight.constant(0.0);
         let mut kicks = [[zero, zero, zero, self.stiffness]; MAX_NODES];
         for i in 0..D {
             for a in 0..D {
                 kicks[a + 1][i] = self.forces[a][i] * weight;
-                kicks[0][i] -= kicks[a + 1][i];
+                kicks[0][i] = kicks[0][i] - kicks[a + 1][i];
             }
         }
         if D == 2 {
             let hoop_force = self.hoop_force * weight;
             for a in 0..=D {
-                kicks[a][0] += hoop_force;
+                kicks[a][0] = kicks[a][0] + hoop_force;
             }
         }
         kicks
     }
 
-    /// Returns the power Σ f·v, W.
+    /// Returns the power Σ f·v, W, for the velocities of the nodes.
     #[inline(always)]
-    pub fn power(&self, nodes: &[[u16; LANES]; MAX_NODES], velocities: &NodeRows) -> f64x8<S> {
-        let simd = self.hoop_force.simd;
-        let v = gather::<D, S>(simd, nodes, velocities);
-        let mut power = if D == 2 { self.hoop_force * (v[0][0] + v[1][0] + v[2][0]) } else { f64x8::splat(simd, 0.0) };
+    pub fn power(&self, v: &[[V; 4]; MAX_NODES]) -> V {
+        let zero = self.hoop_force.constant(0.0);
+        let mut power = if D == 2 { self.hoop_force * (v[0][0] + v[1][0] + v[2][0]) } else { zero };
         for i in 0..D {
             for a in 0..D {
-                power = multiply_add(self.forces[a][i], v[a + 1][i] - v[0][i], power);
+                power = self.forces[a][i].multiply_add(v[a + 1][i] - v[0][i], power);
             }
         }
         power

@@ -1,24 +1,23 @@
-//! Kinematics of eight deformed elements of a material with history variables.
+//! Kinematics of deformed elements, over [`Number`]: gradients, J^(−2/3), elastic strains and nodal forces.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{LANES, LaneArray, cofactors, load_lanes, multiply_add, prefetch};
+use super::element_law::{ElementDeformation, RestOperator};
 use super::rest_geometry::RestGeometry;
-use super::simd_material::{BatchDeformation, RestOperator};
-use super::symmetric_tensor::SymmetricTensor;
 use crate::constitutive::NeoHookean;
-use crate::math::{Number, exp, ln};
-use fearless_simd::{Simd, SimdBase, f64x8};
+use crate::fem::Section;
+use crate::math::{Number, SymmetricTensor, array, exp, ln};
+use std::fmt::Debug;
 
-/// Material gradients ∇N_a of eight elements for a = 1..=D, 1/m.
+/// Material gradients ∇N_a for a = 1..=D, 1/m.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-pub(super) struct ShapeGradients<const D: usize>([[LaneArray; D]; D]);
+pub(crate) struct ShapeGradients<const D: usize, L = [f64; 8]>([[L; D]; D]);
 
-/// Kinematics of eight deformed elements.
-pub(super) struct BatchKinematics<'a, const D: usize, V> {
-    pub strain: &'a BatchDeformation<D, V>,
+/// Kinematics for isochoric–volumetric materials; J^(−2/3) is constant below the floor of J.
+pub(crate) struct IsochoricKinematics<'a, const D: usize, V> {
+    pub strain: &'a ElementDeformation<D, V>,
     /// cof F.
     pub cofactor: [[V; D]; D],
     /// J, clamped to the floor of the material law.
@@ -29,66 +28,65 @@ pub(super) struct BatchKinematics<'a, const D: usize, V> {
     pub above_floor: V,
 }
 
-/// Nodal sums of the gradients g_a = ∇N_a of eight elements.
-pub(super) struct GradientSums<const D: usize, V> {
+/// Nodal sums of the gradients g_a = ∇N_a.
+pub(crate) struct GradientSums<const D: usize, V> {
     /// Σ g_a ⊗ g_a, 1/m², with the hoop parts as the out-of-plane component.
     pub metric: SymmetricTensor<D, V>,
     /// Greatest |g_a|², 1/m².
     pub max_squared: V,
 }
 
-impl<const D: usize> Default for ShapeGradients<D> {
+impl<const D: usize, L: Copy + Default> Default for ShapeGradients<D, L> {
     fn default() -> Self {
-        Self([[[0.0; LANES]; D]; D])
+        Self([[L::default(); D]; D])
     }
 }
 
-impl<const D: usize> RestOperator<D> for ShapeGradients<D> {
+impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for ShapeGradients<D, L> {
     #[inline(always)]
-    fn prefetch(&self) {
-        for eight in self.0.iter().flatten() {
-            prefetch(eight);
+    fn each(&self, mut see: impl FnMut(&L)) {
+        for lanes in self.0.iter().flatten() {
+            see(lanes);
         }
     }
 
     /// Replaces the edges e_a by F = Σ e_a ⊗ ∇N_a; exactly 1 at rest, without rounding.
     #[inline(always)]
-    fn deform<S: Simd>(&self, strained: f64x8<S>, _scale: f64x8<S>, f: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
-        let (simd, edges) = (strained.simd, *f);
-        let one = f64x8::splat(simd, 1.0);
+    fn deform<V: Number<Lanes = L>>(&self, strained: V, _scale: V, f: &mut [[V; D]; D]) -> V {
+        let (edges, one) = (*f, strained.constant(1.0));
         for i in 0..D {
             for j in 0..D {
-                let mut sum = edges[i][0] * load_lanes(simd, &self.0[0][j]);
+                let mut sum = edges[i][0] * one.load(&self.0[0][j]);
                 for a in 1..D {
-                    sum = multiply_add(edges[i][a], load_lanes(simd, &self.0[a][j]), sum);
+                    sum = edges[i][a].multiply_add(one.load(&self.0[a][j]), sum);
                 }
-                f[i][j] = if i == j { multiply_add(sum, strained, one - strained) } else { sum * strained };
+                f[i][j] = if i == j { sum.multiply_add(strained, one - strained) } else { sum * strained };
             }
         }
         one
     }
 }
 
-impl<const D: usize> ShapeGradients<D> {
-    /// Takes the gradients from the rest geometry of eight elements.
+impl<const D: usize, L: Copy + Default> ShapeGradients<D, L> {
+    /// Takes the gradients from the rest geometry.
     #[inline(always)]
-    pub fn new<S: Simd>(shape: &RestGeometry<D, f64x8<S>>) -> Self {
+    pub fn new<V: Number<Lanes = L>>(shape: &RestGeometry<D, V>) -> Self {
         let mut new = Self::default();
         for a in 0..D {
             for i in 0..D {
-                new.0[a][i] = shape.gradients[a][i].into();
+                new.0[a][i] = shape.gradients[a][i].store();
             }
         }
         new
     }
 
-    /// Loads the gradients as vectors.
+    /// Loads the gradients.
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S) -> [[f64x8<S>; D]; D] {
-        let mut all = [[f64x8::splat(simd, 0.0); D]; D];
+    fn load<V: Number<Lanes = L>>(&self, zero: V) -> [[V; D]; D] {
+        let mut all = [[zero; D]; D];
         for a in 0..D {
             for i in 0..D {
-                all[a][i] = load_lanes(simd, &self.0[a][i]);
+                all[a][i] = zero.load(&self.0[a][i]);
             }
         }
         all
@@ -96,16 +94,16 @@ impl<const D: usize> ShapeGradients<D> {
 
     /// Returns the nodal sums of the material gradients.
     #[inline(always)]
-    pub fn sums<S: Simd>(&self, hoop: f64x8<S>) -> GradientSums<D, f64x8<S>> {
-        GradientSums::new(&self.load(hoop.simd), hoop)
+    pub fn sums<V: Number<Lanes = L>>(&self, hoop: V) -> GradientSums<D, V> {
+        GradientSums::new(&self.load(hoop), hoop)
     }
 }
 
-impl<const D: usize, S: Simd> GradientSums<D, f64x8<S>> {
+impl<const D: usize, V: Number> GradientSums<D, V> {
     /// Sums the gradients of all nodes but the first, and of the first, minus their sum.
     #[inline(always)]
-    fn new(gradients: &[[f64x8<S>; D]; D], hoop: f64x8<S>) -> Self {
-        let zero = f64x8::splat(hoop.simd, 0.0);
+    fn new(gradients: &[[V; D]; D], hoop: V) -> Self {
+        let zero = hoop.constant(0.0);
         let ring = if D == 2 { hoop * hoop * (D + 1) as f64 } else { zero };
         let mut sum = Self { metric: SymmetricTensor::diagonal(zero, ring), max_squared: zero };
         let mut first = [zero; D];
@@ -114,25 +112,26 @@ impl<const D: usize, S: Simd> GradientSums<D, f64x8<S>> {
             if a < D {
                 g = gradients[a];
                 for i in 0..D {
-                    first[i] -= g[i];
+                    first[i] = first[i] - g[i];
                 }
             }
             let mut length = zero;
             for i in 0..D {
-                length = multiply_add(g[i], g[i], length);
+                length = g[i].multiply_add(g[i], length);
                 for j in i..D {
-                    sum.metric.inner[i][j] = multiply_add(g[i], g[j], sum.metric.inner[i][j]);
+                    sum.metric.inner[i][j] = g[i].multiply_add(g[j], sum.metric.inner[i][j]);
                 }
             }
             sum.max_squared = sum.max_squared.or_greater(length);
         }
         sum
     }
-}
 
-impl<const D: usize, V: Number> GradientSums<D, V> {
-    /// Returns an upper bound of the second derivative of ½(tr b̄ − 3) by the nodal positions ([`super::simplex`]),
-    /// 1/m².
+    /// Returns an upper bound of the second derivative of ½(tr b̄ − 3) by the nodal positions, 1/m².
+    ///
+    /// With L = δF F⁻¹ = Σ δx_a ⊗ g_a, g_a the spatial gradients (with the hoop parts of a ring), the second
+    /// derivative is L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL). The terms with tr L are together at most 2
+    /// (d:L)²/Ī₁, d = dev b̄. Each term is a square of a sum over the nodes, so at most the sum of the squares.
     #[inline(always)]
     pub fn shear_bound(&self, elastic: &SymmetricTensor<D, V>) -> V {
         let (deviator, trace) = (elastic.deviator(), elastic.trace());
@@ -143,7 +142,7 @@ impl<const D: usize, V: Number> GradientSums<D, V> {
     }
 }
 
-impl<const D: usize, V: Number> BatchKinematics<'_, D, V> {
+impl<const D: usize, V: Number> IsochoricKinematics<'_, D, V> {
     /// Returns F C̄⁻¹ for the rest shape of the history variables.
     #[inline(always)]
     pub fn times_inverse_shape(&self, memory: &SymmetricTensor<D, V>) -> [[V; D]; D] {
@@ -208,60 +207,80 @@ impl<const D: usize, V: Number> BatchKinematics<'_, D, V> {
     }
 }
 
-impl<'a, const D: usize, S: Simd> BatchKinematics<'a, D, f64x8<S>> {
+impl<'a, const D: usize, V: Number> IsochoricKinematics<'a, D, V> {
     /// Computes the kinematics from the deformation.
     #[inline(always)]
-    pub fn new(strain: &'a BatchDeformation<D, f64x8<S>>) -> Self {
+    pub fn new(strain: &'a ElementDeformation<D, V>) -> Self {
         let jacobian = strain.jacobian().at_least(NeoHookean::FLOOR);
         let above_floor = strain.jacobian() - NeoHookean::FLOOR;
         let scale = exp(ln(jacobian) * (-2.0 / 3.0));
-        Self { strain, cofactor: cofactors(&strain.f), jacobian, scale, above_floor }
+        Self { strain, cofactor: array::fused_cofactors(&strain.f), jacobian, scale, above_floor }
     }
 
     /// Returns the nodal sums of the spatial gradients.
     #[inline(always)]
-    pub fn gradient_sums(&self, rest: &ShapeGradients<D>) -> GradientSums<D, f64x8<S>> {
-        let (s, simd) = (self.strain, self.jacobian.simd);
+    pub fn gradient_sums(&self, rest: &ShapeGradients<D, V::Lanes>) -> GradientSums<D, V> {
+        let s = self.strain;
         let part = s.out / self.jacobian;
-        let mut all = rest.load(simd);
+        let mut all = rest.load(part);
         for a in 0..D {
             let gradient = all[a];
             for i in 0..D {
                 let mut sum = self.cofactor[i][0] * gradient[0];
                 for j in 1..D {
-                    sum = multiply_add(self.cofactor[i][j], gradient[j], sum);
+                    sum = self.cofactor[i][j].multiply_add(gradient[j], sum);
                 }
                 all[a][i] = sum * part;
             }
         }
         GradientSums::new(&all, if D == 2 { s.hoop / s.out } else { part })
     }
+}
 
+impl<const D: usize, V: Number> ElementDeformation<D, V> {
     /// Returns the nodal forces −w P ∇N_a, a = 1..=D, and the hoop force −w P_θθ/(3R̄), for P = K + p ∂J/∂F.
     ///
-    /// K is a multiple of `pulled`, with the out-of-plane component `out`; `shape` is −w times the multiple,
+    /// K is a multiple of `pulled`, with the out-of-plane component `out` over λ; `shape` is −w times the multiple,
     /// `pressure` −w p.
     #[inline(always)]
-    pub fn forces(
+    pub fn nodal_forces(
         &self,
-        rest: &ShapeGradients<D>,
-        pulled: &[[f64x8<S>; D]; D],
-        out: f64x8<S>,
-        shape: f64x8<S>,
-        pressure: f64x8<S>,
-    ) -> ([[f64x8<S>; D]; D], f64x8<S>) {
-        let (s, simd) = (self.strain, self.jacobian.simd);
-        let hoop_force = multiply_add(pressure, s.det_f, shape * s.out * out) * s.hoop;
-        let area = pressure * s.out;
-        let mut forces = [[f64x8::splat(simd, 0.0); D]; D];
+        rest: &ShapeGradients<D, V::Lanes>,
+        cofactor: &[[V; D]; D],
+        pulled: &[[V; D]; D],
+        out: V,
+        shape: V,
+        pressure: V,
+    ) -> ([[V; D]; D], V) {
+        let hoop_force = pressure.multiply_add(self.det_f, shape * self.out * out) * self.hoop;
+        let area = pressure * self.out;
+        let mut forces = [[area.constant(0.0); D]; D];
         for i in 0..D {
             for a in 0..D {
                 for j in 0..D {
-                    let stress = multiply_add(area, self.cofactor[i][j], shape * pulled[i][j]);
-                    forces[a][i] = multiply_add(stress, load_lanes(simd, &rest.0[a][j]), forces[a][i]);
+                    let stress = area.multiply_add(cofactor[i][j], shape * pulled[i][j]);
+                    forces[a][i] = stress.multiply_add(area.load(&rest.0[a][j]), forces[a][i]);
                 }
             }
         }
         (forces, hoop_force)
     }
+
+    /// Returns the factor s of κ ([`crate::fem::Simplices`]).
+    #[inline(always)]
+    pub fn minor_bound(&self, section: Section) -> V {
+        match section {
+            Section::Planar { .. } => self.out.constant(1.0),
+            Section::Spatial => (array::norm_squared(&self.f) * 2.0).root(),
+            Section::Axisymmetric => two_largest(array::norm_squared(&self.f), self.det_f, self.out),
+        }
+    }
+}
+
+/// Returns the sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
+#[inline(always)]
+pub(crate) fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
+    let area = inner.absolute() * 2.0;
+    let (sum, difference) = ((square + area).root(), (square - area).at_least(0.0).root());
+    sum.or_greater((sum + difference) * 0.5 + out.absolute())
 }

@@ -1,22 +1,18 @@
-//! Viscoelastic elements in vector lanes; the scalar form is [`super::viscoelastic`].
+//! Viscoelastic elements: a neo-Hookean equilibrium response plus Maxwell branches (numerics 6.4).
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::load_lanes;
-use super::history::{HistoryLanes, HistoryLayout, load_shape, shape_rows, store_shape};
-use super::hyperelastic_simd::two_largest;
-use super::kinematics::{BatchKinematics, GradientSums, ShapeGradients};
-use super::rest_geometry::{RestGeometry, det};
-use super::simd_material::{BatchDeformation, BatchInput, ElementForces, SimdMaterial, VolumetricSlopes};
-use super::simplex::isochoric_mean;
-use super::symmetric_tensor::SymmetricTensor;
-use super::{HistoryVariables, Section};
-use crate::constitutive::{Hyperelastic, NeoHookean, Viscoelastic, VolumetricEnergy};
-use crate::math::Number;
-use fearless_simd::{Simd, SimdBase, f64x8};
+use super::element_law::{ElementDeformation, ElementForces, ElementLaw, LawInput, VolumetricSlopes};
+use super::kinematics::{GradientSums, IsochoricKinematics, ShapeGradients};
+use super::rest_geometry::RestGeometry;
+use crate::constitutive::{Hyperelastic, NeoHookean, ShearResponse, Viscoelastic, VolumetricEnergy};
+use crate::fem::history::{HistoryLayout, load_shape, load_tensor, shape_rows, store_shape, store_tensor};
+use crate::fem::{HistoryVariables, Section};
+use crate::math::{Number, SymmetricTensor, array, isochoric_mean};
+use std::fmt::Debug;
 
-/// Isochoric shapes C̄⁻¹ and C̄ of eight elements; a branch relaxes where `above_floor` is positive.
+/// Isochoric shapes C̄⁻¹ and C̄; a branch relaxes where `above_floor` is positive.
 #[derive(Clone, Copy)]
 struct IsochoricShape<const D: usize, V> {
     inverse: SymmetricTensor<D, V>,
@@ -25,7 +21,7 @@ struct IsochoricShape<const D: usize, V> {
 }
 
 /// Relaxation of a branch at a constant strain: dev(C̄ C̄_i⁻¹) before it, with its out-of-plane component and square.
-struct BatchRelaxation<const D: usize, V> {
+struct BranchRelaxation<const D: usize, V> {
     inner: [[V; D]; D],
     out: V,
     square: V,
@@ -33,7 +29,7 @@ struct BatchRelaxation<const D: usize, V> {
     fall: V,
 }
 
-/// Sums over the springs of eight elements: P = K + U′ ∂J/∂F, K = F (μ + Σ μ_i J^(−2/3) C̄_i⁻¹).
+/// Sums over the springs: P = K + U′ ∂J/∂F, K = F (μ + Σ μ_i J^(−2/3) C̄_i⁻¹).
 struct SpringForces<const D: usize, V> {
     /// K, Pa.
     pulled: [[V; D]; D],
@@ -53,26 +49,25 @@ impl<const D: usize> HistoryLayout<D> for Viscoelastic {
         1 + (1 + self.branches().len()) * shape_rows::<D>()
     }
 
-    fn store_history(&self, rows: &mut [HistoryLanes], lane: usize, memory: &[HistoryVariables<D>]) {
+    fn store_history(&self, rows: &mut [f64], memory: &[HistoryVariables<D>]) {
         let (jacobian, shapes) = rows.split_first_mut().expect("where it was is remembered");
-        jacobian.0[lane] = memory[0].jacobian;
-        let shapes = shapes.chunks_exact_mut(shape_rows::<D>());
-        shapes.zip(memory).for_each(|(rows, memory)| store_shape(rows, lane, memory));
+        *jacobian = memory[0].jacobian;
+        shapes.chunks_exact_mut(shape_rows::<D>()).zip(memory).for_each(|(rows, memory)| store_shape(rows, memory));
     }
 
-    fn load_history(&self, rows: &[HistoryLanes], lane: usize, memory: &mut [HistoryVariables<D>]) {
+    fn load_history(&self, rows: &[f64], memory: &mut [HistoryVariables<D>]) {
         let shapes = rows[1..].chunks_exact(shape_rows::<D>());
-        memory.iter_mut().zip(shapes).for_each(|(memory, rows)| *memory = load_shape(rows, lane));
-        memory[0].jacobian = rows[0].0[lane];
+        memory.iter_mut().zip(shapes).for_each(|(memory, rows)| *memory = load_shape(rows));
+        memory[0].jacobian = rows[0];
     }
 }
 
-impl<const D: usize> SimdMaterial<D> for Viscoelastic {
-    type Rest = ShapeGradients<D>;
+impl<const D: usize> ElementLaw<D> for Viscoelastic {
+    type Rest<L: Copy + Default + Debug> = ShapeGradients<D, L>;
     const HAS_HISTORY: bool = true;
 
     #[inline(always)]
-    fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> ShapeGradients<D> {
+    fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> ShapeGradients<D, V::Lanes> {
         ShapeGradients::new(shape)
     }
 
@@ -82,42 +77,47 @@ impl<const D: usize> SimdMaterial<D> for Viscoelastic {
     }
 
     #[inline(always)]
-    fn evaluate<S: Simd>(
+    fn evaluate<V: Number>(
         &self,
         section: Section,
-        input: BatchInput<'_, ShapeGradients<D>>,
-        s: &BatchDeformation<D, f64x8<S>>,
-        u: &VolumetricSlopes<f64x8<S>>,
-    ) -> ElementForces<D, f64x8<S>> {
-        let BatchInput { batch, rest, kick, history } = input;
-        let (simd, at) = (s.det_f.simd, BatchKinematics::new(s));
-        let (zero, volume) = (f64x8::splat(simd, 0.0), load_lanes(simd, &batch.volume));
+        input: LawInput<'_, V, ShapeGradients<D, V::Lanes>>,
+        s: &ElementDeformation<D, V>,
+        u: &VolumetricSlopes<V>,
+    ) -> ElementForces<D, V> {
+        let LawInput { volume, rest, elapsed, history, .. } = input;
+        let (zero, at) = (volume.constant(0.0), IsochoricKinematics::new(s));
         let (nodes, still) = (at.gradient_sums(rest), rest.sums(s.hoop));
         let (jacobian, shapes) = history.split_first_mut().expect("where it was is remembered");
         let (last, branches) = shapes.split_at_mut(shape_rows::<D>());
-        let before = IsochoricShape::before(SymmetricTensor::load(simd, last), load_lanes(simd, &jacobian.0));
+        let before = IsochoricShape::before(load_tensor(zero, last), zero.load(&jacobian.0));
         let now = IsochoricShape::now(&at);
         let (mut springs, mut lost) = (SpringForces::new(self.equilibrium(), s, u.slope), zero);
         for (branch, rows) in self.branches().iter().zip(branches.chunks_exact_mut(shape_rows::<D>())) {
-            let mut own = SymmetricTensor::load(simd, rows);
-            if kick.elapsed > 0.0 {
-                let fall = relax_branch(&mut own, [&before, &now], branch.relaxation_factors(kick.elapsed));
-                lost += fall * (0.5 * branch.shear_modulus);
-                own.store(rows);
+            let mut own = load_tensor(zero, rows);
+            if elapsed > 0.0 {
+                let fall = relax_branch(&mut own, [&before, &now], branch.relaxation_factors(elapsed));
+                lost = lost + fall * (0.5 * branch.shear_modulus);
+                store_tensor(&own, rows);
             }
             springs.add(&at, branch.shear_modulus, &own, &nodes, &still);
         }
-        now.inverse.where_positive(now.above_floor, &before.inverse).store(last);
-        s.jacobian().store_slice(&mut jacobian.0);
-        let turning = u.slope.absolute() * minor_bound(section, s) + self.equilibrium().shear_modulus();
+        store_tensor(&now.inverse.where_positive(now.above_floor, &before.inverse), last);
+        jacobian.0 = s.jacobian().store();
+        let turning = u.slope.absolute() * s.minor_bound(section) + self.equilibrium().shear_modulus();
         let bound = turning * still.metric.trace() + u.curvature * dilated(&at, &nodes) + springs.curvature;
-        let (forces, hoop_force) = at.forces(rest, &springs.pulled, springs.out, -volume, -(volume * springs.slope));
+        let (forces, hoop_force) =
+            s.nodal_forces(rest, &at.cofactor, &springs.pulled, springs.out, -volume, -(volume * springs.slope));
         let (stiffness, energy) = (volume * bound, volume * springs.stored);
         ElementForces { forces, hoop_force, stiffness, energy, lost: [zero, volume * lost, zero] }
     }
 }
 
-/// Relaxes a branch of eight elements at the strain before the step, then at the strain now; returns the loss of tr b̄.
+/// Relaxes a branch by the factors `parts`, at the strain before the step, then at the strain now; returns the loss
+/// of tr b̄.
+///
+/// The loss is the fall of tr b̄ at both strains, corrected for the work of the branch between them. The nodes do
+/// work against the mean of the first and the last stress; the excess of the two relaxed stresses over this mean is,
+/// to second order, ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d.
 #[inline(always)]
 fn relax_branch<const D: usize, V: Number>(
     branch: &mut SymmetricTensor<D, V>,
@@ -147,7 +147,7 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
 
     /// Returns the present shapes.
     #[inline(always)]
-    fn now(at: &BatchKinematics<'_, D, V>) -> Self {
+    fn now(at: &IsochoricKinematics<'_, D, V>) -> Self {
         let (s, zero) = (at.strain, at.scale.constant(0.0));
         let over = at.scale.constant(1.0) / (s.det_f * s.det_f * at.scale);
         let square = s.out * s.out * at.scale;
@@ -169,9 +169,12 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
         now
     }
 
-    /// Relaxes dev b̄ of a branch to its part `restricted_to` at this constant shape.
+    /// Relaxes dev b̄ of a branch to its part s at this constant shape.
+    ///
+    /// b̄ = θ + d, tr d = 0, becomes θ' + s d with θ'³ − θ' s²|d|²/2 + s³ det d = 1, hence C̄_i⁻¹ becomes s C̄_i⁻¹ +
+    /// (θ' − sθ) C̄⁻¹; θ, |d|² and det d are those of C̄ C̄_i⁻¹, too, which has the eigenvalues of b̄.
     #[inline(always)]
-    fn relax(&self, branch: &mut SymmetricTensor<D, V>, left: f64) -> BatchRelaxation<D, V> {
+    fn relax(&self, branch: &mut SymmetricTensor<D, V>, left: f64) -> BranchRelaxation<D, V> {
         let zero = branch.out.constant(0.0);
         let mut inner = [[zero; D]; D];
         let mut out = if D == 2 { self.shape.out * branch.out } else { zero };
@@ -202,30 +205,23 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
         let after = isochoric_mean(before, square * (0.5 * left * left), determinant * (left * left * left));
         let relaxed = branch.combined(left, &self.inverse, after - before * left);
         *branch = relaxed.where_positive(self.above_floor, branch);
-        BatchRelaxation { inner, out, square, fall: self.above_floor.choose((before - after) * 3.0, zero) }
+        BranchRelaxation { inner, out, square, fall: self.above_floor.choose((before - after) * 3.0, zero) }
     }
 }
 
 /// Returns the determinant of a tensor with its out-of-plane component.
 #[inline(always)]
 fn determinant<const D: usize, V: Number>(a: &[[V; D]; D], out: V) -> V {
-    let inner = det(a);
+    let inner = array::det(a);
     if D == 2 { inner * out } else { inner }
 }
 
 impl<const D: usize, V: Number> SpringForces<D, V> {
     /// Creates the sums with the equilibrium spring alone.
     #[inline(always)]
-    fn new(gel: &NeoHookean, s: &BatchDeformation<D, V>, slope: V) -> Self {
-        let (mu, zero) = (gel.shear_modulus(), slope.constant(0.0));
-        let mut pulled = s.f;
-        for i in 0..D {
-            for j in 0..D {
-                pulled[i][j] = s.f[i][j] * mu;
-            }
-        }
-        let square = if D == 2 { s.out * s.out + square(&s.f) } else { square(&s.f) };
-        Self { pulled, out: zero + mu, slope, stored: (square - 3.0) * (0.5 * mu), curvature: zero }
+    fn new(gel: &NeoHookean, s: &ElementDeformation<D, V>, slope: V) -> Self {
+        let ShearResponse { energy, stress, out, .. } = gel.sheared(&s.f, s.out);
+        Self { pulled: stress, out, slope, stored: energy, curvature: slope.constant(0.0) }
     }
 
     /// Adds a branch of modulus `mu`, Pa, and rest shape `own`.
@@ -234,7 +230,7 @@ impl<const D: usize, V: Number> SpringForces<D, V> {
     #[inline(always)]
     fn add(
         &mut self,
-        at: &BatchKinematics<'_, D, V>,
+        at: &IsochoricKinematics<'_, D, V>,
         mu: f64,
         own: &SymmetricTensor<D, V>,
         nodes: &GradientSums<D, V>,
@@ -260,31 +256,9 @@ impl<const D: usize, V: Number> SpringForces<D, V> {
     }
 }
 
-/// Returns |F|² in the plane or in space.
-#[inline(always)]
-fn square<const D: usize, V: Number>(f: &[[V; D]; D]) -> V {
-    let mut sum = f[0][0].constant(0.0);
-    for i in 0..D {
-        for j in 0..D {
-            sum = sum + f[i][j] * f[i][j];
-        }
-    }
-    sum
-}
-
-/// Returns the factor s of κ ([`super::Simplices`]).
-#[inline(always)]
-fn minor_bound<const D: usize, V: Number>(section: Section, s: &BatchDeformation<D, V>) -> V {
-    match section {
-        Section::Planar { .. } => s.out.constant(1.0),
-        Section::Spatial => (square(&s.f) * 2.0).root(),
-        Section::Axisymmetric => two_largest(square(&s.f), s.det_f, s.out),
-    }
-}
-
 /// Returns Σ |∂J/∂x_a|², 1/m².
 #[inline(always)]
-fn dilated<const D: usize, V: Number>(at: &BatchKinematics<'_, D, V>, nodes: &GradientSums<D, V>) -> V {
+fn dilated<const D: usize, V: Number>(at: &IsochoricKinematics<'_, D, V>, nodes: &GradientSums<D, V>) -> V {
     let ring = at.strain.det_f * at.strain.hoop;
     let mut sum = nodes.metric.inner[0][0];
     for i in 1..D {
@@ -293,3 +267,6 @@ fn dilated<const D: usize, V: Number>(at: &BatchKinematics<'_, D, V>, nodes: &Gr
     let sum = sum * at.jacobian * at.jacobian;
     if D == 2 { sum + ring * ring * (D + 1) as f64 } else { sum }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,6 @@
-use super::simplex::{DeformationGradient, ReferenceShape, RestElement, Section};
-use super::viscoplastic::patch_history;
-use super::{
-    DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, HistoryVariables, MAX_NODES, Potential,
-    inversion_time, max_patch_size,
-};
-use crate::constitutive::{Hyperelastic, Material, NeoHookean, ShearResponse, VolumetricEnergy, VolumetricResponse};
+use super::rest_element::{DeformationGradient, RestElement};
+use crate::constitutive::Material;
+use crate::fem::{ReferenceShape, Section, max_patch_size};
 use crate::math::{Tensor, Vector, cofactor, det};
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 
@@ -29,19 +25,19 @@ use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 /// a ring. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of
 /// the element part and the patch part: the square of the mean volume change is at most the mean of the squares.
 ///
-/// This is the scalar reference implementation, element by element; [`ElementBatches`] is the SIMD form.
+/// This is the scalar form, element by element; [`crate::fem::ElementBatches`] runs the same kernels in vector lanes.
 #[derive(Debug, Clone)]
 pub struct Simplices<const D: usize> {
     pub(crate) material: Material,
-    pub(super) section: Section,
+    pub(crate) section: Section,
     elements: Vec<Simplex>,
-    rest: Vec<Vector<D>>,
+    pub(crate) rest: Vec<Vector<D>>,
     /// Index into `references` of each incompatible element; empty if all elements are compatible.
     reference_index: Vec<Option<u32>>,
     references: Vec<ReferenceShape<D>>,
-    patches: ElementPatches,
-    /// Rest geometry of all elements, for a material with history variables; else empty.
-    pub(super) rest_elements: Vec<RestElement<D>>,
+    pub(crate) patches: ElementPatches,
+    /// Rest geometry of all elements of a viscoplastic material; else empty.
+    pub(crate) rest_elements: Vec<RestElement<D>>,
 }
 
 impl<const D: usize> Simplices<D> {
@@ -86,9 +82,9 @@ impl<const D: usize> Simplices<D> {
         self.with_rest_elements()
     }
 
-    /// Caches the rest geometry for a material with history variables, which needs it at every update.
+    /// Caches the rest geometry for a viscoplastic material, which needs it at every update.
     fn with_rest_elements(self) -> Self {
-        let n = if self.remembers() { self.elements.len() as u32 } else { 0 };
+        let n = if matches!(self.material, Material::Flowing(_)) { self.elements.len() as u32 } else { 0 };
         let rest_elements = (0..n).map(|e| self.rest_element_of(ElementId(e))).collect();
         Self { rest_elements, ..self }
     }
@@ -112,15 +108,34 @@ impl<const D: usize> Simplices<D> {
         Some(&self.references[index as usize])
     }
 
-    /// Returns [`Potential::measure`] of an element at rest.
+    /// Returns [`crate::fem::Potential::measure`] of an element at rest.
     #[must_use]
     pub fn rest_measure(&self, element: ElementId) -> f64 {
         self.measure_shape(&self.reference(element))
     }
 
-    /// Returns [`Potential::measure`] of a shape.
-    fn measure_shape(&self, shape: &ReferenceShape<D>) -> f64 {
-        det(&shape.edges) * if self.measures_rings() { shape.radius } else { 1.0 }
+    /// Returns [`crate::fem::Potential::measure`] of a shape.
+    pub(crate) fn measure_shape(&self, shape: &ReferenceShape<D>) -> f64 {
+        det(&shape.edges) * if self.has_ring_volumes() { shape.radius } else { 1.0 }
+    }
+
+    /// Returns the number of history records of an element.
+    pub(crate) fn records(&self) -> usize {
+        match &self.material {
+            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => 0,
+            Material::Flowing(_) => 1,
+            Material::Viscoelastic(gel) => 1 + gel.branches().len(),
+        }
+    }
+
+    /// Returns true if the measure of an element is a volume of revolution.
+    pub(crate) fn has_ring_volumes(&self) -> bool {
+        self.records() > 0 && self.section == Section::Axisymmetric
+    }
+
+    /// Returns the nodes of an element.
+    pub(crate) fn corners(&self, element: ElementId) -> &[NodeId] {
+        &self.elements[element.index()][..=D]
     }
 
     /// Returns true if the rest positions of the nodes are the rest shape of the element.
@@ -143,7 +158,7 @@ impl<const D: usize> Simplices<D> {
         let mut mass = vec![0.0; mesh.rest.len()];
         for id in (0..self.elements.len() as u32).map(ElementId) {
             let element = self.rest_element(id);
-            for node in self.nodes(id) {
+            for node in self.corners(id) {
                 let share = match self.section {
                     Section::Planar { .. } | Section::Spatial => 1.0 / (D + 1) as f64,
                     Section::Axisymmetric => (3.0 * mesh.rest[node.index()][0] * element.hoop + 3.0) / 12.0,
@@ -167,7 +182,7 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Returns the rest geometry of an element, cached or computed.
-    pub(super) fn rest_element(&self, id: ElementId) -> RestElement<D> {
+    pub(crate) fn rest_element(&self, id: ElementId) -> RestElement<D> {
         self.rest_elements.get(id.index()).copied().unwrap_or_else(|| self.rest_element_of(id))
     }
 
@@ -185,7 +200,7 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Computes the deformation gradient at the nodal positions `x`.
-    pub(super) fn element_deformation(
+    pub(crate) fn element_deformation(
         &self,
         id: ElementId,
         element: &RestElement<D>,
@@ -195,14 +210,14 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Computes the deformation gradient of an element, with a function for the nodal positions.
-    pub(super) fn element_deformation_by(
+    pub(crate) fn element_deformation_by(
         &self,
         id: ElementId,
         element: &RestElement<D>,
         x: impl Fn(NodeId) -> Vector<D>,
     ) -> DeformationGradient<D> {
         let moved = |node: &NodeId| x(*node) - self.rest[node.index()];
-        let nodes = self.nodes(id);
+        let nodes = self.corners(id);
         let first = moved(&nodes[0]);
         let (mut f, mut radii) = (Tensor::<D>::zeros(), first[0]);
         for (node, gradient) in nodes[1..].iter().zip(&element.gradients[1..]) {
@@ -213,198 +228,6 @@ impl<const D: usize> Simplices<D> {
         f += element.rest_f;
         let out = if self.section == Section::Axisymmetric { element.rest_stretch + radii * element.hoop } else { 1.0 };
         DeformationGradient { f, cofactor: cofactor(&f), out, det_f: det(&f) }
-    }
-
-    /// Returns the stiffness bound κ, N/m, from the curvature bound `[a, b]` of ψ_s and the volumetric response.
-    fn stiffness_bound(
-        &self,
-        [a, b]: [f64; 2],
-        element: &RestElement<D>,
-        strain: &DeformationGradient<D>,
-        u: VolumetricResponse,
-    ) -> f64 {
-        let s = match self.section {
-            Section::Planar { .. } => 1.0,
-            Section::Spatial => (2.0 * strain.f.norm_squared()).sqrt(),
-            Section::Axisymmetric => strain.two_largest_stretches(),
-        };
-        let volumetric: f64 = element.gradients[..=D]
-            .iter()
-            .map(|gradient| {
-                let mut b = strain.cofactor * gradient * strain.out;
-                b[0] += strain.det_f * element.hoop;
-                b.norm_squared()
-            })
-            .sum();
-        let mut stretched = 0.0;
-        if b > 0.0 {
-            for gradient in &element.gradients[..=D] {
-                let mut pull = strain.f * gradient;
-                pull[0] += strain.out * element.hoop;
-                stretched += b * pull.norm_squared();
-            }
-        }
-        element.volume * ((a + u.slope.abs() * s) * element.spread + stretched + u.curvature * volumetric)
-    }
-
-    /// Returns the forces, stiffness bound and J of an element.
-    fn response(
-        &self,
-        s: &ShearResponse<D>,
-        element: &RestElement<D>,
-        strain: &DeformationGradient<D>,
-        u: VolumetricResponse,
-    ) -> ElementResponse<D> {
-        let p = s.stress + strain.cofactor * (u.slope * strain.out);
-        let forces = element.forces(&p, s.out + u.slope * strain.det_f);
-        ElementResponse {
-            forces,
-            stiffness: self.stiffness_bound(s.curvature, element, strain, u),
-            jacobian: strain.jacobian(),
-        }
-    }
-
-    /// Evaluates a patch of a hyperelastic material: its energy, J, and the responses of its elements.
-    pub(super) fn evaluate_hyperelastic(
-        &self,
-        gel: &impl Hyperelastic,
-        ids: &[ElementId],
-        x: &[Vector<D>],
-        answers: &mut [ElementResponse<D>; DEPTH],
-    ) -> f64 {
-        let volume = gel.volume();
-        let strained = |id: &ElementId| {
-            let element = self.rest_element(*id);
-            let strain = self.element_deformation(*id, &element, x);
-            (element, strain)
-        };
-        if let [id] = ids {
-            let (element, strain) = strained(id);
-            let (u, sheared) = (volume.volumetric(strain.jacobian()), gel.sheared(&strain.f, strain.out));
-            let convex = VolumetricResponse { curvature: u.curvature.max(0.0), ..u };
-            answers[0] = self.response(&sheared, &element, &strain, convex);
-            return element.volume * (sheared.energy + u.energy);
-        }
-        let sums = ids.iter().map(strained).fold((0.0, 0.0), |(whole, now), (element, strain)| {
-            (whole + element.volume, now + element.volume * strain.jacobian())
-        });
-        let shared = volume.shared(sums.1 / sums.0);
-        let mut energy = sums.0 * shared.energy;
-        for (id, answer) in ids.iter().zip(answers) {
-            let (element, strain) = strained(id);
-            let (own, sheared) = (volume.own(strain.jacobian()), gel.sheared(&strain.f, strain.out));
-            let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
-            let both = VolumetricResponse { energy: 0.0, slope: own.slope + shared.slope, curvature };
-            *answer = self.response(&sheared, &element, &strain, both);
-            energy += element.volume * (sheared.energy + own.energy);
-        }
-        energy
-    }
-}
-
-impl<const D: usize> Potential<D> for Simplices<D> {
-    fn len(&self) -> usize {
-        self.elements.len()
-    }
-
-    fn nodes(&self, element: ElementId) -> &[NodeId] {
-        &self.elements[element.index()][..=D]
-    }
-
-    fn patches(&self) -> &ElementPatches {
-        &self.patches
-    }
-
-    fn evaluate(
-        &self,
-        patch: usize,
-        x: &[Vector<D>],
-        memory: &[HistoryVariables<D>],
-        answers: &mut [ElementResponse<D>; DEPTH],
-    ) -> f64 {
-        let ids = self.patches.of(patch);
-        match &self.material {
-            Material::NeoHookean(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
-            Material::MooneyRivlin(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
-            Material::Ogden(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
-            Material::Flowing(_) => self.again(patch, x, (memory, &[0.0; DEPTH]), answers),
-            Material::Viscoelastic(gel) => self.evaluate_viscoelastic(gel, ids, x, memory, answers),
-        }
-    }
-
-    fn advance(
-        &self,
-        patch: usize,
-        x: &[Vector<D>],
-        (step, memory): (f64, &mut [HistoryVariables<D>]),
-        answers: &mut [ElementResponse<D>; DEPTH],
-    ) -> Dissipation {
-        let ids = self.patches.of(patch);
-        match &self.material {
-            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => {
-                Dissipation { energy: self.evaluate(patch, x, memory, answers), ..Dissipation::default() }
-            }
-            Material::Flowing(gel) => {
-                let mut own = patch_history(memory, ids);
-                let spent = self.evaluate_viscoplastic((gel, ids), x, (step, &mut own, &[0.0; DEPTH]), answers);
-                ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
-                spent
-            }
-            Material::Viscoelastic(gel) => self.advance_viscoelastic(gel, ids, x, step, memory, answers),
-        }
-    }
-
-    fn again(
-        &self,
-        patch: usize,
-        x: &[Vector<D>],
-        (memory, viscous): (&[HistoryVariables<D>], &[f64; DEPTH]),
-        answers: &mut [ElementResponse<D>; DEPTH],
-    ) -> f64 {
-        let Material::Flowing(gel) = &self.material else { return self.evaluate(patch, x, memory, answers) };
-        let ids = self.patches.of(patch);
-        self.evaluate_viscoplastic((gel, ids), x, (0.0, &mut patch_history(memory, ids), viscous), answers).energy
-    }
-
-    fn memories(&self) -> usize {
-        match &self.material {
-            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => 0,
-            Material::Flowing(_) => 1,
-            Material::Viscoelastic(gel) => 1 + gel.branches().len(),
-        }
-    }
-
-    fn is_crushed(&self, jacobian: f64) -> bool {
-        jacobian < NeoHookean::FLOOR
-    }
-
-    fn closing(&self, element: ElementId, jacobian: f64, now: (&[Vector<D>], &[Vector<D>])) -> f64 {
-        inversion_time::closing_rate_of_element(jacobian, &self.elements[element.index()], self.section, now.0, now.1)
-    }
-
-    fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        self.measure_shape(&ReferenceShape::of(corners, &[0, 1, 2, 3].map(NodeId)))
-    }
-
-    fn measures_rings(&self) -> bool {
-        self.remembers() && self.section == Section::Axisymmetric
-    }
-
-    fn rest(&self) -> &[Vector<D>] {
-        &self.rest
-    }
-
-    fn lanes(
-        &self,
-        slots: &[Option<ElementId>],
-        depth: usize,
-        local: &[[u16; MAX_NODES]],
-    ) -> Option<ElementBatches<D>> {
-        self.build_batches(slots, depth, local)
-    }
-
-    fn measure_all(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
-        self.evaluate_all(x, memory)
     }
 }
 

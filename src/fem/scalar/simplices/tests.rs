@@ -1,6 +1,8 @@
 //! Forces, energy and stiffness bound of elements against central differences.
 
 use super::*;
+use crate::constitutive::NeoHookean;
+use crate::fem::{DEPTH, ElementResponse, Potential};
 
 fn triangle(section: Section) -> (Mesh<2>, Simplices<2>) {
     let rest = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from).to_vec();
