@@ -1,32 +1,19 @@
-//! Kinematics of deformed elements, over [`Number`]: gradients, J^(−2/3), elastic strains and nodal forces.
+//! Kinematics of elements, over [`Number`]: gradients, their nodal sums, and nodal forces.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::element_law::{ElementDeformation, RestOperator};
 use super::rest_geometry::RestGeometry;
-use crate::constitutive::NeoHookean;
+use crate::constitutive::IsochoricDeformation;
 use crate::fem::Section;
-use crate::math::{Number, SymmetricTensor, array, exp, ln};
+use crate::math::{Number, SymmetricTensor, array};
 use std::fmt::Debug;
 
 /// Material gradients ∇N_a for a = 1..=D, 1/m.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(crate) struct ShapeGradients<const D: usize, L = [f64; 8]>([[L; D]; D]);
-
-/// Kinematics for isochoric–volumetric materials; J^(−2/3) is constant below the floor of J.
-pub(crate) struct IsochoricKinematics<'a, const D: usize, V> {
-    pub strain: &'a ElementDeformation<D, V>,
-    /// cof F.
-    pub cofactor: [[V; D]; D],
-    /// J, clamped to the floor of the material law.
-    pub jacobian: V,
-    /// J^(−2/3).
-    pub scale: V,
-    /// Height of J above the floor, at most 0 in the continuation.
-    pub above_floor: V,
-}
 
 /// Nodal sums of the gradients g_a = ∇N_a.
 pub(crate) struct GradientSums<const D: usize, V> {
@@ -97,6 +84,24 @@ impl<const D: usize, L: Copy + Default> ShapeGradients<D, L> {
     pub fn sums<V: Number<Lanes = L>>(&self, hoop: V) -> GradientSums<D, V> {
         GradientSums::new(&self.load(hoop), hoop)
     }
+
+    /// Returns the nodal sums of the spatial gradients.
+    #[inline(always)]
+    pub fn spatial_sums<V: Number<Lanes = L>>(&self, at: &IsochoricDeformation<D, V>, hoop: V) -> GradientSums<D, V> {
+        let part = at.out / at.jacobian;
+        let mut all = self.load(part);
+        for a in 0..D {
+            let gradient = all[a];
+            for i in 0..D {
+                let mut sum = at.cofactor[i][0] * gradient[0];
+                for j in 1..D {
+                    sum = at.cofactor[i][j].multiply_add(gradient[j], sum);
+                }
+                all[a][i] = sum * part;
+            }
+        }
+        GradientSums::new(&all, if D == 2 { hoop / at.out } else { part })
+    }
 }
 
 impl<const D: usize, V: Number> GradientSums<D, V> {
@@ -142,102 +147,13 @@ impl<const D: usize, V: Number> GradientSums<D, V> {
     }
 }
 
-impl<const D: usize, V: Number> IsochoricKinematics<'_, D, V> {
-    /// Returns F C̄⁻¹ for the rest shape of the history variables.
-    #[inline(always)]
-    pub fn times_inverse_shape(&self, memory: &SymmetricTensor<D, V>) -> [[V; D]; D] {
-        let f = &self.strain.f;
-        let mut all = *f;
-        for i in 0..D {
-            for j in 0..D {
-                let mut sum = f[i][0] * memory.of(0, j);
-                for k in 1..D {
-                    sum = sum + f[i][k] * memory.of(k, j);
-                }
-                all[i][j] = sum;
-            }
-        }
-        all
-    }
-
-    /// Returns b̄ = J^(−2/3) F C̄⁻¹ Fᵀ from F C̄⁻¹ and the out-of-plane component of C̄⁻¹.
-    #[inline(always)]
-    pub fn elastic(&self, pulled: &[[V; D]; D], out: V) -> SymmetricTensor<D, V> {
-        let (f, zero) = (&self.strain.f, self.scale.constant(0.0));
-        let mut inner = [[zero; D]; D];
-        for i in 0..D {
-            for j in i..D {
-                let mut sum = pulled[i][0] * f[j][0];
-                for k in 1..D {
-                    sum = pulled[i][k] * f[j][k] + sum;
-                }
-                inner[i][j] = sum * self.scale;
-            }
-        }
-        let out = if D == 2 { self.strain.out * self.strain.out * out * self.scale } else { zero };
-        SymmetricTensor { inner, out }
-    }
-
-    /// Returns the pull-back C̄⁻¹ = J^(2/3) F⁻¹ b̄ F⁻ᵀ of b̄.
-    #[inline(always)]
-    pub fn pull_back(&self, elastic: &SymmetricTensor<D, V>) -> SymmetricTensor<D, V> {
-        let (c, s) = (&self.cofactor, self.strain);
-        let zero = self.scale.constant(0.0);
-        let over = self.scale.constant(1.0) / (s.det_f * s.det_f * self.scale);
-        let (mut half, mut inner) = ([[zero; D]; D], [[zero; D]; D]);
-        for i in 0..D {
-            for j in 0..D {
-                half[i][j] = c[0][i] * elastic.of(0, j);
-                for k in 1..D {
-                    half[i][j] = half[i][j] + c[k][i] * elastic.of(k, j);
-                }
-            }
-        }
-        for i in 0..D {
-            for j in i..D {
-                let mut sum = half[i][0] * c[0][j];
-                for k in 1..D {
-                    sum = sum + half[i][k] * c[k][j];
-                }
-                inner[i][j] = sum * over;
-            }
-        }
-        let out = if D == 2 { elastic.out / (s.out * s.out * self.scale) } else { zero };
-        SymmetricTensor { inner, out }
-    }
-}
-
-impl<'a, const D: usize, V: Number> IsochoricKinematics<'a, D, V> {
-    /// Computes the kinematics from the deformation.
-    #[inline(always)]
-    pub fn new(strain: &'a ElementDeformation<D, V>) -> Self {
-        let jacobian = strain.jacobian().at_least(NeoHookean::FLOOR);
-        let above_floor = strain.jacobian() - NeoHookean::FLOOR;
-        let scale = exp(ln(jacobian) * (-2.0 / 3.0));
-        Self { strain, cofactor: array::fused_cofactors(&strain.f), jacobian, scale, above_floor }
-    }
-
-    /// Returns the nodal sums of the spatial gradients.
-    #[inline(always)]
-    pub fn gradient_sums(&self, rest: &ShapeGradients<D, V::Lanes>) -> GradientSums<D, V> {
-        let s = self.strain;
-        let part = s.out / self.jacobian;
-        let mut all = rest.load(part);
-        for a in 0..D {
-            let gradient = all[a];
-            for i in 0..D {
-                let mut sum = self.cofactor[i][0] * gradient[0];
-                for j in 1..D {
-                    sum = self.cofactor[i][j].multiply_add(gradient[j], sum);
-                }
-                all[a][i] = sum * part;
-            }
-        }
-        GradientSums::new(&all, if D == 2 { s.hoop / s.out } else { part })
-    }
-}
-
 impl<const D: usize, V: Number> ElementDeformation<D, V> {
+    /// Returns the isochoric deformation.
+    #[inline(always)]
+    pub fn isochoric(&self) -> IsochoricDeformation<D, V> {
+        IsochoricDeformation::new(&self.f, self.out, self.det_f)
+    }
+
     /// Returns the nodal forces −w P ∇N_a, a = 1..=D, and the hoop force −w P_θθ/(3R̄), for P = K + p ∂J/∂F.
     ///
     /// K is a multiple of `pulled`, with the out-of-plane component `out` over λ; `shape` is −w times the multiple,

@@ -4,9 +4,9 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::element_law::{ElementDeformation, ElementForces, ElementLaw, LawInput, VolumetricSlopes};
-use super::kinematics::{IsochoricKinematics, ShapeGradients};
+use super::kinematics::ShapeGradients;
 use super::rest_geometry::RestGeometry;
-use crate::constitutive::{StressReturn, Viscoplastic, VolumetricEnergy};
+use crate::constitutive::{IsochoricDeformation, StressReturn, Viscoplastic, VolumetricEnergy};
 use crate::fem::history::{
     HistoryLanes, HistoryLayout, load_shape, load_tensor, shape_rows, store_shape, store_tensor,
 };
@@ -82,7 +82,7 @@ impl<const D: usize> ElementLaw<D> for Viscoplastic {
         u: &VolumetricSlopes<V>,
     ) -> ElementForces<D, V> {
         let LawInput { volume, rest, elapsed, history: memory, .. } = input;
-        let (zero, at) = (volume.constant(0.0), IsochoricKinematics::new(s));
+        let (zero, at) = (volume.constant(0.0), s.isochoric());
         let (mut own, before) = PlasticHistory::load(zero, memory);
         let sound = own.left;
         let (elastic, lost) = returned(self, &at, (elapsed, u.slope), &mut own);
@@ -90,7 +90,7 @@ impl<const D: usize> ElementLaw<D> for Viscoplastic {
             own.left = softening.after_step(sound, own.plastic, elapsed);
         }
         let stored = (elastic.trace() - 3.0) * (0.5 * self.shear_modulus);
-        let nodes = at.gradient_sums(rest);
+        let nodes = rest.spatial_sums(&at, s.hoop);
         let spread = nodes.metric.trace();
         let mut viscous = (zero, zero);
         if elapsed > 0.0 {
@@ -122,7 +122,7 @@ impl<const D: usize> ElementLaw<D> for Viscoplastic {
 #[inline(always)]
 fn returned<const D: usize, V: Number>(
     gel: &Viscoplastic,
-    at: &IsochoricKinematics<'_, D, V>,
+    at: &IsochoricDeformation<D, V>,
     (step, slope): (f64, V),
     memory: &mut PlasticHistory<D, V>,
 ) -> (SymmetricTensor<D, V>, V) {

@@ -1,7 +1,6 @@
 //! Forces, stiffness bound, relaxation and dissipation of viscoelastic elements, one by one.
 
 use super::*;
-use crate::constitutive::MaxwellBranch;
 use crate::fem::{DEPTH, Dissipation, ElementResponse, Potential, Simplices};
 use crate::math::{Vector, det};
 use crate::mesh::{Mesh, NodeId};
