@@ -30,8 +30,8 @@ impl MaxwellBranch {
     /// Returns the energy lost, J/m³.
     ///
     /// The loss is the fall of tr b̄ at both strains, corrected for the work of the branch between them. The nodes do
-    /// work against the mean of the first and the last stress; the excess of the two relaxed stresses over this mean is,
-    /// to second order, ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d.
+    /// work against the mean of the first and the last stress; the excess of the two relaxed stresses over this mean
+    /// is, to second order, ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d.
     #[inline(always)]
     pub fn relax<const D: usize, V: Number>(
         &self,
@@ -187,13 +187,16 @@ fn determinant<const D: usize, V: Number>(a: &[[V; D]; D], out: V) -> V {
     if D == 2 { inner * out } else { inner }
 }
 
-/// Finite-strain viscoelastic material: a neo-Hookean equilibrium spring with parallel Maxwell branches (numerics 6.4).
+/// Finite-strain viscoelastic material: a neo-Hookean equilibrium spring with parallel Maxwell branches (numerics 6.4),
+/// each split into an elastic and a viscous part (Reese and Govindjee 1998).
 ///
-/// ψ = ψ_∞(F) + Σ μ_i/2 (tr b̄_i − 3), b̄_i = F̄ C̄_i⁻¹ F̄ᵀ with F̄ = J^(−1/3) F: each branch has a rest shape C̄_i
-/// of determinant 1. At a constant strain dev b̄_i, and so the Kirchhoff stress of the branch, falls as e^(−t/τ_i)
-/// while det b̄_i stays 1. On that path d(tr b̄)/dt = −(tr b̄ tr b̄⁻¹ − 9)/(τ tr b̄⁻¹) ≤ 0 (Cauchy): energy is only
-/// lost. The stress is P = P_∞ + Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F]. Small strains give the shear modulus G(ω) = μ + Σ μ_i iωτ_i/(1 + iωτ_i), the Prony series; the bulk modulus
-/// does not relax.
+/// ψ = ψ_∞(F) + Σ μ_i/2 (tr b̄_i − 3), b̄_i = F̄ C̄_i⁻¹ F̄ᵀ with F̄ = J^(−1/3) F: each branch has a rest shape C̄_i of
+/// determinant 1. With ∂(J^(−2/3))/∂F = −2/(3J) J^(−2/3) ∂J/∂F the stress is P = P_∞ + Σ μ_i [J^(−2/3) F C̄_i⁻¹ −
+/// tr b̄_i/(3J) ∂J/∂F].
+///
+/// At a constant strain dev b̄_i, and so the Kirchhoff stress of the branch, falls as e^(−t/τ_i) while det b̄_i stays
+/// 1. On that path d(tr b̄)/dt = −(tr b̄ tr b̄⁻¹ − 9)/(τ tr b̄⁻¹) ≤ 0 (Cauchy): energy is only lost. Small strains give
+/// the shear modulus G(ω) = μ + Σ μ_i iωτ_i/(1 + iωτ_i), the Prony series; the bulk modulus does not relax.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viscoelastic {
     equilibrium: NeoHookean,

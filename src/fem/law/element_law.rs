@@ -108,9 +108,9 @@ impl<const D: usize, V: Number> ElementDeformation<D, V> {
 
     /// Replaces the edges x_a − x_0, the columns of `f`, by F, with J and λ.
     ///
-    /// `volume` and `scale` are those of [`LawInput`]; `moved` is positive where a node is not at rest or the element is
-    /// incompatible; `radii` is the sum of the radii of a ring. J is exactly 1, without rounding, for elements at rest
-    /// and in empty lanes.
+    /// `volume` and `scale` are those of [`LawInput`]. `moved` is positive where a node is not at rest or the element
+    /// is incompatible; `radii` is the sum of the radii of a ring. J is exactly 1, without rounding, for elements at
+    /// rest and in empty lanes.
     #[inline(always)]
     pub fn deform<G: ElementLaw<D>>(
         &mut self,

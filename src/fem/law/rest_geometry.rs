@@ -1,4 +1,4 @@
-//! Rest geometry of elements, over [`Number`]; the same bits as [`crate::fem::scalar::rest_element`].
+//! Rest geometry of elements, over [`Number`].
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
@@ -16,7 +16,9 @@ pub(crate) struct RestGeometry<const D: usize, V> {
 }
 
 impl<const D: usize, V: Number> RestGeometry<D, V> {
-    /// Computes the gradients and volumes from the edges as columns, m, and R̄ of rings, m; 0 where `filled` is 0, else 1.
+    /// Computes the gradients and volumes from the edges as columns, m, and R̄ of rings, m.
+    ///
+    /// `filled` is 1 for an element, and 0, as then are the results, in an empty lane.
     #[inline(always)]
     pub fn new(edges: &[[V; D]; D], radius: V, filled: V, section: Section) -> Self {
         let det = array::det(edges);

@@ -1,8 +1,9 @@
 //! Kinematics of one triangle or tetrahedron: rest geometry, deformation gradient and elastic strain.
 
 use crate::constitutive::NeoHookean;
+use crate::fem::law::rest_geometry::RestGeometry;
 use crate::fem::{HistoryVariables, MAX_NODES, ReferenceShape, Section};
-use crate::math::{Tensor, Vector, cofactor, cube_root, det, isochoric_mean};
+use crate::math::{Tensor, Vector, array, cube_root, det, isochoric_mean};
 
 /// Rest geometry of an element.
 #[derive(Debug, Clone, Copy)]
@@ -52,14 +53,14 @@ pub(crate) struct ElasticCauchyGreen<const D: usize> {
 impl<const D: usize> RestElement<D> {
     /// Computes the rest geometry from a reference shape.
     pub fn new(reference: &ReferenceShape<D>, section: Section) -> Self {
-        let measure = det(&reference.edges) / if D == 2 { 2.0 } else { 6.0 };
-        let radius = reference.radius;
-        let (volume, hoop) = match section {
-            Section::Planar { thickness } => (measure * thickness, 0.0),
-            Section::Axisymmetric => (std::f64::consts::TAU * radius * measure, 1.0 / (3.0 * radius)),
-            Section::Spatial => (measure, 0.0),
-        };
-        let gradients = shape_gradients(&reference.edges);
+        let geometry = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, section);
+        let hoop = if section == Section::Axisymmetric { 1.0 / (3.0 * reference.radius) } else { 0.0 };
+        let mut gradients = [Vector::<D>::zeros(); MAX_NODES];
+        for (a, gradient) in geometry.gradients.into_iter().enumerate() {
+            gradients[a + 1] = gradient.into();
+            gradients[0] -= gradients[a + 1];
+        }
+        let volume = geometry.volume;
         Self { gradients, volume, hoop, rest_f: Tensor::<D>::identity(), rest_stretch: 1.0 }
     }
 
@@ -72,17 +73,6 @@ impl<const D: usize> RestElement<D> {
         }
         forces
     }
-}
-
-/// Computes ∇N_a at rest: the rows of the inverse edge matrix, and minus their sum for the first node.
-fn shape_gradients<const D: usize>(edges: &Tensor<D>) -> [Vector<D>; MAX_NODES] {
-    let inverse_transpose = cofactor(edges) / det(edges);
-    let mut gradients = [Vector::<D>::zeros(); MAX_NODES];
-    for a in 0..D {
-        gradients[a + 1] = inverse_transpose.column(a).into_owned();
-        gradients[0] -= inverse_transpose.column(a);
-    }
-    gradients
 }
 
 impl<const D: usize> DeformationGradient<D> {

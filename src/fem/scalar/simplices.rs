@@ -8,9 +8,8 @@ use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 ///
 /// F = Σ x_a ⊗ ∇N_a. The out-of-plane stretch is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
 /// `axisymmetric`; J = λ det F. The nodal forces are f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in
-/// `axisymmetric` with −w P_θθ/(3R̄) added along r. Strains come from displacements, F = 1 + Σ (x_a − X_a) ⊗ ∇N_a, so
-/// a gel at rest has zero forces, without rounding. For an incompatible element, with a [`ReferenceShape`] of its own, the
-/// 1 is replaced by F at the rest positions of the nodes.
+/// `axisymmetric` with −w P_θθ/(3R̄) added along r. A gel at rest has zero forces, without rounding: an element none of
+/// whose nodes has moved has J = 1. Not so an incompatible element, with a [`ReferenceShape`] of its own.
 ///
 /// The elements of an F-bar patch (de Souza Neto et al. 2005) share their volume change (numerics 5):
 /// V_P = Σ w [ψ_s(F) − m ln J] + W Λ/2 (ln J̄)², W = Σ w, J̄ = Σ w J/W; neo-Hookean ψ_s = μ/2 (|F|² − 3), m = μ, Λ = λ.

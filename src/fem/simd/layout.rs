@@ -31,8 +31,8 @@ pub struct GroupResponse {
     pub power: f64,
     /// Least J of the elements.
     pub least_jacobian: f64,
-    /// Greatest closing rate of the elements, 1/s; may be too small if no element inverts within [`crate::fem::FORESEEN`]
-    /// steps.
+    /// Greatest closing rate of the elements, 1/s; may be too small if no element inverts within
+    /// [`crate::fem::FORESEEN`] steps.
     pub closing: f64,
     /// Bit set of the elements with J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
     pub inverted: u32,
