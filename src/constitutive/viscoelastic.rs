@@ -194,9 +194,9 @@ fn determinant<const D: usize, V: Number>(a: &[[V; D]; D], out: V) -> V {
 /// determinant 1. With ∂(J^(−2/3))/∂F = −2/(3J) J^(−2/3) ∂J/∂F the stress is P = P_∞ + Σ μ_i [J^(−2/3) F C̄_i⁻¹ −
 /// tr b̄_i/(3J) ∂J/∂F].
 ///
-/// At a constant strain dev b̄_i, and so the Kirchhoff stress of the branch, falls as e^(−t/τ_i) while det b̄_i stays
-/// 1. On that path d(tr b̄)/dt = −(tr b̄ tr b̄⁻¹ − 9)/(τ tr b̄⁻¹) ≤ 0 (Cauchy): energy is only lost. Small strains give
-/// the shear modulus G(ω) = μ + Σ μ_i iωτ_i/(1 + iωτ_i), the Prony series; the bulk modulus does not relax.
+/// At a constant strain dev b̄_i, and so the Kirchhoff stress of the branch, falls as e^(−t/τ_i) while det b̄_i is
+/// still 1. On that path d(tr b̄)/dt = −(tr b̄ tr b̄⁻¹ − 9)/(τ tr b̄⁻¹) ≤ 0 (Cauchy): energy is only lost. Small strains
+/// give the shear modulus G(ω) = μ + Σ μ_i iωτ_i/(1 + iωτ_i), the Prony series; the bulk modulus does not relax.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viscoelastic {
     equilibrium: NeoHookean,

@@ -188,10 +188,7 @@ impl<const D: usize> ElementBatches<D> {
         let rest = rest.get(first * N..).unwrap_or_default();
         for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(BATCHES_PER_STAGE) {
             batch.prefetch();
-            rest.each(
-                #[inline(always)]
-                |lanes| prefetch(lanes),
-            );
+            rest.each(prefetch);
         }
     }
 
