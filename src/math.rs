@@ -1,13 +1,18 @@
 //! Small dense algebra over nalgebra types, for `D` ∈ {2, 3}.
 //!
 //! The world is three-dimensional; a planar or axisymmetric gel lives in the x–z plane. [`embed`] and [`restrict`] go
-//! between the two. Everything here gives the same bits on every platform: no libm call, no fused multiply-add.
+//! between the two. Everything here gives the same bits on every platform: no libm call, and fused multiply-adds only
+//! where the source says so.
 
+pub(crate) mod array;
 mod number;
 mod spectral;
+mod symmetric_tensor;
 
 pub use number::{Number, exp, exp_less_one, ln, power};
+pub(crate) use spectral::diagonalise;
 pub use spectral::spectral;
+pub(crate) use symmetric_tensor::{SymmetricTensor, isochoric_mean};
 
 /// Vector of the gel's space.
 pub type Vector<const D: usize> = nalgebra::SVector<f64, D>;
@@ -25,40 +30,15 @@ pub(crate) const CLOSE: f64 = 1e-9;
 #[must_use]
 #[inline]
 pub fn det<const D: usize>(a: &Tensor<D>) -> f64 {
-    match D {
-        2 => a[(0, 0)] * a[(1, 1)] - a[(0, 1)] * a[(1, 0)],
-        3 => {
-            a[(0, 0)] * (a[(1, 1)] * a[(2, 2)] - a[(1, 2)] * a[(2, 1)])
-                - a[(0, 1)] * (a[(1, 0)] * a[(2, 2)] - a[(1, 2)] * a[(2, 0)])
-                + a[(0, 2)] * (a[(1, 0)] * a[(2, 1)] - a[(1, 1)] * a[(2, 0)])
-        }
-        _ => unreachable!("the gel has two or three dimensions"),
-    }
+    array::det(&array::rows(a))
 }
 
 /// Returns the cofactor tensor, cof A = ∂det A/∂A = det(A) A⁻ᵀ, defined also where det A = 0.
 #[must_use]
 #[inline]
 pub fn cofactor<const D: usize>(a: &Tensor<D>) -> Tensor<D> {
-    let mut c = Tensor::<D>::zeros();
-    match D {
-        2 => {
-            c[(0, 0)] = a[(1, 1)];
-            c[(0, 1)] = -a[(1, 0)];
-            c[(1, 0)] = -a[(0, 1)];
-            c[(1, 1)] = a[(0, 0)];
-        }
-        3 => {
-            for i in 0..3 {
-                for j in 0..3 {
-                    let (k, l, m, n) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
-                    c[(i, j)] = a[(k, m)] * a[(l, n)] - a[(k, n)] * a[(l, m)];
-                }
-            }
-        }
-        _ => unreachable!("the gel has two or three dimensions"),
-    }
-    c
+    let rows = array::rows(a);
+    Tensor::<D>::from_fn(|i, j| array::cofactor(&rows, i, j))
 }
 
 /// Embeds a gel vector in the world: (x, z) ↦ (x, 0, z), and the identity in three dimensions.

@@ -5,6 +5,7 @@
 mod damage;
 mod equation_of_state;
 mod hyperelastic;
+mod isochoric;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
@@ -17,13 +18,15 @@ use crate::math::Number;
 
 pub use damage::DamageLaw;
 pub use equation_of_state::EquationOfState;
-pub use hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse};
+pub use hyperelastic::{Hyperelastic, ShearResponse};
+pub(crate) use isochoric::IsochoricDeformation;
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use ogden::{Ogden, OgdenTerm};
+pub(crate) use viscoelastic::{BranchResponse, IsochoricShape};
 pub use viscoelastic::{MaxwellBranch, Viscoelastic};
 pub use viscosity::BulkViscosity;
-pub use volume::{VolumetricEnergy, VolumetricResponse};
+pub use volume::{LogarithmicEnergy, VolumetricEnergy, VolumetricResponse};
 pub use yield_law::{PressureHardening, StressReturn, YieldLaw};
 
 /// Material model of a gel.

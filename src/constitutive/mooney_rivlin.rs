@@ -1,5 +1,8 @@
-use super::hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse, right_cauchy_green, squared_stretch};
-use crate::math::{Tensor, det};
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
+use super::{Hyperelastic, LogarithmicEnergy, ShearResponse};
+use crate::math::{Number, SymmetricTensor};
 
 /// Compressible Mooney–Rivlin solid (Mooney 1940, Rivlin 1948), with the neo-Hookean volumetric energy.
 ///
@@ -71,24 +74,28 @@ impl Hyperelastic for MooneyRivlin {
         LogarithmicEnergy { rest: 2.0 * self.first + 4.0 * self.second, lambda: self.lambda }
     }
 
-    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> ShearResponse<D> {
-        let (c, square) = (right_cauchy_green(f), squared_stretch::<D>(out));
-        let (inner, minor) = (c.trace(), det(&c));
-        let first = inner + square;
-        // Sum of the principal minors of diag(C, λ²), or of C in space: no difference of large numbers.
-        let second = if D == 2 { minor + inner * square } else { minors(&c) };
+    #[inline(always)]
+    fn sheared<const D: usize, V: Number>(&self, f: &[[V; D]; D], out: V) -> ShearResponse<D, V> {
+        let c = SymmetricTensor::right_cauchy_green(f, out);
+        // I₂ is a sum of principal minors: no difference of large numbers.
+        let (first, second) = (c.trace(), c.second_invariant());
         let (one, two) = (2.0 * self.first, 2.0 * self.second);
-        let pull = Tensor::<D>::identity() * one + (Tensor::<D>::identity() * first - c) * two;
+        let isotropic = first * two + one;
+        let mut stress = *f;
+        for i in 0..D {
+            for j in 0..D {
+                let mut pulled = f[i][0] * c.of(0, j);
+                for k in 1..D {
+                    pulled = pulled + f[i][k] * c.of(k, j);
+                }
+                stress[i][j] = f[i][j] * isotropic - pulled * two;
+            }
+        }
         ShearResponse {
-            energy: self.first * (first - 3.0) + self.second * (second - 3.0),
-            stress: f * pull,
-            out: if D == 2 { out * (one + two * inner) } else { 0.0 },
-            curvature: [one + two * first, two],
+            energy: (first - 3.0) * self.first + (second - 3.0) * self.second,
+            stress,
+            out: if D == 2 { (c.inner[0][0] + c.inner[1][1]) * two + one } else { out.constant(0.0) },
+            curvature: [isotropic, out.constant(two)],
         }
     }
-}
-
-/// Returns the second invariant I₂ of a tensor in space.
-fn minors<const D: usize>(c: &Tensor<D>) -> f64 {
-    (0..D).map(|k| ((k + 1) % D, (k + 2) % D)).map(|(i, j)| c[(i, i)] * c[(j, j)] - c[(i, j)] * c[(j, i)]).sum()
 }

@@ -1,13 +1,12 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::VolumetricResponse;
-use super::hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse, squared_stretch};
-use crate::math::{Number, Tensor, ln};
+use super::{Hyperelastic, LogarithmicEnergy, ShearResponse};
+use crate::math::{Number, array};
 
-/// Compressible neo-Hookean solid whose volumetric energy is continued below J₀.
+/// Compressible neo-Hookean solid (Simo and Pister 1984) whose volumetric energy is continued below J₀.
 ///
 /// ψ(F) = μ/2 (|F|² − 3) + U(J), U(J) = −μ ln J + λ/2 (ln J)², hence P = μ F + U′(J) cof F. Small strains give the
-/// shear modulus μ and the bulk modulus K = λ + 2μ/3.
+/// shear modulus μ and the bulk modulus K = λ + 2μ/3. ψ_s is quadratic: d²ψ_s = μ|H|², a bound and equality.
 ///
 /// U diverges as J → 0: one missed event would end a run. Below J₀ U continues as its second-order Taylor polynomial
 /// (C², numerics 6.1): ψ and P stay closed forms, exact for J ≥ J₀ and defined for every J, with a bounded U″ and so
@@ -19,11 +18,8 @@ pub struct NeoHookean {
 }
 
 impl NeoHookean {
-    /// Volume ratio J₀ below which the continuation begins.
-    ///
-    /// 0.2 leaves every state of a gel that a mesh can resolve untouched. 0.4 would soften real compression; 0.1
-    /// reduces the stable step at J₀ to a sixteenth (numerics 6.1).
-    pub const FLOOR: f64 = 0.2;
+    /// Volume ratio J₀ below which the continuation begins, as [`LogarithmicEnergy::FLOOR`].
+    pub const FLOOR: f64 = LogarithmicEnergy::FLOOR;
 
     /// Creates the solid from the shear modulus μ and the bulk modulus K, Pa.
     ///
@@ -60,33 +56,17 @@ impl Hyperelastic for NeoHookean {
         LogarithmicEnergy { rest: self.shear, lambda: self.lambda }
     }
 
-    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> ShearResponse<D> {
-        let mu = self.shear;
+    #[inline(always)]
+    fn sheared<const D: usize, V: Number>(&self, f: &[[V; D]; D], out: V) -> ShearResponse<D, V> {
+        let (mu, zero) = (self.shear, out.constant(0.0));
+        let plane = array::norm_squared(f);
+        let square = if D == 2 { out * out + plane } else { plane };
         ShearResponse {
-            energy: 0.5 * mu * (f.norm_squared() + squared_stretch::<D>(out) - 3.0),
-            stress: f * mu,
-            out: mu * out,
-            curvature: [mu, 0.0],
+            energy: (square - 3.0) * (0.5 * mu),
+            stress: f.map(|row| row.map(|component| component * mu)),
+            out: zero + mu,
+            curvature: [zero + mu, zero],
         }
-    }
-}
-
-/// Logarithmic energy −μ ln J + λ/2 (ln J)², continued below J₀; branch-free, for vector units.
-#[inline(always)]
-pub(super) fn continued<T: Number>(mu: f64, lambda: f64, j: T) -> VolumetricResponse<T> {
-    let VolumetricResponse { energy, slope, curvature } = logarithmic(mu, lambda, j.at_least(NeoHookean::FLOOR));
-    let d = (j - NeoHookean::FLOOR).at_most(0.0);
-    VolumetricResponse { energy: energy + d * (slope + d * 0.5 * curvature), slope: slope + d * curvature, curvature }
-}
-
-/// Logarithmic energy −μ ln J + λ/2 (ln J)² and its derivatives.
-#[inline(always)]
-fn logarithmic<T: Number>(mu: f64, lambda: f64, j: T) -> VolumetricResponse<T> {
-    let (log, inverse) = (ln(j), j.constant(1.0) / j);
-    VolumetricResponse {
-        energy: log * (log * (0.5 * lambda) - mu),
-        slope: (log * lambda - mu) * inverse,
-        curvature: (log * -lambda + (lambda + mu)) * (inverse * inverse),
     }
 }
 

@@ -1,6 +1,8 @@
-use super::NeoHookean;
-use super::hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse, right_cauchy_green, squared_stretch};
-use crate::math::{Tensor, spectral};
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
+use super::{Hyperelastic, LogarithmicEnergy, ShearResponse};
+use crate::math::{Number, SymmetricTensor, diagonalise, power};
 
 /// Term μ_p, α_p of an [`Ogden`] solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +33,7 @@ pub struct OgdenTerm {
 /// c₀ and below: the maximum is at an end of the range of stretches, or at c₀. d²ψ_s ≤ a|H|², a being the sum of
 /// these maxima over the terms.
 ///
-/// **Powers** come from the crate `libm`, within an ulp and of exact operations only; eigenvalues from Jacobi
-/// rotations.
+/// **Powers** are those of [`power`], of exact operations only; eigenvalues come from Jacobi rotations.
 ///
 /// **Domain.** One term fits gelatin up to its fracture (Czerner and others 2013, porcine and bovine). It also fits
 /// pig skin, where a higher rate raises μ and not α (Shergold and others 2006). Their constants are not shipped; take
@@ -50,7 +51,7 @@ impl Ogden {
     /// Valid magnitudes of the exponents: below, λ^α − 1 loses its digits; above, no gel or tissue has been fitted.
     pub const EXPONENTS: std::ops::RangeInclusive<f64> = 0.1..=30.0;
     /// Squared stretch c₀ below which the continuation begins.
-    const FLOOR: f64 = NeoHookean::FLOOR * NeoHookean::FLOOR;
+    const FLOOR: f64 = LogarithmicEnergy::FLOOR * LogarithmicEnergy::FLOOR;
 
     /// Creates the solid from its terms and the bulk modulus K, Pa.
     ///
@@ -92,43 +93,77 @@ impl Ogden {
     }
 
     /// Returns the energy of a principal stretch, J/m³, and g′/s, Pa, as functions of its square c.
-    fn principal(&self, c: f64) -> (f64, f64) {
-        self.terms().iter().map(|term| term.principal(c)).fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
+    #[inline(always)]
+    fn principal<V: Number>(&self, c: V) -> PrincipalResponse<V> {
+        let mut sum = PrincipalResponse { energy: c.constant(0.0), pull: c.constant(0.0) };
+        for term in self.terms() {
+            let own = term.principal(c);
+            sum = PrincipalResponse { energy: sum.energy + own.energy, pull: sum.pull + own.pull };
+        }
+        sum
     }
 
     /// Returns an upper bound of g″ and g′/s for squared stretches from `low` to `high`, Pa.
-    fn max_stiffness(&self, low: f64, high: f64) -> f64 {
-        let ends = [low, Self::FLOOR.max(low).min(high), high];
-        let greatest = |term: &OgdenTerm| ends.map(|c| term.stiffness(c)).into_iter().fold(f64::MIN, f64::max);
-        self.terms().iter().map(greatest).sum()
+    #[inline(always)]
+    fn max_stiffness<V: Number>(&self, low: V, high: V) -> V {
+        let floor = lesser(low.at_least(Self::FLOOR), high);
+        let mut sum = low.constant(0.0);
+        for term in self.terms() {
+            sum = sum + term.stiffness(low).or_greater(term.stiffness(floor)).or_greater(term.stiffness(high));
+        }
+        sum
     }
 }
 
+/// Energy of a principal stretch s, J/m³, and its derivative over s, Pa.
+struct PrincipalResponse<V> {
+    energy: V,
+    pull: V,
+}
+
+/// Power c^(α/2) = λ^α with c clamped to c₀, and its Taylor coefficients there.
+struct PrincipalPower<V> {
+    power: V,
+    /// Distance of c below c₀, at most 0.
+    below: V,
+    /// 2f′, Pa.
+    pull: V,
+    /// 2f″, Pa.
+    bend: V,
+}
+
 impl OgdenTerm {
-    /// Returns c^(α/2) = λ^α, c clamped to c₀, and the distance of c below c₀, at most 0.
-    fn power(&self, c: f64) -> (f64, f64, f64) {
-        let at = c.max(Ogden::FLOOR);
-        (libm::pow(at, 0.5 * self.exponent), at, c - at)
+    /// Returns the principal energy f = μ/α (c^(α/2) − 1) by its power: f′ = μ/2 c^(α/2 − 1), f″ = (α/2 − 1) f′/c.
+    #[inline(always)]
+    fn power<V: Number>(&self, c: V) -> PrincipalPower<V> {
+        let at = c.at_least(Ogden::FLOOR);
+        let power = power(at, 0.5 * self.exponent);
+        let pull = power * self.modulus / at;
+        PrincipalPower { power, below: c - at, pull, bend: pull * (0.5 * self.exponent - 1.0) / at }
     }
 
-    /// Principal energy and its derivative by c: f = μ/α (c^(α/2) − 1), f′ = μ/2 c^(α/2 − 1), f″ = (α/2 − 1) f′/c;
-    /// with s = √c, g′/s = 2f′.
-    fn principal(&self, c: f64) -> (f64, f64) {
-        let (power, at, below) = self.power(c);
-        let pull = self.modulus * power / at;
-        let bend = (0.5 * self.exponent - 1.0) * pull / at;
-        let energy = self.modulus * (power - 1.0) / self.exponent;
-        (energy + 0.5 * below * (pull + 0.5 * below * bend), pull + below * bend)
+    /// Returns the principal energy, and g′/s = 2f′ with s = √c.
+    #[inline(always)]
+    fn principal<V: Number>(&self, c: V) -> PrincipalResponse<V> {
+        let PrincipalPower { power, below, pull, bend } = self.power(c);
+        let energy = (power - 1.0) * (self.modulus / self.exponent);
+        let half = below * 0.5;
+        PrincipalResponse { energy: energy + half * (pull + half * bend), pull: pull + below * bend }
     }
 
     /// Returns the greater of g′/s = 2f′ and g″ = 2f′ + 4c f″.
-    fn stiffness(&self, c: f64) -> f64 {
-        let (power, at, below) = self.power(c);
-        let pull = self.modulus * power / at;
-        let bend = (0.5 * self.exponent - 1.0) * pull / at;
+    #[inline(always)]
+    fn stiffness<V: Number>(&self, c: V) -> V {
+        let PrincipalPower { below, pull, bend, .. } = self.power(c);
         let ratio = pull + below * bend;
-        ratio.max(ratio + 2.0 * c * bend)
+        ratio.or_greater(ratio + c * 2.0 * bend)
     }
+}
+
+/// Returns the minimum of two numbers.
+#[inline(always)]
+fn lesser<V: Number>(a: V, b: V) -> V {
+    -(-a).or_greater(-b)
 }
 
 impl Hyperelastic for Ogden {
@@ -136,22 +171,34 @@ impl Hyperelastic for Ogden {
         LogarithmicEnergy { rest: self.terms().iter().fold(0.0, |sum, term| sum + term.modulus), lambda: self.lambda }
     }
 
-    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> ShearResponse<D> {
-        let (squares, directions) = spectral(&right_cauchy_green(f));
-        let (mut energy, mut pull) = (0.0, Tensor::<D>::zeros());
-        for (square, direction) in squares.iter().zip(directions.column_iter()) {
-            let (own, along) = self.principal(square.max(0.0));
-            energy += own;
-            pull += direction * direction.transpose() * along;
+    #[inline(always)]
+    fn sheared<const D: usize, V: Number>(&self, f: &[[V; D]; D], out: V) -> ShearResponse<D, V> {
+        let c = SymmetricTensor::right_cauchy_green(f, out);
+        let (squares, directions) = diagonalise(c.rows());
+        let zero = out.constant(0.0);
+        let mut response = ShearResponse { energy: zero, stress: [[zero; D]; D], out: zero, curvature: [zero; 2] };
+        let (mut least, mut greatest) = (squares[0], squares[0]);
+        for a in 0..D {
+            (least, greatest) = (lesser(least, squares[a]), greatest.or_greater(squares[a]));
+            let own = self.principal(squares[a].at_least(0.0));
+            response.energy = response.energy + own.energy;
+            for i in 0..D {
+                let mut turned = f[i][0] * directions[0][a];
+                for k in 1..D {
+                    turned = turned + f[i][k] * directions[k][a];
+                }
+                for j in 0..D {
+                    response.stress[i][j] = response.stress[i][j] + turned * own.pull * directions[j][a];
+                }
+            }
         }
-        let mut stiffest = self.max_stiffness(squares.min().max(0.0), squares.max());
-        let mut across_pull = 0.0;
+        let mut stiffest = self.max_stiffness(least.at_least(0.0), greatest);
         if D == 2 {
-            let square = squared_stretch::<D>(out);
-            let (own, along) = self.principal(square);
-            (energy, across_pull) = (energy + own, out * along);
-            stiffest = stiffest.max(self.max_stiffness(square, square));
+            let own = self.principal(c.out);
+            (response.energy, response.out) = (response.energy + own.energy, own.pull);
+            stiffest = stiffest.or_greater(self.max_stiffness(c.out, c.out));
         }
-        ShearResponse { energy, stress: f * pull, out: across_pull, curvature: [stiffest.max(0.0), 0.0] }
+        response.curvature[0] = stiffest.at_least(0.0);
+        response
     }
 }

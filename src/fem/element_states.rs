@@ -3,15 +3,13 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{LANES, LaneArray, multiply_add, on};
-use super::layout::{BatchLaw, evaluate_volumetric};
-use super::node_cache::{HeldNodes, NodeCache, rounding};
-use super::simd_material::{BatchDeformation, BatchInput, SimdMaterial, VolumetricSlopes};
-use super::{
-    DEPTH, ElementBatches, ElementStates, GroupKick, HistoryLanes, HistoryVariables, Potential, Simplices,
-    max_patch_size,
-};
-use crate::math::Vector;
+use super::history::HistoryLanes;
+use super::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
+use super::simd::batch::{LANES, LaneArray, load_lanes, on};
+use super::simd::layout::{BatchLaw, ElementBatches, ReferenceBatch};
+use super::simd::node_cache::{HeldNodes, NodeCache, rounding};
+use super::{DEPTH, ElementStates, HistoryVariables, MAX_NODES, Simplices, max_patch_size};
+use crate::math::{Number, Vector};
 use crate::mesh::ElementId;
 use fearless_simd::{Level, Simd, SimdBase, f64x8};
 use std::any::Any;
@@ -24,35 +22,85 @@ struct BatchStates {
     jacobian: [LaneArray; DEPTH],
 }
 
-impl<const D: usize> Simplices<D> {
-    /// Evaluates all elements, [`Potential::measure_all`], in lanes if the material has a SIMD form.
-    pub(super) fn evaluate_all(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
-        let mut measured = ElementStates::at_rest(self.len(), self.patches().len());
-        let depth = if self.patches().largest() > 1 { max_patch_size(D) } else { 1 };
-        let Some(mut lanes) = ElementBatches::empty(LANES * depth, depth, &self.material, self.section) else {
-            (0..self.patches().len()).for_each(|patch| measured.record_patch(self, patch, x, memory));
-            return measured;
-        };
-        let (mut cache, mut history) = (NodeCache::new(rounding(self.rest())), lanes.memory());
-        for first in (0..self.patches().len()).step_by(LANES) {
-            let ids =
-                |lane: usize| if first + lane < self.patches().len() { self.patches().of(first + lane) } else { &[] };
-            lanes.clear_incompatible();
-            for k in 0..depth {
-                let slots = std::array::from_fn(|lane| ids(lane).get(k).copied());
-                self.fill_batch(&mut lanes, k, &slots, x, &mut cache);
-                self.fill_history(&lanes, k, &slots, memory, &mut history);
+/// Builds the SIMD form of elements, [`super::Potential::lanes`].
+pub(super) fn build_batches<const D: usize>(
+    simplices: &Simplices<D>,
+    slots: &[Option<ElementId>],
+    depth: usize,
+    local: &[[u16; MAX_NODES]],
+) -> Option<ElementBatches<D>> {
+    let mut lanes = ElementBatches::empty(slots.len(), depth, &simplices.material, simplices.section)?;
+    for (at, (slots, local)) in slots.as_chunks::<LANES>().0.iter().zip(local.as_chunks::<LANES>().0).enumerate() {
+        simplices.set_batch(&mut lanes, at, slots, local);
+    }
+    Some(lanes)
+}
+
+/// Evaluates all elements, [`super::Potential::measure_all`]; none for a material without a SIMD form.
+pub(super) fn evaluate_all<const D: usize>(
+    simplices: &Simplices<D>,
+    x: &[Vector<D>],
+    memory: &[HistoryVariables<D>],
+) -> Option<ElementStates> {
+    let patches = &simplices.patches;
+    let mut measured = ElementStates::at_rest(simplices.elements().len(), patches.len());
+    let depth = if patches.largest() > 1 { max_patch_size(D) } else { 1 };
+    let mut lanes = ElementBatches::empty(LANES * depth, depth, &simplices.material, simplices.section)?;
+    let (mut cache, mut history) = (NodeCache::new(rounding(&simplices.rest)), lanes.memory());
+    for first in (0..patches.len()).step_by(LANES) {
+        let ids = |lane: usize| if first + lane < patches.len() { patches.of(first + lane) } else { &[] };
+        lanes.clear_incompatible();
+        for k in 0..depth {
+            let slots = std::array::from_fn(|lane| ids(lane).get(k).copied());
+            simplices.fill_batch(&mut lanes, k, &slots, x, &mut cache);
+            simplices.fill_history(&lanes, k, &slots, memory, &mut history);
+        }
+        let states = lanes.evaluate_held(&cache, &mut history);
+        for lane in 0..LANES.min(patches.len() - first) {
+            measured.energy[first + lane] = states.energy[lane];
+            for (k, id) in ids(lane).iter().enumerate() {
+                measured.stiffness[id.index()] = states.stiffness[k][lane];
+                measured.jacobian[id.index()] = states.jacobian[k][lane];
             }
-            let states = lanes.evaluate_held(&cache, &mut history);
-            for lane in 0..LANES.min(self.patches().len() - first) {
-                measured.energy[first + lane] = states.energy[lane];
-                for (k, id) in ids(lane).iter().enumerate() {
-                    measured.stiffness[id.index()] = states.stiffness[k][lane];
-                    measured.jacobian[id.index()] = states.jacobian[k][lane];
+        }
+    }
+    Some(measured)
+}
+
+impl<const D: usize> Simplices<D> {
+    /// Collects the reference shapes of eight elements.
+    fn reference_batch(&self, elements: &[Option<ElementId>; LANES]) -> ReferenceBatch<D> {
+        let mut rest = ReferenceBatch { edges: [[[0.0; LANES]; D]; D], radius: [1.0; LANES], filled: [0.0; LANES] };
+        for (lane, element) in elements.iter().enumerate() {
+            let Some(element) = element else {
+                (0..D).for_each(|i| rest.edges[i][i][lane] = 1.0);
+                continue;
+            };
+            let reference = self.reference(*element);
+            (rest.radius[lane], rest.filled[lane]) = (reference.radius, 1.0);
+            for i in 0..D {
+                for j in 0..D {
+                    rest.edges[i][j][lane] = reference.edges[(i, j)];
                 }
             }
         }
-        measured
+        rest
+    }
+
+    /// Fills a batch with elements whose nodes have these numbers within the block.
+    fn set_batch(
+        &self,
+        lanes: &mut ElementBatches<D>,
+        at: usize,
+        slots: &[Option<ElementId>; LANES],
+        local: &[[u16; MAX_NODES]; LANES],
+    ) {
+        lanes.set_batch(at, &self.reference_batch(slots), local);
+        for (lane, element) in slots.iter().enumerate() {
+            if element.is_some_and(|element| !self.is_compatible(element)) {
+                lanes.mark_incompatible(at * LANES + lane);
+            }
+        }
     }
 
     /// Fills the k-th batch with elements, each with nodes of its own.
@@ -69,14 +117,11 @@ impl<const D: usize> Simplices<D> {
             let of = |a: usize| if a <= D { number(lane, a) as u16 } else { 0 };
             [0, 1, 2, 3].map(of)
         });
-        lanes.set_batch(k, &self.reference_batch(slots), &numbers);
+        self.set_batch(lanes, k, slots, &numbers);
         for (lane, element) in slots.iter().enumerate() {
             let Some(element) = element else { continue };
-            if !self.is_compatible(*element) {
-                lanes.mark_incompatible(k * LANES + lane);
-            }
-            let numbered = self.nodes(*element).iter().enumerate().map(|(a, node)| (number(lane, a), *node));
-            cache.load(Level::new(), &HeldNodes::new(x, self.rest()), numbered);
+            let numbered = self.corners(*element).iter().enumerate().map(|(a, node)| (number(lane, a), *node));
+            cache.load(Level::new(), &HeldNodes::new(x, &self.rest), numbered);
         }
     }
 
@@ -89,7 +134,7 @@ impl<const D: usize> Simplices<D> {
         memory: &[HistoryVariables<D>],
         history: &mut [HistoryLanes],
     ) {
-        let (rows, n) = (lanes.rows(), self.memories());
+        let (rows, n) = (lanes.rows(), self.records());
         for (lane, element) in slots.iter().enumerate().filter(|_| n > 0) {
             let Some(element) = element else { continue };
             lanes.remember(&mut history[k * rows..(k + 1) * rows], lane, &memory[element.index() * n..][..n]);
@@ -120,10 +165,10 @@ impl<const D: usize> ElementBatches<D> {
     }
 
     /// Dispatches on the vector unit and the patch depth.
-    fn evaluate_by_depth<const N: usize, G: SimdMaterial<D>>(
+    fn evaluate_by_depth<const N: usize, G: ElementLaw<D>>(
         &self,
         gel: &G,
-        rest: &[G::Rest],
+        rest: &[G::Rest<LaneArray>],
         cache: &NodeCache,
         memory: &mut [HistoryLanes],
     ) -> BatchStates {
@@ -136,26 +181,31 @@ impl<const D: usize> ElementBatches<D> {
 
     /// Runs the stages of a sweep of zero duration, without the nodal sums.
     #[inline(always)]
-    fn evaluate_group<const N: usize, G: SimdMaterial<D>, S: Simd>(
+    fn evaluate_group<const N: usize, G: ElementLaw<D>, S: Simd>(
         &self,
         simd: S,
         gel: &G,
-        rest: &[G::Rest],
+        rest: &[G::Rest<LaneArray>],
         cache: &NodeCache,
         memory: &mut [HistoryLanes],
     ) -> BatchStates {
         let (batches, rest) = (self.batches_of::<N>(0), rest.first_chunk().expect("a group is whole"));
         let zero = f64x8::splat(simd, 0.0);
-        let mut strains = [BatchDeformation::at_rest(zero); N];
+        let mut strains = [ElementDeformation::at_rest(zero); N];
         let strained = self.strain_group::<N, G, S>(0, batches, rest, cache.motion()[0], &mut strains);
         let mut slopes = [VolumetricSlopes { slope: zero, curvature: zero }; N];
-        let mut energy = evaluate_volumetric::<D, N, S>(gel, batches, &strains, &mut slopes);
-        let (mut states, rows, kick) = (BatchStates::default(), gel.rows(), GroupKick { length: 0.0, elapsed: 0.0 });
+        let mut volumes = [zero; N];
+        for k in 0..N {
+            volumes[k] = load_lanes(simd, &batches[k].volume);
+        }
+        let mut energy = evaluate_volumetric(gel, &volumes, &strains, &mut slopes);
+        let (mut states, rows) = (BatchStates::default(), gel.rows());
         for k in 0..N {
             let history = &mut memory[k * rows..(k + 1) * rows];
-            let input = BatchInput { batch: &batches[k], rest: &rest[k], kick, history };
+            let scale = load_lanes(simd, &batches[k].scale);
+            let input = LawInput { volume: volumes[k], scale, rest: &rest[k], elapsed: 0.0, history };
             let forces = gel.evaluate(self.section(), input, &strains[k], &slopes[k]);
-            energy = multiply_add(forces.energy, strained, energy);
+            energy = forces.energy.multiply_add(strained, energy);
             forces.stiffness.store_slice(&mut states.stiffness[k]);
             strains[k].jacobian().store_slice(&mut states.jacobian[k]);
         }
@@ -177,8 +227,10 @@ fn evaluate_space(lanes: &ElementBatches<3>, cache: &NodeCache, memory: &mut [Hi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{BulkViscosity, EquationOfState, Material, NeoHookean, Viscoplastic, YieldLaw};
-    use crate::fem::{ReferenceShape, Section};
+    use crate::constitutive::{BulkViscosity, EquationOfState, Material, MaxwellBranch, NeoHookean};
+    use crate::constitutive::{Viscoelastic, Viscoplastic, YieldLaw};
+    use crate::fem::potential::measure_patches;
+    use crate::fem::{Potential, ReferenceShape, Section};
     use crate::math::Tensor;
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, Mesh, block, uniform};
 
@@ -209,9 +261,11 @@ mod tests {
             let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
             let moved = |(a, x): (usize, &Vector<D>)| x + Vector::<D>::from_fn(|i, _| wave(i, a));
             let x: Vec<Vector<D>> = all.rest().iter().enumerate().map(moved).collect();
-            let mut one = ElementStates::at_rest(all.len(), all.patches().len());
-            (0..all.patches().len()).for_each(|patch| one.record_patch(&all, patch, &x, &memory));
+            let one = measure_patches(&all, &x, &memory);
             let eight = all.measure_all(&x, &memory);
+            if !is_grouped && !matches!(material, Material::Flowing(_)) {
+                assert_eq!((&eight.jacobian, &eight.stiffness), (&one.jacobian, &one.stiffness), "{section:?} {size}");
+            }
             let close = |found: &[f64], wanted: &[f64], part: f64| {
                 let scale = wanted.iter().map(|w| w.abs()).fold(0.0, f64::max);
                 found.len() == wanted.len() && found.iter().zip(wanted).all(|(f, w)| (f - w).abs() <= part * scale)
@@ -240,7 +294,9 @@ mod tests {
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
         };
-        for material in [NeoHookean::new(3.0, 40.0).into(), Material::Flowing(flowing)] {
+        let slow = MaxwellBranch { shear_modulus: 2.0, time: 1e-3 };
+        let relaxing = Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(3.0, 40.0), &[slow]));
+        for material in [NeoHookean::new(3.0, 40.0).into(), Material::Flowing(flowing), relaxing] {
             for is_grouped in [false, true] {
                 check::<2>(&material, Section::Planar { thickness: 0.7 }, is_grouped);
                 check::<2>(&material, Section::Axisymmetric, is_grouped);

@@ -1,7 +1,10 @@
-//! History variables of elements: by element, and of eight elements in vector lanes.
+//! History variables of elements: by element, and in rows, of one element or of eight in vector lanes.
 
-use super::batch::LaneArray;
-use crate::math::Tensor;
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
+use crate::constitutive::Viscoelastic;
+use crate::math::{Number, SymmetricTensor, Tensor};
 
 /// History variables of a viscoplastic element, or of one branch of a viscoelastic element.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,44 +44,85 @@ impl<const D: usize> HistoryVariables<D> {
     }
 }
 
-/// One history variable of the k-th elements of eight patches.
+/// Most records of an element: of a viscoelastic one C̄⁻¹ and J at its last tick, then C̄_i⁻¹ of each branch.
+pub(crate) const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
+/// Most history rows of an element.
+pub(crate) const MOST_ROWS: usize = 1 + MOST_MEMORIES * shape_rows::<3>();
+
+/// One history variable of the k-th elements of eight patches; of one element where `L` is a number.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
-pub struct HistoryLanes(pub(super) LaneArray);
+pub struct HistoryLanes<L = [f64; 8]>(pub(crate) L);
 
-/// Layout of the history variables of a material in lanes, one row per variable; no rows by default.
-pub(super) trait HistoryLayout<const D: usize> {
+/// Order of the history variables of a material in rows, one number of an element to a row; no rows by default.
+pub(crate) trait HistoryLayout<const D: usize> {
     /// Returns the number of rows.
     fn rows(&self) -> usize {
         0
     }
-    /// Stores the history variables of an element in a lane.
-    fn store_history(&self, _rows: &mut [HistoryLanes], _lane: usize, _memory: &[HistoryVariables<D>]) {}
-    /// Loads the history variables of an element from a lane.
-    fn load_history(&self, _rows: &[HistoryLanes], _lane: usize, _memory: &mut [HistoryVariables<D>]) {}
+    /// Writes the records of an element to its rows.
+    fn store_history(&self, _rows: &mut [f64], _memory: &[HistoryVariables<D>]) {}
+    /// Reads the records of an element from its rows.
+    fn load_history(&self, _rows: &[f64], _memory: &mut [HistoryVariables<D>]) {}
     /// Returns the viscous part of U′ of an element at its last tick, Pa.
-    fn viscous(&self, _rows: &[HistoryLanes], _lane: usize) -> f64 {
+    fn viscous(&self, _rows: &[f64]) -> f64 {
         0.0
     }
 }
 
 /// Returns the number of rows of C̄⁻¹: the components i ≤ j, and in the plane the out-of-plane component.
-pub(super) const fn shape_rows<const D: usize>() -> usize {
+pub(crate) const fn shape_rows<const D: usize>() -> usize {
     if D == 2 { 4 } else { 6 }
 }
 
-/// Stores C̄⁻¹ in a lane.
-pub(super) fn store_shape<const D: usize>(rows: &mut [HistoryLanes], lane: usize, memory: &HistoryVariables<D>) {
+/// Writes C̄⁻¹ to its rows.
+pub(crate) fn store_shape<const D: usize>(rows: &mut [f64], memory: &HistoryVariables<D>) {
     let components = (0..D).flat_map(|i| (i..D).map(move |j| memory.inverse[(i, j)]));
     let numbers = components.chain((D == 2).then_some(memory.out));
-    rows.iter_mut().zip(numbers).for_each(|(row, number)| row.0[lane] = number);
+    rows.iter_mut().zip(numbers).for_each(|(row, number)| *row = number);
 }
 
-/// Loads C̄⁻¹ from a lane; the other history variables keep their initial values.
-pub(super) fn load_shape<const D: usize>(rows: &[HistoryLanes], lane: usize) -> HistoryVariables<D> {
+/// Reads C̄⁻¹ from its rows; the other history variables keep their initial values.
+pub(crate) fn load_shape<const D: usize>(rows: &[f64]) -> HistoryVariables<D> {
     // Packed upper triangle: row i has D − i components.
     let at = |i: usize, j: usize| i * D - i * (i + 1) / 2 + j;
-    let inverse = Tensor::<D>::from_fn(|i, j| rows[at(i.min(j), i.max(j))].0[lane]);
-    let out = if D == 2 { rows[shape_rows::<D>() - 1].0[lane] } else { 1.0 };
+    let inverse = Tensor::<D>::from_fn(|i, j| rows[at(i.min(j), i.max(j))]);
+    let out = if D == 2 { rows[shape_rows::<D>() - 1] } else { 1.0 };
     HistoryVariables { inverse, out, ..HistoryVariables::default() }
+}
+
+/// Loads a symmetric tensor from its rows.
+#[inline(always)]
+pub(crate) fn load_tensor<const D: usize, V: Number>(
+    zero: V,
+    rows: &[HistoryLanes<V::Lanes>],
+) -> SymmetricTensor<D, V> {
+    let rows = &rows[..shape_rows::<D>()];
+    let (mut inner, mut at) = ([[zero; D]; D], 0);
+    for i in 0..D {
+        for j in i..D {
+            inner[i][j] = zero.load(&rows[at].0);
+            at += 1;
+        }
+    }
+    SymmetricTensor { inner, out: if D == 2 { zero.load(&rows[at].0) } else { zero } }
+}
+
+/// Stores a symmetric tensor in its rows.
+#[inline(always)]
+pub(crate) fn store_tensor<const D: usize, V: Number>(
+    tensor: &SymmetricTensor<D, V>,
+    rows: &mut [HistoryLanes<V::Lanes>],
+) {
+    let rows = &mut rows[..shape_rows::<D>()];
+    let mut at = 0;
+    for i in 0..D {
+        for j in i..D {
+            rows[at].0 = tensor.inner[i][j].store();
+            at += 1;
+        }
+    }
+    if D == 2 {
+        rows[at].0 = tensor.out.store();
+    }
 }

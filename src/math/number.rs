@@ -3,6 +3,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, f64x8, u64x8};
+use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Real number or SIMD vector of reals, with exact or correctly rounded operations only: all forms give the same bits.
@@ -17,9 +18,20 @@ pub trait Number:
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
 {
+    /// Number of each lane, as it is stored: one or eight.
+    type Lanes: Copy + Default + Debug;
+    /// Loads the stored numbers of all lanes.
+    #[must_use]
+    fn load(self, lanes: &Self::Lanes) -> Self;
+    /// Returns the numbers of all lanes to be stored.
+    #[must_use]
+    fn store(self) -> Self::Lanes;
     /// Returns a constant in every lane.
     #[must_use]
     fn constant(self, value: f64) -> Self;
+    /// Returns self · factor + sum, rounded once (fused multiply-add).
+    #[must_use]
+    fn multiply_add(self, factor: Self, sum: Self) -> Self;
     /// Returns |x|.
     #[must_use]
     fn absolute(self) -> Self;
@@ -64,9 +76,26 @@ const TWO_52_AND_BIAS: f64 = 4_503_599_627_370_496.0 + 1023.0;
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 impl Number for f64 {
+    type Lanes = Self;
+
+    #[inline(always)]
+    fn load(self, lanes: &Self) -> Self {
+        *lanes
+    }
+
+    #[inline(always)]
+    fn store(self) -> Self {
+        self
+    }
+
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, factor: Self, sum: Self) -> Self {
+        self.mul_add(factor, sum)
     }
 
     #[inline(always)]
@@ -119,9 +148,26 @@ impl Number for f64 {
 }
 
 impl<S: Simd> Number for f64x8<S> {
+    type Lanes = [f64; 8];
+
+    #[inline(always)]
+    fn load(self, lanes: &[f64; 8]) -> Self {
+        Self::from_slice(self.simd, lanes)
+    }
+
+    #[inline(always)]
+    fn store(self) -> [f64; 8] {
+        self.into()
+    }
+
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
         self.simd.splat_f64x8(value)
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, factor: Self, sum: Self) -> Self {
+        self.simd.mul_add_precise_f64x8(self, factor, sum)
     }
 
     #[inline(always)]

@@ -1,4 +1,7 @@
-use super::{Tensor, Vector};
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
+use super::{Number, Tensor, Vector, array};
 
 /// Most Jacobi sweeps; the tensors of the tests, with eigenvalues up to twelve decades apart, need five.
 const MAX_SWEEPS: usize = 12;
@@ -6,20 +9,30 @@ const MAX_SWEEPS: usize = 12;
 const SETTLED: f64 = 1.0 / (1_u128 << 110) as f64;
 
 /// Returns the eigenvalues of a symmetric tensor, unordered, and its eigenvectors as columns.
+#[must_use]
+pub fn spectral<const D: usize>(symmetric: &Tensor<D>) -> (Vector<D>, Tensor<D>) {
+    let (values, vectors) = diagonalise(array::rows(symmetric));
+    (values.into(), Tensor::<D>::from_fn(|i, j| vectors[i][j]))
+}
+
+/// Returns the eigenvalues of a symmetric tensor, unordered, and its eigenvectors as columns.
 ///
 /// Cyclic Jacobi method (Golub and Van Loan, Matrix Computations, 8.5): sums, products, quotients and square roots
 /// only, so the same bits on every platform; a diagonal tensor is returned unchanged.
-#[must_use]
-pub fn spectral<const D: usize>(symmetric: &Tensor<D>) -> (Vector<D>, Tensor<D>) {
-    let (mut a, mut vectors) = (*symmetric, Tensor::<D>::identity());
+#[inline(always)]
+pub fn diagonalise<const D: usize, V: Number>(mut a: [[V; D]; D]) -> ([V; D], [[V; D]; D]) {
+    let mut vectors = [[a[0][0].constant(0.0); D]; D];
+    for i in 0..D {
+        vectors[i][i] = a[0][0].constant(1.0);
+    }
     for _ in 0..MAX_SWEEPS {
         let mut is_settled = true;
         for p in 0..D {
             for q in p + 1..D {
-                let off = a[(p, q)];
-                if off * off > SETTLED * (a[(p, p)] * a[(q, q)]).abs() {
+                let excess = a[p][q] * a[p][q] - (a[p][p] * a[q][q]).absolute() * SETTLED;
+                if excess.any_positive() {
                     is_settled = false;
-                    rotate(&mut a, &mut vectors, p, q);
+                    rotate(&mut a, &mut vectors, [p, q], excess);
                 }
             }
         }
@@ -27,27 +40,35 @@ pub fn spectral<const D: usize>(symmetric: &Tensor<D>) -> (Vector<D>, Tensor<D>)
             break;
         }
     }
-    (a.diagonal(), vectors)
+    (std::array::from_fn(|i| a[i][i]), vectors)
 }
 
-/// Applies the Jacobi rotation that zeroes the entry (p, q).
-fn rotate<const D: usize>(a: &mut Tensor<D>, vectors: &mut Tensor<D>, p: usize, q: usize) {
-    let off = a[(p, q)];
-    let theta = 0.5 * (a[(q, q)] - a[(p, p)]) / off;
-    let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-    let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+/// Applies the Jacobi rotation that zeroes the entry (p, q) where `excess` is positive.
+#[inline(always)]
+fn rotate<const D: usize, V: Number>(a: &mut [[V; D]; D], vectors: &mut [[V; D]; D], [p, q]: [usize; 2], excess: V) {
+    let (off, zero) = (a[p][q], excess.constant(0.0));
+    let theta = (a[q][q] - a[p][p]) * 0.5 / off;
+    let sign = (-theta).choose(zero - 1.0, zero + 1.0);
+    let tangent = excess.choose(sign / (theta.absolute() + (theta * theta + 1.0).root()), zero);
+    let cosine = excess.constant(1.0) / (tangent * tangent + 1.0).root();
     let sine = tangent * cosine;
-    let turned = |x: f64, y: f64| (cosine * x - sine * y, sine * x + cosine * y);
-    a[(p, p)] -= tangent * off;
-    a[(q, q)] += tangent * off;
-    (a[(p, q)], a[(q, p)]) = (0.0, 0.0);
+    a[p][p] = a[p][p] - tangent * off;
+    a[q][q] = a[q][q] + tangent * off;
+    a[p][q] = excess.choose(zero, off);
+    a[q][p] = a[p][q];
     for k in 0..D {
-        (vectors[(k, p)], vectors[(k, q)]) = turned(vectors[(k, p)], vectors[(k, q)]);
+        (vectors[k][p], vectors[k][q]) = turn(vectors[k][p], vectors[k][q], cosine, sine);
         if k != p && k != q {
-            (a[(k, p)], a[(k, q)]) = turned(a[(k, p)], a[(k, q)]);
-            (a[(p, k)], a[(q, k)]) = (a[(k, p)], a[(k, q)]);
+            (a[k][p], a[k][q]) = turn(a[k][p], a[k][q], cosine, sine);
+            (a[p][k], a[q][k]) = (a[k][p], a[k][q]);
         }
     }
+}
+
+/// Rotates a pair of components.
+#[inline(always)]
+fn turn<V: Number>(x: V, y: V, cosine: V, sine: V) -> (V, V) {
+    (cosine * x - sine * y, sine * x + cosine * y)
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::Dissipation;
 use super::batch::on;
+use crate::fem::Dissipation;
 use crate::math::Vector;
 use crate::mesh::NodeId;
 use fearless_simd::{Level, Simd, SimdBase, f64x4};
@@ -28,7 +28,7 @@ const LINE: usize = 8;
 const NUMBERS: usize = (1 << 16) + ROW;
 
 /// Rows of all nodes of a block, node by node.
-pub(super) type NodeRows = [f64; NUMBERS];
+pub(crate) type NodeRows = [f64; NUMBERS];
 
 /// Returns the first number of the row of a node, from its number within the block.
 ///
@@ -243,7 +243,7 @@ impl NodeCache {
 
     /// Returns the rows of positions and velocities.
     #[inline]
-    pub(super) fn motion(&self) -> [&NodeRows; 2] {
+    pub(crate) fn motion(&self) -> [&NodeRows; 2] {
         [self.positions.rows(), self.velocities.rows()]
     }
 

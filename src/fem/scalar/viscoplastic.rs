@@ -1,32 +1,11 @@
 //! Viscoplastic elements, F = F_e F_p: radial return onto the yield surface (Simo & Hughes 1998, numerics A16).
 
-use super::simplex::{DeformationGradient, ElasticCauchyGreen, ElementKinematics};
-use super::{DEPTH, ElementResponse, HistoryVariables, Section, Simplices};
+use super::rest_element::{DeformationGradient, ElasticCauchyGreen, ElementKinematics};
+use super::simplices::Simplices;
 use crate::constitutive::{Material, StressReturn, Viscoplastic, VolumetricEnergy, VolumetricResponse};
+use crate::fem::{DEPTH, Dissipation, ElementResponse, HistoryVariables, Section};
 use crate::math::{Tensor, Vector, cube_root, det};
 use crate::mesh::ElementId;
-
-/// Energy of a patch, and its dissipation since its last tick.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Dissipation {
-    /// Energy V, J.
-    pub energy: f64,
-    /// Plastic dissipation, J.
-    pub plastic: f64,
-    /// Viscous dissipation, of bulk viscosity or of branches, J.
-    pub viscous: f64,
-    /// Stored energy released by damage, J.
-    pub damage: f64,
-}
-
-impl std::ops::AddAssign for Dissipation {
-    fn add_assign(&mut self, other: Self) {
-        self.energy += other.energy;
-        self.plastic += other.plastic;
-        self.viscous += other.viscous;
-        self.damage += other.damage;
-    }
-}
 
 /// Viscoplastic element during its evaluation.
 struct ViscoplasticElement<'a, const D: usize> {
@@ -34,19 +13,11 @@ struct ViscoplasticElement<'a, const D: usize> {
     at: ElementKinematics<'a, D>,
 }
 
-/// Collects the history variables of the elements of a patch.
-pub(super) fn patch_history<const D: usize>(
-    memory: &[HistoryVariables<D>],
-    ids: &[ElementId],
-) -> [HistoryVariables<D>; DEPTH] {
-    std::array::from_fn(|k| ids.get(k).map_or_else(HistoryVariables::default, |id| memory[id.index()]))
-}
-
 impl<const D: usize> Simplices<D> {
     /// Evaluates a patch: its energy, J, its dissipation, and the responses of its elements.
     ///
     /// A step above 0 s updates the history. At step 0 the viscous part of U′ of each element is `held`, Pa.
-    pub(super) fn evaluate_viscoplastic(
+    pub(crate) fn evaluate_viscoplastic(
         &self,
         (gel, ids): (&Viscoplastic, &[ElementId]),
         x: &[Vector<D>],

@@ -1,21 +1,68 @@
-//! Symmetric tensors of eight elements in vector lanes.
+//! Symmetric tensors over [`Number`]: one tensor, or eight in vector lanes.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::load_lanes;
-use super::history::{HistoryLanes, shape_rows};
-use crate::math::Number;
-use fearless_simd::{Simd, SimdBase, f64x8};
+use super::Number;
+
+/// Most Newton iterations for a unit determinant; a ninefold stretch takes 12 (from θ = 27 the first ones each remove
+/// a third).
+const MAX_ITERATIONS: usize = 64;
 
 /// Symmetric tensor: the components i ≤ j, and the out-of-plane component, 0 in space.
 #[derive(Clone, Copy)]
-pub(super) struct SymmetricTensor<const D: usize, V> {
+pub struct SymmetricTensor<const D: usize, V> {
     pub inner: [[V; D]; D],
     pub out: V,
 }
 
+/// Returns the greatest root θ of det(θ + s d) = θ³ − aθ + c = 1, with a = s²|d|²/2 and c = s³ det d.
+///
+/// Newton iterations from above fall monotonically to the root.
+#[inline(always)]
+pub fn isochoric_mean<V: Number>(above: V, a: V, c: V) -> V {
+    let mut mean = above;
+    for _ in 0..MAX_ITERATIONS {
+        let decrement = (mean * (mean * mean - a) + c - 1.0) / (mean * 3.0 * mean - a);
+        mean = mean - decrement;
+        if !(decrement.absolute() - mean * f64::EPSILON).any_positive() {
+            break;
+        }
+    }
+    mean
+}
+
 impl<const D: usize, V: Number> SymmetricTensor<D, V> {
+    /// Creates the right Cauchy–Green tensor C = FᵀF, with the square of the out-of-plane stretch in the plane.
+    #[inline(always)]
+    pub fn right_cauchy_green(f: &[[V; D]; D], out: V) -> Self {
+        let mut all = Self::diagonal(out.constant(0.0), if D == 2 { out * out } else { out.constant(0.0) });
+        for i in 0..D {
+            for j in i..D {
+                let mut sum = f[0][i] * f[0][j];
+                for k in 1..D {
+                    sum = sum + f[k][i] * f[k][j];
+                }
+                all.inner[i][j] = sum;
+            }
+        }
+        all
+    }
+
+    /// Returns the second invariant, the sum of the principal minors.
+    #[inline(always)]
+    pub fn second_invariant(&self) -> V {
+        let b = &self.inner;
+        let mut sum = b[0][0] * b[1][1] - b[0][1] * b[0][1];
+        if D == 2 {
+            return sum + (b[0][0] + b[1][1]) * self.out;
+        }
+        for i in 0..2 {
+            sum = sum + (b[i][i] * b[2 % D][2 % D] - b[i][2 % D] * b[i][2 % D]);
+        }
+        sum
+    }
+
     /// Creates a diagonal tensor, `inner` on the diagonal and `out` out of the plane.
     #[inline(always)]
     pub fn diagonal(inner: V, out: V) -> Self {
@@ -30,6 +77,18 @@ impl<const D: usize, V: Number> SymmetricTensor<D, V> {
     #[inline(always)]
     pub fn of(&self, i: usize, j: usize) -> V {
         self.inner[i.min(j)][i.max(j)]
+    }
+
+    /// Returns the rows of the part in the plane, or in space.
+    #[inline(always)]
+    pub fn rows(&self) -> [[V; D]; D] {
+        let mut all = self.inner;
+        for i in 0..D {
+            for j in 0..i {
+                all[i][j] = self.inner[j][i];
+            }
+        }
+        all
     }
 
     /// Returns the trace.
@@ -115,6 +174,12 @@ impl<const D: usize, V: Number> SymmetricTensor<D, V> {
         all
     }
 
+    /// Returns the tensor with its part in the plane, or in space, multiplied.
+    #[inline(always)]
+    pub fn scaled_inner(&self, factor: V) -> Self {
+        Self { inner: self.inner.map(|row| row.map(|component| component * factor)), out: self.out }
+    }
+
     /// Returns θ + s d, θ = `mean`, s = `part`.
     #[inline(always)]
     pub fn scaled(&self, part: V, mean: V) -> Self {
@@ -159,38 +224,5 @@ impl<const D: usize, V: Number> SymmetricTensor<D, V> {
             all.out = which.choose(self.out, other.out);
         }
         all
-    }
-}
-
-impl<const D: usize, S: Simd> SymmetricTensor<D, f64x8<S>> {
-    /// Loads the tensor from history rows.
-    #[inline(always)]
-    pub fn load(simd: S, rows: &[HistoryLanes]) -> Self {
-        let rows = &rows[..shape_rows::<D>()];
-        let zero = f64x8::splat(simd, 0.0);
-        let (mut inner, mut at) = ([[zero; D]; D], 0);
-        for i in 0..D {
-            for j in i..D {
-                inner[i][j] = load_lanes(simd, &rows[at].0);
-                at += 1;
-            }
-        }
-        Self { inner, out: if D == 2 { load_lanes(simd, &rows[at].0) } else { zero } }
-    }
-
-    /// Stores the tensor in history rows.
-    #[inline(always)]
-    pub fn store(&self, rows: &mut [HistoryLanes]) {
-        let rows = &mut rows[..shape_rows::<D>()];
-        let mut at = 0;
-        for i in 0..D {
-            for j in i..D {
-                self.inner[i][j].store_slice(&mut rows[at].0);
-                at += 1;
-            }
-        }
-        if D == 2 {
-            self.out.store_slice(&mut rows[at].0);
-        }
     }
 }

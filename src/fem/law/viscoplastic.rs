@@ -1,19 +1,18 @@
-//! Viscoplastic elements in vector lanes; the scalar form is [`super::viscoplastic`].
+//! Viscoplastic elements in vector lanes; the scalar form is [`crate::fem::scalar::viscoplastic`].
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::load_lanes;
-use super::history::{HistoryLanes, HistoryLayout, load_shape, shape_rows, store_shape};
-use super::kinematics::{BatchKinematics, ShapeGradients};
+use super::element_law::{ElementDeformation, ElementForces, ElementLaw, LawInput, VolumetricSlopes};
+use super::kinematics::ShapeGradients;
 use super::rest_geometry::RestGeometry;
-use super::simd_material::{BatchDeformation, BatchInput, ElementForces, SimdMaterial, VolumetricSlopes};
-use super::simplex::isochoric_mean;
-use super::symmetric_tensor::SymmetricTensor;
-use super::{HistoryVariables, Section};
-use crate::constitutive::{StressReturn, Viscoplastic, VolumetricEnergy};
-use crate::math::Number;
-use fearless_simd::{Simd, SimdBase, f64x8};
+use crate::constitutive::{IsochoricDeformation, StressReturn, Viscoplastic, VolumetricEnergy};
+use crate::fem::history::{
+    HistoryLanes, HistoryLayout, load_shape, load_tensor, shape_rows, store_shape, store_tensor,
+};
+use crate::fem::{HistoryVariables, Section};
+use crate::math::{Number, SymmetricTensor, isochoric_mean};
+use std::fmt::Debug;
 
 /// History variables of eight elements during an evaluation.
 #[derive(Clone, Copy)]
@@ -37,38 +36,35 @@ impl<const D: usize> HistoryLayout<D> for Viscoplastic {
         shape_rows::<D>() + NUMBERS
     }
 
-    fn store_history(&self, rows: &mut [HistoryLanes], lane: usize, memory: &[HistoryVariables<D>]) {
-        let memory = &memory[0];
-        store_shape(rows, lane, memory);
-        let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D>(rows);
-        (plastic.0[lane], jacobian.0[lane]) = (memory.plastic, memory.jacobian);
-        (rate.0[lane], left.0[lane]) = (memory.rate, memory.left);
-        (stress.0[lane], felt.0[lane]) = (memory.stress, memory.felt);
+    fn store_history(&self, rows: &mut [f64], memory: &[HistoryVariables<D>]) {
+        let HistoryVariables { plastic, jacobian, rate, left, stress, felt, .. } = memory[0];
+        store_shape(rows, &memory[0]);
+        rows[shape_rows::<D>()..][..6].copy_from_slice(&[plastic, jacobian, rate, left, stress, felt]);
     }
 
-    fn load_history(&self, rows: &[HistoryLanes], lane: usize, memory: &mut [HistoryVariables<D>]) {
-        let number = |i: usize| rows[shape_rows::<D>() + i].0[lane];
+    fn load_history(&self, rows: &[f64], memory: &mut [HistoryVariables<D>]) {
+        let number = |i: usize| rows[shape_rows::<D>() + i];
         let [plastic, jacobian, rate, left, stress, felt] = [0, 1, 2, 3, 4, 5].map(number);
-        memory[0] = HistoryVariables { plastic, jacobian, rate, left, stress, felt, ..load_shape(rows, lane) };
+        memory[0] = HistoryVariables { plastic, jacobian, rate, left, stress, felt, ..load_shape(rows) };
     }
 
-    fn viscous(&self, rows: &[HistoryLanes], lane: usize) -> f64 {
-        rows[shape_rows::<D>() + NUMBERS - 1].0[lane]
+    fn viscous(&self, rows: &[f64]) -> f64 {
+        rows[shape_rows::<D>() + NUMBERS - 1]
     }
 }
 
 /// Returns the history rows after C̄_p⁻¹.
 #[inline(always)]
-fn numbers<const D: usize>(rows: &mut [HistoryLanes]) -> &mut [HistoryLanes; NUMBERS] {
+fn numbers<const D: usize, L>(rows: &mut [HistoryLanes<L>]) -> &mut [HistoryLanes<L>; NUMBERS] {
     rows[shape_rows::<D>()..].first_chunk_mut().expect("what an element remembers is whole")
 }
 
-impl<const D: usize> SimdMaterial<D> for Viscoplastic {
-    type Rest = ShapeGradients<D>;
+impl<const D: usize> ElementLaw<D> for Viscoplastic {
+    type Rest<L: Copy + Default + Debug> = ShapeGradients<D, L>;
     const HAS_HISTORY: bool = true;
 
     #[inline(always)]
-    fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> ShapeGradients<D> {
+    fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> ShapeGradients<D, V::Lanes> {
         ShapeGradients::new(shape)
     }
 
@@ -78,29 +74,27 @@ impl<const D: usize> SimdMaterial<D> for Viscoplastic {
     }
 
     #[inline(always)]
-    fn evaluate<S: Simd>(
+    fn evaluate<V: Number>(
         &self,
         section: Section,
-        input: BatchInput<'_, ShapeGradients<D>>,
-        s: &BatchDeformation<D, f64x8<S>>,
-        u: &VolumetricSlopes<f64x8<S>>,
-    ) -> ElementForces<D, f64x8<S>> {
-        let BatchInput { batch, rest, kick, history: memory } = input;
-        let simd = s.det_f.simd;
-        let (zero, volume) = (f64x8::splat(simd, 0.0), load_lanes(simd, &batch.volume));
-        let at = BatchKinematics::new(s);
-        let (mut own, before) = PlasticHistory::load(simd, memory);
+        input: LawInput<'_, V, ShapeGradients<D, V::Lanes>>,
+        s: &ElementDeformation<D, V>,
+        u: &VolumetricSlopes<V>,
+    ) -> ElementForces<D, V> {
+        let LawInput { volume, rest, elapsed, history: memory, .. } = input;
+        let (zero, at) = (volume.constant(0.0), s.isochoric());
+        let (mut own, before) = PlasticHistory::load(zero, memory);
         let sound = own.left;
-        let (elastic, lost) = returned(self, &at, (kick.elapsed, u.slope), &mut own);
+        let (elastic, lost) = returned(self, &at, (elapsed, u.slope), &mut own);
         if let Some(softening) = &self.softening {
-            own.left = softening.after_step(sound, own.plastic, kick.elapsed);
+            own.left = softening.after_step(sound, own.plastic, elapsed);
         }
         let stored = (elastic.trace() - 3.0) * (0.5 * self.shear_modulus);
-        let nodes = at.gradient_sums(rest);
+        let nodes = rest.spatial_sums(&at, s.hoop);
         let spread = nodes.metric.trace();
         let mut viscous = (zero, zero);
-        if kick.elapsed > 0.0 {
-            let rate = (s.jacobian() - before) / (at.jacobian * kick.elapsed);
+        if elapsed > 0.0 {
+            let rate = (s.jacobian() - before) / (at.jacobian * elapsed);
             viscous = (rate, resistance(self, nodes.max_squared, rate) * rate);
         }
         let (mu, slope) = (own.left * self.shear_modulus, u.slope + viscous.1);
@@ -118,7 +112,7 @@ impl<const D: usize> SimdMaterial<D> for Viscoplastic {
         let pressure = slope - at.above_floor.choose(mu * elastic.trace() / (at.jacobian * 3.0), zero);
         let pulled = at.times_inverse_shape(&own.shape);
         let (forces, hoop_force) =
-            at.forces(rest, &pulled, own.shape.out, -(volume * mu * at.scale), -(volume * pressure));
+            s.nodal_forces(rest, &at.cofactor, &pulled, own.shape.out, -(volume * mu * at.scale), -(volume * pressure));
         own.store(memory, (s.jacobian(), viscous.1));
         ElementForces { forces, hoop_force, stiffness, energy: volume * stored * own.left, lost }
     }
@@ -128,7 +122,7 @@ impl<const D: usize> SimdMaterial<D> for Viscoplastic {
 #[inline(always)]
 fn returned<const D: usize, V: Number>(
     gel: &Viscoplastic,
-    at: &BatchKinematics<'_, D, V>,
+    at: &IsochoricDeformation<D, V>,
     (step, slope): (f64, V),
     memory: &mut PlasticHistory<D, V>,
 ) -> (SymmetricTensor<D, V>, V) {
@@ -179,27 +173,26 @@ fn damped<const D: usize, V: Number>(density: f64, (volume, kappa): (V, V), damp
     root * root
 }
 
-impl<const D: usize, S: Simd> PlasticHistory<D, f64x8<S>> {
+impl<const D: usize, V: Number> PlasticHistory<D, V> {
     /// Loads the history variables, and J at the last tick.
     #[inline(always)]
-    fn load(simd: S, from: &mut [HistoryLanes]) -> (Self, f64x8<S>) {
-        let shape = SymmetricTensor::load(simd, from);
-        let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D>(from);
-        let [plastic, rate, left, stress, felt] =
-            [plastic, rate, left, stress, felt].map(|row| load_lanes(simd, &row.0));
-        (Self { shape, plastic, rate, left, stress, felt }, load_lanes(simd, &jacobian.0))
+    fn load(zero: V, from: &mut [HistoryLanes<V::Lanes>]) -> (Self, V) {
+        let shape = load_tensor(zero, from);
+        let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D, _>(from);
+        let [plastic, rate, left, stress, felt] = [plastic, rate, left, stress, felt].map(|row| zero.load(&row.0));
+        (Self { shape, plastic, rate, left, stress, felt }, zero.load(&jacobian.0))
     }
 
     #[inline(always)]
-    fn store(&self, to: &mut [HistoryLanes], (now, added): (f64x8<S>, f64x8<S>)) {
-        self.shape.store(to);
-        let [plastic, jacobian, rate, left, stress, felt, viscous] = numbers::<D>(to);
-        self.plastic.store_slice(&mut plastic.0);
-        now.store_slice(&mut jacobian.0);
-        self.rate.store_slice(&mut rate.0);
-        self.left.store_slice(&mut left.0);
-        self.stress.store_slice(&mut stress.0);
-        self.felt.store_slice(&mut felt.0);
-        added.store_slice(&mut viscous.0);
+    fn store(&self, to: &mut [HistoryLanes<V::Lanes>], (now, added): (V, V)) {
+        store_tensor(&self.shape, to);
+        let [plastic, jacobian, rate, left, stress, felt, viscous] = numbers::<D, _>(to);
+        plastic.0 = self.plastic.store();
+        jacobian.0 = now.store();
+        rate.0 = self.rate.store();
+        left.0 = self.left.store();
+        stress.0 = self.stress.store();
+        felt.0 = self.felt.store();
+        viscous.0 = added.store();
     }
 }

@@ -1,6 +1,9 @@
 //! Forces, energy and stiffness bound of elements against central differences.
 
 use super::*;
+use crate::constitutive::{Hyperelastic, NeoHookean, VolumetricEnergy};
+use crate::fem::{DEPTH, ElementResponse, Potential};
+use crate::math::array;
 
 fn triangle(section: Section) -> (Mesh<2>, Simplices<2>) {
     let rest = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from).to_vec();
@@ -67,6 +70,28 @@ fn check_stiffness<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
         assert!(greatest <= bound * (1.0 + 1e-6), "{greatest} above the bound {bound}");
         assert!(greatest > 0.2 * bound, "the bound {bound} is idle against {greatest}");
     }
+}
+
+fn check_energy<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
+    let (gel, id) = (NeoHookean::new(3.0, 40.0), ElementId(0));
+    for size in [0.0, 0.1, 0.3, 1.0] {
+        let x = deformed(mesh, size);
+        let (energy, answer) = forces(simplices, &x);
+        let (f, out) = simplices.deformation_gradient(id, &x);
+        let own = gel.sheared(&array::rows(&f), out).energy + gel.volume().volumetric(answer.jacobian).energy;
+        let wanted = simplices.volume(id) * own;
+        assert!((energy - wanted).abs() < 1e-12 * (1.0 + wanted.abs()), "{energy} for {wanted}");
+    }
+}
+
+#[test]
+fn the_energy_is_that_of_the_law_though_forces_follow_from_edges() {
+    for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+        let (mesh, simplices) = triangle(section);
+        check_energy(&mesh, &simplices);
+    }
+    let (mesh, simplices) = tetrahedron();
+    check_energy(&mesh, &simplices);
 }
 
 #[test]

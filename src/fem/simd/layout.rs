@@ -1,6 +1,6 @@
 //! SIMD layout of the elements: eight patches in vector lanes, each quantity of the eight in one vector.
 //!
-//! The arithmetic is that of [`super::Simplices`], lane by lane, with the same bits on every instruction set.
+//! The arithmetic is that of [`crate::fem::Simplices`], lane by lane, with the same bits on every instruction set.
 //! Products are fused into sums only where the source says so (numerics A9): AVX2 and AVX-512 have an instruction for
 //! it, other processors call a slow function. Gather and scatter use rows of four numbers per node, transposed four
 //! by four.
@@ -8,29 +8,19 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{ElementBatch, LANES, LaneArray, determinant, load_lanes, on};
-use super::history::{HistoryLanes, HistoryLayout};
-use super::hyperelastic_simd::ShearStiffness;
-use super::kinematics::ShapeGradients;
+use super::batch::{ElementBatch, LANES, LaneArray, load_lanes, on};
 use super::node_cache::{NodeAccumulator, NodeRows, number_of, row_of};
-use super::rest_geometry::{ReferenceBatch, store_rest_geometry};
-use super::simd_material::{BatchDeformation, RestOperator, SimdMaterial, VolumetricSlopes};
 use super::transpose::gather;
-use super::viscoelastic::MOST_MEMORIES;
-use super::{HistoryVariables, MAX_NODES, Section};
-use crate::constitutive::{Material, NeoHookean, Viscoelastic, Viscoplastic, VolumetricEnergy};
+use crate::constitutive::{Material, NeoHookean, Viscoelastic, Viscoplastic};
+use crate::fem::history::{HistoryLanes, HistoryLayout, MOST_MEMORIES, MOST_ROWS};
+use crate::fem::law::element_law::{ElementDeformation, ElementLaw};
+use crate::fem::law::kinematics::ShapeGradients;
+use crate::fem::law::neo_hookean::ShearStiffness;
+use crate::fem::law::rest_geometry::RestGeometry;
+use crate::fem::{HistoryVariables, MAX_NODES, Section, max_patch_size};
 use crate::math::Number;
-use fearless_simd::{Level, Select, Simd, SimdBase, f64x8};
+use fearless_simd::{Level, Simd, f64x8};
 use std::ops::Range;
-
-/// Most elements of a patch.
-pub const DEPTH: usize = max_patch_size(3);
-
-/// Returns the most elements of a patch: pairs in the plane, fours in space.
-#[must_use]
-pub const fn max_patch_size(dimensions: usize) -> usize {
-    2 * (dimensions - 1)
-}
 
 /// Response of a group of eight patches.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -41,13 +31,23 @@ pub struct GroupResponse {
     pub power: f64,
     /// Least J of the elements.
     pub least_jacobian: f64,
-    /// Greatest closing rate of the elements, 1/s; may be too small if no element inverts within [`super::FORESEEN`]
-    /// steps.
+    /// Greatest closing rate of the elements, 1/s; may be too small if no element inverts within
+    /// [`crate::fem::FORESEEN`] steps.
     pub closing: f64,
     /// Bit set of the elements with J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
     pub inverted: u32,
     /// Number of elements below the floor of J.
     pub crushed: u32,
+}
+
+/// Reference shapes of eight elements.
+pub(crate) struct ReferenceBatch<const D: usize> {
+    /// Edges as columns, m; the identity in an empty lane.
+    pub edges: [[LaneArray; D]; D],
+    /// R̄ of rings, m.
+    pub radius: LaneArray,
+    /// 1 in a filled lane, else 0.
+    pub filled: LaneArray,
 }
 
 /// Corner of an element in a slot.
@@ -94,7 +94,7 @@ pub type SweepInput<'a> = (Range<usize>, GroupKicks<'a>, ReportPower);
 
 /// Material of the elements in lanes, with the rest data of each batch.
 #[derive(Debug, Clone)]
-pub(super) enum BatchLaw<const D: usize> {
+pub(crate) enum BatchLaw<const D: usize> {
     NeoHookean(NeoHookean, Vec<ShearStiffness<D>>),
     Viscoplastic(Viscoplastic, Vec<ShapeGradients<D>>),
     Viscoelastic(Viscoelastic, Vec<ShapeGradients<D>>),
@@ -127,7 +127,7 @@ impl<const D: usize> ElementBatches<D> {
     ///
     /// # Panics
     /// If the slots do not fill their batches, or `depth` is neither 1 nor [`max_patch_size`].
-    pub(super) fn empty(n_slots: usize, depth: usize, material: &Material, section: Section) -> Option<Self> {
+    pub(crate) fn empty(n_slots: usize, depth: usize, material: &Material, section: Section) -> Option<Self> {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(
             depth == 1 || depth == max_patch_size(D),
@@ -144,7 +144,7 @@ impl<const D: usize> ElementBatches<D> {
     }
 
     /// Fills a batch with the rest shapes of eight elements and the numbers of their nodes.
-    pub(super) fn set_batch(&mut self, at: usize, rest: &ReferenceBatch<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
+    pub(crate) fn set_batch(&mut self, at: usize, rest: &ReferenceBatch<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
         let (batch, section) = (&mut self.batches[at], self.section);
         for (lane, nodes) in nodes.iter().enumerate() {
             batch.nodes.iter_mut().zip(nodes).for_each(|(wide, node)| wide[lane] = row_of(*node));
@@ -163,23 +163,23 @@ impl<const D: usize> ElementBatches<D> {
     }
 
     /// Marks an element whose rest shape is not that of the rest positions of its nodes.
-    pub(super) fn mark_incompatible(&mut self, slot: usize) {
+    pub(crate) fn mark_incompatible(&mut self, slot: usize) {
         self.incompatible.resize(self.batches.len(), [0.0; LANES]);
         self.incompatible[slot / LANES][slot % LANES] = 1.0;
     }
 
     /// Marks all elements as compatible.
-    pub(super) fn clear_incompatible(&mut self) {
+    pub(crate) fn clear_incompatible(&mut self) {
         self.incompatible.clear();
     }
 
     /// Returns the material and its rest data.
-    pub(super) fn law(&self) -> &BatchLaw<D> {
+    pub(crate) fn law(&self) -> &BatchLaw<D> {
         &self.law
     }
 
     /// Returns the kinematic model.
-    pub(super) fn section(&self) -> Section {
+    pub(crate) fn section(&self) -> Section {
         self.section
     }
 
@@ -191,7 +191,7 @@ impl<const D: usize> ElementBatches<D> {
 
     /// Returns the batches of a group.
     #[inline(always)]
-    pub(super) fn batches_of<const N: usize>(&self, group: usize) -> &[ElementBatch; N] {
+    pub(crate) fn batches_of<const N: usize>(&self, group: usize) -> &[ElementBatch; N] {
         self.batches[group * N..].first_chunk().expect("a group is whole")
     }
 
@@ -256,31 +256,33 @@ impl<const D: usize> ElementBatches<D> {
 
     /// Stores the history variables of an element in a lane of the rows of its batch.
     pub fn remember(&self, batch: &mut [HistoryLanes], lane: usize, memory: &[HistoryVariables<D>]) {
-        self.law.history_layout().store_history(batch, lane, memory);
+        let mut numbers = lane_numbers(batch, lane);
+        self.law.history_layout().store_history(&mut numbers[..batch.len()], memory);
+        batch.iter_mut().zip(numbers).for_each(|(row, number)| row.0[lane] = number);
     }
 
     /// Loads the history variables of an element from a lane of the rows of its batch.
     pub fn recall(&self, batch: &[HistoryLanes], lane: usize, memory: &mut [HistoryVariables<D>]) {
-        self.law.history_layout().load_history(batch, lane, memory);
+        self.law.history_layout().load_history(&lane_numbers(batch, lane)[..batch.len()], memory);
     }
 
     /// Returns the viscous part of U′ of the element in a lane at its last tick, Pa.
     #[must_use]
     pub fn viscous(&self, batch: &[HistoryLanes], lane: usize) -> f64 {
-        self.law.history_layout().viscous(batch, lane)
+        self.law.history_layout().viscous(&lane_numbers(batch, lane)[..batch.len()])
     }
 
     /// Computes the deformation of all elements of a group.
     ///
     /// Returns 1 in the lanes of patches with a strained element, since its pressure acts on all of them, else 0.
     #[inline(always)]
-    pub(super) fn strain_group<const N: usize, G: SimdMaterial<D>, S: Simd>(
+    pub(crate) fn strain_group<const N: usize, G: ElementLaw<D>, S: Simd>(
         &self,
         group: usize,
         batches: &[ElementBatch; N],
-        rest: &[G::Rest; N],
+        rest: &[G::Rest<LaneArray>; N],
         positions: &NodeRows,
-        strains: &mut [BatchDeformation<D, f64x8<S>>],
+        strains: &mut [ElementDeformation<D, f64x8<S>>],
     ) -> f64x8<S> {
         let incompatible: &[LaneArray] = self.incompatible.get(group * N..(group + 1) * N).unwrap_or_default();
         for k in 0..N {
@@ -294,71 +296,90 @@ impl<const D: usize> ElementBatches<D> {
     }
 
     /// Computes F of a batch from the edges x_a − x_0, with J and λ.
-    ///
-    /// J is exactly 1, without rounding, for elements at rest and in empty lanes.
     #[inline(always)]
-    fn strain_batch<G: SimdMaterial<D>, S: Simd>(
+    fn strain_batch<G: ElementLaw<D>, S: Simd>(
         &self,
         batch: &ElementBatch,
         incompatible: Option<&LaneArray>,
-        rest: &G::Rest,
+        rest: &G::Rest<LaneArray>,
         positions: &NodeRows,
-        s: &mut BatchDeformation<D, f64x8<S>>,
+        s: &mut ElementDeformation<D, f64x8<S>>,
     ) {
         let simd = s.det_f.simd;
-        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
         let rows = gather::<D, S>(simd, &batch.nodes, positions);
         let mut moved = rows[0][3].or_greater(rows[1][3]).or_greater(rows[2][3].or_greater(rows[3][3]));
         if let Some(incompatible) = incompatible {
             moved = moved.or_greater(load_lanes(simd, incompatible));
         }
-        let away = (moved * load_lanes(simd, &batch.volume)).simd_gt(zero);
-        let strained = away.select(one, zero);
         for a in 0..D {
             for i in 0..D {
                 s.f[i][a] = rows[a + 1][i] - rows[0][i];
             }
         }
-        let unit = rest.deform(strained, load_lanes(simd, &batch.scale), &mut s.f);
-        s.det_f = away.select(determinant(&s.f) * unit, one);
-        if D == 2 && self.section == Section::Axisymmetric {
-            s.hoop = batch.hoop(simd);
-            s.out = away.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
-        }
-        s.strained = if G::HAS_HISTORY { one } else { strained };
+        let (volume, scale) = (load_lanes(simd, &batch.volume), load_lanes(simd, &batch.scale));
+        let radii = rows[0][0] + rows[1][0] + rows[2][0];
+        s.deform::<G>(self.section, rest, volume, scale, moved, radii);
     }
 }
 
-/// Evaluates the volumetric energy, J, with the slope and curvature of each element (numerics 5).
-///
-/// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄.
+/// Returns the numbers of a lane in the history rows of a batch.
+fn lane_numbers(batch: &[HistoryLanes], lane: usize) -> [f64; MOST_ROWS] {
+    let mut numbers = [0.0; MOST_ROWS];
+    numbers.iter_mut().zip(batch).for_each(|(number, row)| *number = row.0[lane]);
+    numbers
+}
+
+/// Stores the rest geometry and the rest data of eight elements in a batch.
 #[inline(always)]
-pub(super) fn evaluate_volumetric<const D: usize, const N: usize, S: Simd>(
-    gel: &impl SimdMaterial<D>,
-    batches: &[ElementBatch; N],
-    strains: &[BatchDeformation<D, f64x8<S>>],
-    slopes: &mut [VolumetricSlopes<f64x8<S>>],
-) -> f64x8<S> {
-    let simd = strains[0].det_f.simd;
-    if N == 1 {
-        let u = gel.volume().volumetric(strains[0].jacobian());
-        slopes[0] = VolumetricSlopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
-        return load_lanes(simd, &batches[0].volume) * u.energy;
+fn store_rest_geometry<const D: usize, G: ElementLaw<D>, S: Simd>(
+    simd: S,
+    gel: &G,
+    batch: &mut ElementBatch,
+    law: &mut G::Rest<LaneArray>,
+    rest: &ReferenceBatch<D>,
+    section: Section,
+) {
+    let edges = load_edges(simd, &rest.edges);
+    let (radius, filled) = (load_lanes(simd, &rest.radius), load_lanes(simd, &rest.filled));
+    let shape = RestGeometry::new(&edges, radius, filled, section);
+    (batch.volume, batch.scale) = (shape.volume.store(), shape.scale().store());
+    *law = gel.rest(&shape);
+}
+
+/// Loads the edges of eight elements.
+#[inline(always)]
+fn load_edges<const D: usize, S: Simd>(simd: S, rows: &[[LaneArray; D]; D]) -> [[f64x8<S>; D]; D] {
+    let mut all = [[load_lanes(simd, &rows[0][0]); D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            all[i][j] = load_lanes(simd, &rows[i][j]);
+        }
     }
-    let mut volume = load_lanes(simd, &batches[0].volume);
-    let mut now = volume * strains[0].jacobian();
-    for k in 1..N {
-        let own = load_lanes(simd, &batches[k].volume);
-        (volume, now) = (volume + own, now + own * strains[k].jacobian());
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_arch = "x86_64")]
+    fn every_instruction_set_gives_the_same_rest_geometry() {
+        let gel = NeoHookean::new(3.0, 40.0);
+        let wave = |i: usize, j: usize, lane: usize| 0.2 * ((3 * i + 5 * j + 7 * lane) as f64).sin();
+        let edge = |i: usize, j: usize, lane: usize| if i == j { 1.0 } else { 0.0 } + wave(i, j, lane);
+        let edges = std::array::from_fn(|i| std::array::from_fn(|j| std::array::from_fn(|lane| edge(i, j, lane))));
+        // One lane is empty.
+        let filled = std::array::from_fn(|lane| if lane < 7 { 1.0 } else { 0.0 });
+        let rest = ReferenceBatch { edges, radius: [1.0; LANES], filled };
+        let made = |level: Level| {
+            let (mut batch, mut law) = (ElementBatch::default(), ShearStiffness::<3>::default());
+            on!(level, simd => store_rest_geometry(simd, &gel, &mut batch, &mut law, &rest, Section::Spatial));
+            format!("{batch:?} {law:?}")
+        };
+        let widest = Level::new();
+        let narrower = [widest.as_avx2().map(Level::Avx2), widest.as_sse2().map(Level::Sse2)];
+        assert!(narrower.iter().any(Option::is_some), "there are instruction sets to compare");
+        narrower.into_iter().flatten().for_each(|level| assert_eq!(made(level), made(widest)));
     }
-    // An empty lane has no volume; the smallest number keeps it from 0/0.
-    let shared = gel.volume().shared(now / volume.at_least(f64::MIN_POSITIVE));
-    let mut energy = volume * shared.energy;
-    for k in 0..N {
-        let own = gel.volume().own(strains[k].jacobian());
-        energy += load_lanes(simd, &batches[k].volume) * own.energy;
-        slopes[k].slope = own.slope + shared.slope;
-        slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
-    }
-    energy
 }

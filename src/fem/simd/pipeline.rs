@@ -6,17 +6,19 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{ElementBatch, LANES, load_lanes, multiply_add, on, sum_lanes};
-use super::history::HistoryLanes;
-use super::inversion_time::{RadialSums, closing_rate};
+use super::batch::{ElementBatch, LANES, LaneArray, load_lanes, on, prefetch, sum_lanes};
 use super::layout::{
-    BatchLaw, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput, evaluate_volumetric,
+    BatchLaw, ElementBatches, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput,
 };
 use super::node_cache::{NodeAccess, NodeCache, NodeRows};
-use super::simd_material::{BatchDeformation, BatchInput, RestOperator, SimdMaterial, VolumetricSlopes};
 use super::transpose::{gather, scatter};
-use super::{Dissipation, ElementBatches, FORESEEN, Section, TURNED, max_patch_size};
 use crate::constitutive::NeoHookean;
+use crate::fem::history::HistoryLanes;
+use crate::fem::inversion_time::{FORESEEN, RadialSums, TURNED, closing_rate};
+use crate::fem::law::element_law::{
+    ElementDeformation, ElementLaw, LawInput, RestOperator, VolumetricSlopes, evaluate_volumetric,
+};
+use crate::fem::{Dissipation, Section, max_patch_size};
 use crate::math::Number;
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
 use std::any::Any;
@@ -34,7 +36,7 @@ struct Pipeline<const D: usize, V> {
     /// Index and kick of each group.
     groups: [(usize, GroupKick); BATCHES_PER_STAGE],
     n_groups: usize,
-    strains: [BatchDeformation<D, V>; BATCHES_PER_STAGE],
+    strains: [ElementDeformation<D, V>; BATCHES_PER_STAGE],
     slopes: [VolumetricSlopes<V>; BATCHES_PER_STAGE],
     /// Mask of each group: 1 in the lanes of strained patches, else 0.
     strained: [V; BATCHES_PER_STAGE],
@@ -58,7 +60,7 @@ impl<const D: usize, V: Number> Pipeline<D, V> {
         Self {
             groups: [(0, GroupKick { length: 0.0, elapsed: 0.0 }); BATCHES_PER_STAGE],
             n_groups: 0,
-            strains: [BatchDeformation::at_rest(zero); BATCHES_PER_STAGE],
+            strains: [ElementDeformation::at_rest(zero); BATCHES_PER_STAGE],
             slopes: [VolumetricSlopes { slope: zero, curvature: zero }; BATCHES_PER_STAGE],
             strained: [zero; BATCHES_PER_STAGE],
             energy: [zero; BATCHES_PER_STAGE],
@@ -127,11 +129,11 @@ impl<const D: usize> ElementBatches<D> {
     }
 
     /// Dispatches on the vector unit and the patch depth.
-    fn sweep_by_depth<const N: usize, G: SimdMaterial<D>>(
+    fn sweep_by_depth<const N: usize, G: ElementLaw<D>>(
         &self,
         level: Level,
         gel: &G,
-        rest: &[G::Rest],
+        rest: &[G::Rest<LaneArray>],
         input: SweepInput<'_>,
         cache: &mut NodeCache,
         output: SweepOutput<'_>,
@@ -145,11 +147,11 @@ impl<const D: usize> ElementBatches<D> {
 
     /// Runs all stages for the groups of a run.
     #[inline(always)]
-    fn sweep_groups<const N: usize, G: SimdMaterial<D>, S: Simd>(
+    fn sweep_groups<const N: usize, G: ElementLaw<D>, S: Simd>(
         &self,
         simd: S,
         gel: &G,
-        rest: &[G::Rest],
+        rest: &[G::Rest<LaneArray>],
         input: SweepInput<'_>,
         cache: &mut NodeCache,
         output: SweepOutput<'_>,
@@ -182,19 +184,19 @@ impl<const D: usize> ElementBatches<D> {
 
     /// Prefetches the next groups for the pipeline while the present ones are computed, also beyond the run.
     #[inline(always)]
-    fn prefetch_groups<const N: usize, G: SimdMaterial<D>>(&self, rest: &[G::Rest], first: usize) {
+    fn prefetch_groups<const N: usize, G: ElementLaw<D>>(&self, rest: &[G::Rest<LaneArray>], first: usize) {
         let rest = rest.get(first * N..).unwrap_or_default();
         for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(BATCHES_PER_STAGE) {
             batch.prefetch();
-            rest.prefetch();
+            rest.each(prefetch);
         }
     }
 
     /// First stage: the deformation gradient and J of every element.
     #[inline(always)]
-    fn strain_groups<const N: usize, G: SimdMaterial<D>, S: Simd>(
+    fn strain_groups<const N: usize, G: ElementLaw<D>, S: Simd>(
         &self,
-        rest: &[G::Rest],
+        rest: &[G::Rest<LaneArray>],
         positions: &NodeRows,
         pipeline: &mut Pipeline<D, f64x8<S>>,
     ) {
@@ -208,7 +210,7 @@ impl<const D: usize> ElementBatches<D> {
 
     /// Second stage: J̄ of every patch and the pressures U′.
     #[inline(always)]
-    fn evaluate_pressures<const N: usize, G: SimdMaterial<D>, S: Simd>(
+    fn evaluate_pressures<const N: usize, G: ElementLaw<D>, S: Simd>(
         &self,
         gel: &G,
         pipeline: &mut Pipeline<D, f64x8<S>>,
@@ -216,16 +218,20 @@ impl<const D: usize> ElementBatches<D> {
         for g in 0..pipeline.n_groups {
             let (batches, at) = (self.batches_of::<N>(pipeline.groups[g].0), g * N..(g + 1) * N);
             let (strains, slopes) = (&pipeline.strains[at.clone()], &mut pipeline.slopes[at]);
-            pipeline.energy[g] = evaluate_volumetric::<D, N, S>(gel, batches, strains, slopes);
+            let mut volumes = [pipeline.energy[g]; N];
+            for k in 0..N {
+                volumes[k] = load_lanes(pipeline.energy[g].simd, &batches[k].volume);
+            }
+            pipeline.energy[g] = evaluate_volumetric(gel, &volumes, strains, slopes);
         }
     }
 
     /// Third stage: forces, stiffness bounds, energy and dissipation of the g-th group in the pipeline.
     #[inline(always)]
-    fn evaluate_forces<const N: usize, G: SimdMaterial<D>, S: Simd>(
+    fn evaluate_forces<const N: usize, G: ElementLaw<D>, S: Simd>(
         &self,
         gel: &G,
-        rest: &[G::Rest],
+        rest: &[G::Rest<LaneArray>],
         pipeline: &Pipeline<D, f64x8<S>>,
         g: usize,
         nodes: &mut NodeAccess<'_>,
@@ -240,10 +246,11 @@ impl<const D: usize> ElementBatches<D> {
         for k in 0..N {
             let (strains, slopes) = (&pipeline.strains[g * N + k], &pipeline.slopes[g * N + k]);
             let history = &mut output.memory[k * rows..(k + 1) * rows];
-            let batch = BatchInput { batch: &batches[k], rest: &rest[k], kick, history };
-            let forces = gel.evaluate(self.section(), batch, strains, slopes);
-            let (jacobian, volumetric_stiffness) =
-                (strains.jacobian(), load_lanes(simd, &batches[k].volume) * slopes.curvature);
+            let volume = load_lanes(simd, &batches[k].volume);
+            let scale = load_lanes(simd, &batches[k].scale);
+            let input = LawInput { volume, scale, rest: &rest[k], elapsed: kick.elapsed, history };
+            let forces = gel.evaluate(self.section(), input, strains, slopes);
+            let (jacobian, volumetric_stiffness) = (strains.jacobian(), volume * slopes.curvature);
             if may_invert::<D, S>(
                 forces.stiffness,
                 volumetric_stiffness,
@@ -253,12 +260,13 @@ impl<const D: usize> ElementBatches<D> {
             ) {
                 answer.closing = answer.closing.max(max_lane(self.closing_rate(jacobian, &batches[k], nodes.motion)));
             }
-            energy = multiply_add(forces.energy, strained, energy);
+            energy = forces.energy.multiply_add(strained, energy);
             for i in 0..3 {
                 lost[i] += forces.lost[i];
             }
             if output.power == ReportPower::Told {
-                power = multiply_add(forces.power(&batches[k].nodes, nodes.motion[1]), strained, power);
+                let velocities = gather::<D, S>(simd, &batches[k].nodes, nodes.motion[1]);
+                power = forces.power(&velocities).multiply_add(strained, power);
             }
             scatter::<D, S>(&batches[k].nodes, &forces.nodal_kicks(strained * kick.length), nodes.accumulated);
             forces.stiffness.store_slice(&mut output.stiffness[k * LANES..(k + 1) * LANES]);

@@ -3,9 +3,9 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::MAX_NODES;
 use super::batch::LANES;
 use super::node_cache::{NodeRows, row, row_mut};
+use crate::fem::MAX_NODES;
 use fearless_simd::{Simd, SimdBase, SimdSplit, f64x4, f64x8};
 
 /// Gathers the rows of the nodes of eight elements, transposed: one vector of eight lanes per component.

@@ -1,9 +1,9 @@
 //! Pressure of an element from its material law.
 
-use super::simplex::DeformationGradient;
-use super::{Potential, Simplices};
+use super::rest_element::DeformationGradient;
+use super::simplices::Simplices;
 use crate::constitutive::{Hyperelastic, Material, NeoHookean, VolumetricEnergy};
-use crate::math::Vector;
+use crate::math::{Tensor, Vector, array};
 use crate::mesh::{ElementId, NodeId};
 
 impl<const D: usize> Simplices<D> {
@@ -20,7 +20,7 @@ impl<const D: usize> Simplices<D> {
             let element = self.rest_element(id);
             (element.volume, self.element_deformation_by(id, &element, x))
         };
-        let ids = self.patches().of(patch);
+        let ids = self.patches.of(patch);
         let (rest, now) = ids.iter().fold((0.0, 0.0), |(rest, now), id| {
             let (volume, strain) = strained(*id);
             (rest + volume, now + volume * strain.jacobian())
@@ -50,9 +50,10 @@ fn hyperelastic_pressure<const D: usize>(
         || volume.volumetric(jacobian).slope,
         |mean| volume.own(jacobian).slope + volume.shared(mean).slope,
     );
-    let sheared = gel.sheared(&strain.f, strain.out);
-    let out_of_plane = if D == 2 { sheared.out * strain.out } else { 0.0 };
-    -slope - (sheared.stress.dot(&strain.f) + out_of_plane) / (3.0 * jacobian.max(NeoHookean::FLOOR))
+    let sheared = gel.sheared(&array::rows(&strain.f), strain.out);
+    let stress = Tensor::<D>::from_fn(|i, j| sheared.stress[i][j]);
+    let out_of_plane = if D == 2 { sheared.out * strain.out * strain.out } else { 0.0 };
+    -slope - (stress.dot(&strain.f) + out_of_plane) / (3.0 * jacobian.max(NeoHookean::FLOOR))
 }
 
 #[cfg(test)]
@@ -61,8 +62,7 @@ mod tests {
     use crate::constitutive::{
         BulkViscosity, EquationOfState, MaxwellBranch, MooneyRivlin, Ogden, OgdenTerm, Viscoelastic, Viscoplastic,
     };
-    use crate::fem::{DEPTH, ElementResponse, HistoryVariables, Section};
-    use crate::math::Tensor;
+    use crate::fem::{DEPTH, ElementResponse, HistoryVariables, Potential, Section};
     use crate::mesh::{ElementPatches, Mesh};
 
     fn gels() -> [Material; 5] {

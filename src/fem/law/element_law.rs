@@ -1,0 +1,209 @@
+//! Interface of the element kernel of a material, over [`Number`]: one element, or eight in vector lanes.
+
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
+use super::rest_geometry::RestGeometry;
+use crate::constitutive::VolumetricEnergy;
+use crate::fem::history::{HistoryLanes, HistoryLayout};
+use crate::fem::{MAX_NODES, Section};
+use crate::math::{Number, array};
+use std::fmt::Debug;
+
+/// Input of a material.
+pub(crate) struct LawInput<'a, V: Number, R> {
+    /// Rest volume w, m³; 0 in an empty lane.
+    pub volume: V,
+    /// Inverse determinant of the rest edges, 1/mᴰ; 0 in an empty lane.
+    pub scale: V,
+    /// Rest data of the material.
+    pub rest: &'a R,
+    /// Time since the previous tick, s.
+    pub elapsed: f64,
+    /// History variables, updated by the evaluation.
+    pub history: &'a mut [HistoryLanes<V::Lanes>],
+}
+
+/// Element kernel of a material.
+pub(crate) trait ElementLaw<const D: usize>: HistoryLayout<D> + Copy {
+    /// Rest data, with the numbers of its lanes side by side.
+    type Rest<L: Copy + Default + Debug>: RestOperator<D, L>;
+    /// True if elements may be strained at the rest positions of their nodes.
+    const HAS_HISTORY: bool;
+    /// Computes the rest data; 0 in empty lanes.
+    fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> Self::Rest<V::Lanes>;
+    /// Returns the volumetric energy law.
+    fn volume(&self) -> impl VolumetricEnergy;
+    /// Evaluates the elements and updates their history variables.
+    fn evaluate<V: Number>(
+        &self,
+        section: Section,
+        input: LawInput<'_, V, Self::Rest<V::Lanes>>,
+        strains: &ElementDeformation<D, V>,
+        slopes: &VolumetricSlopes<V>,
+    ) -> ElementForces<D, V>;
+}
+
+/// Rest data, which maps the edges of elements to deformation gradients.
+pub(crate) trait RestOperator<const D: usize, L>: Clone + Default {
+    /// Visits the numbers of each quantity.
+    fn each(&self, see: impl FnMut(&L));
+    /// Replaces the edges, as columns, by F or the tensor that the material uses instead.
+    ///
+    /// `strained` is 1 in strained lanes and 0 at rest, `scale` that of the element. Returns the factor from the
+    /// determinant of the tensor to det F.
+    fn deform<V: Number<Lanes = L>>(&self, strained: V, scale: V, edges: &mut [[V; D]; D]) -> V;
+}
+
+/// Forces, stiffness bounds, energy and dissipation.
+#[derive(Clone, Copy)]
+pub(crate) struct ElementForces<const D: usize, V> {
+    /// Forces on all nodes but the first, which takes the reaction, without the hoop force, N.
+    pub forces: [[V; D]; D],
+    /// Hoop force of a ring on each node along r, N.
+    pub hoop_force: V,
+    /// Stiffness bound κ, N/m.
+    pub stiffness: V,
+    /// Stored energy without the volumetric part, J.
+    pub energy: V,
+    /// Dissipation by plastic flow, viscosity and damage, J.
+    pub lost: [V; 3],
+}
+
+/// Deformation of an element.
+#[derive(Clone, Copy)]
+pub(crate) struct ElementDeformation<const D: usize, V> {
+    /// F, or the tensor that the material uses instead.
+    pub f: [[V; D]; D],
+    /// Out-of-plane stretch λ.
+    pub out: V,
+    /// Hoop gradient 1/(3R̄), 1/m.
+    pub hoop: V,
+    /// det F in the plane or in space, without λ.
+    pub det_f: V,
+    /// 1 for a strained element, 0 at rest.
+    pub strained: V,
+}
+
+/// U′ and max(U″, 0), element and patch parts together, Pa.
+#[derive(Clone, Copy)]
+pub(crate) struct VolumetricSlopes<V> {
+    pub slope: V,
+    pub curvature: V,
+}
+
+impl<const D: usize, V: Number> ElementDeformation<D, V> {
+    /// Returns the deformation of elements at rest.
+    #[inline(always)]
+    pub fn at_rest(zero: V) -> Self {
+        let (none, one) = ([[zero; D]; D], zero + 1.0);
+        Self { f: none, out: one, hoop: zero, det_f: one, strained: zero }
+    }
+
+    /// Returns J = λ det F.
+    #[inline(always)]
+    pub fn jacobian(&self) -> V {
+        if D == 2 { self.det_f * self.out } else { self.det_f }
+    }
+
+    /// Replaces the edges x_a − x_0, the columns of `f`, by F, with J and λ.
+    ///
+    /// `volume` and `scale` are those of [`LawInput`]. `moved` is positive where a node is not at rest or the element
+    /// is incompatible; `radii` is the sum of the radii of a ring. J is exactly 1, without rounding, for elements at
+    /// rest and in empty lanes.
+    #[inline(always)]
+    pub fn deform<G: ElementLaw<D>>(
+        &mut self,
+        section: Section,
+        rest: &G::Rest<V::Lanes>,
+        volume: V,
+        scale: V,
+        moved: V,
+        radii: V,
+    ) {
+        let (zero, one) = (volume.constant(0.0), volume.constant(1.0));
+        let away = moved * volume;
+        let strained = away.choose(one, zero);
+        let unit = rest.deform(strained, scale, &mut self.f);
+        self.det_f = away.choose(array::fused_det(&self.f) * unit, one);
+        if D == 2 && section == Section::Axisymmetric {
+            self.hoop = hoop_gradient(volume, scale);
+            self.out = away.choose(radii * self.hoop, one);
+        }
+        self.strained = if G::HAS_HISTORY { one } else { strained };
+    }
+}
+
+/// Returns the hoop gradient 1/(3R̄), 1/m, from w = 2πR̄A and the scale 1/(2A); 0 in an empty lane.
+#[inline(always)]
+fn hoop_gradient<V: Number>(volume: V, scale: V) -> V {
+    let volume = volume * scale * 3.0;
+    volume.choose(volume.constant(std::f64::consts::PI) / volume, volume.constant(0.0))
+}
+
+/// Evaluates the volumetric energy of a patch, J, with the slope and curvature of each element (numerics 5).
+///
+/// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄.
+#[inline(always)]
+pub(crate) fn evaluate_volumetric<const D: usize, V: Number>(
+    gel: &impl ElementLaw<D>,
+    volumes: &[V],
+    strains: &[ElementDeformation<D, V>],
+    slopes: &mut [VolumetricSlopes<V>],
+) -> V {
+    if volumes.len() == 1 {
+        let u = gel.volume().volumetric(strains[0].jacobian());
+        slopes[0] = VolumetricSlopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
+        return volumes[0] * u.energy;
+    }
+    let mut volume = volumes[0];
+    let mut now = volume * strains[0].jacobian();
+    for k in 1..volumes.len() {
+        (volume, now) = (volume + volumes[k], now + volumes[k] * strains[k].jacobian());
+    }
+    // An empty lane has no volume; the smallest number keeps it from 0/0.
+    let shared = gel.volume().shared(now / volume.at_least(f64::MIN_POSITIVE));
+    let mut energy = volume * shared.energy;
+    for k in 0..volumes.len() {
+        let own = gel.volume().own(strains[k].jacobian());
+        energy = energy + volumes[k] * own.energy;
+        slopes[k].slope = own.slope + shared.slope;
+        slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
+    }
+    energy
+}
+
+impl<const D: usize, V: Number> ElementForces<D, V> {
+    /// Returns weight · f and κ at every node.
+    #[inline(always)]
+    pub fn nodal_kicks(&self, weight: V) -> [[V; 4]; MAX_NODES] {
+        let zero = weight.constant(0.0);
+        let mut kicks = [[zero, zero, zero, self.stiffness]; MAX_NODES];
+        for i in 0..D {
+            for a in 0..D {
+                kicks[a + 1][i] = self.forces[a][i] * weight;
+                kicks[0][i] = kicks[0][i] - kicks[a + 1][i];
+            }
+        }
+        if D == 2 {
+            let hoop_force = self.hoop_force * weight;
+            for a in 0..=D {
+                kicks[a][0] = kicks[a][0] + hoop_force;
+            }
+        }
+        kicks
+    }
+
+    /// Returns the power Σ f·v, W, for the velocities of the nodes.
+    #[inline(always)]
+    pub fn power(&self, v: &[[V; 4]; MAX_NODES]) -> V {
+        let zero = self.hoop_force.constant(0.0);
+        let mut power = if D == 2 { self.hoop_force * (v[0][0] + v[1][0] + v[2][0]) } else { zero };
+        for i in 0..D {
+            for a in 0..D {
+                power = self.forces[a][i].multiply_add(v[a + 1][i] - v[0][i], power);
+            }
+        }
+        power
+    }
+}

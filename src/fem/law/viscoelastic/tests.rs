@@ -1,0 +1,228 @@
+//! Forces, stiffness bound, relaxation and dissipation of viscoelastic elements, one by one.
+
+use super::*;
+use crate::fem::{DEPTH, Dissipation, ElementResponse, Potential, Simplices};
+use crate::math::{Vector, det};
+use crate::mesh::{Mesh, NodeId};
+
+const TIMES: [f64; 2] = [2e-3, 7e-3];
+
+fn gel() -> Viscoelastic {
+    let branches =
+        [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(shear_modulus, time)| MaxwellBranch { shear_modulus, time });
+    Viscoelastic::new(NeoHookean::new(3.0, 40.0), &branches)
+}
+
+fn simplex<const D: usize>(section: Section, gel: Viscoelastic) -> (Vec<Vector<D>>, Simplices<D>) {
+    let corners = [[0.8, 0.1, 0.0], [1.9, 0.3, 0.1], [1.1, 1.2, -0.1], [1.0, 0.4, 1.1]];
+    let rest: Vec<_> = corners[..=D].iter().map(|x| Vector::<D>::from_fn(|i, _| x[i])).collect();
+    let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
+    let mesh = Mesh::new(rest.clone(), vec![nodes.map(NodeId)]);
+    let material = crate::constitutive::Material::Viscoelastic(gel);
+    (rest, Simplices::in_patches(&mesh, crate::mesh::ElementPatches::alone(1), (material, section)))
+}
+
+fn moved<const D: usize>(rest: &[Vector<D>], size: f64) -> Vec<Vector<D>> {
+    let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
+    rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
+}
+
+fn fresh<const D: usize>(simplices: &Simplices<D>) -> Vec<HistoryVariables<D>> {
+    vec![HistoryVariables::default(); simplices.memories()]
+}
+
+/// Advances the element to the positions `x`.
+fn advance<const D: usize>(
+    simplices: &Simplices<D>,
+    x: &[Vector<D>],
+    (step, memory): (f64, &mut [HistoryVariables<D>]),
+) -> (Dissipation, ElementResponse<D>) {
+    let mut answers = [ElementResponse::default(); DEPTH];
+    let spent = simplices.advance(0, x, (step, memory), &mut answers);
+    (spent, answers[0])
+}
+
+fn held<const D: usize>(
+    simplices: &Simplices<D>,
+    x: &[Vector<D>],
+    memory: &[HistoryVariables<D>],
+) -> (f64, ElementResponse<D>) {
+    let mut answers = [ElementResponse::default(); DEPTH];
+    (simplices.evaluate(0, x, memory, &mut answers), answers[0])
+}
+
+/// Runs a check in the plane, about an axis and in space.
+macro_rules! everywhere {
+    ($check:ident, $gel:expr) => {
+        let (rest, simplices) = simplex::<2>(Section::Planar { thickness: 0.7 }, $gel);
+        $check(&rest, &simplices);
+        let (rest, simplices) = simplex::<2>(Section::Axisymmetric, $gel);
+        $check(&rest, &simplices);
+        let (rest, simplices) = simplex::<3>(Section::Spatial, $gel);
+        $check(&rest, &simplices);
+    };
+}
+
+/// Returns the history of an element deformed to `size` by a detour, with relaxation.
+fn bent<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>, size: f64) -> Vec<HistoryVariables<D>> {
+    let mut memory = fresh(simplices);
+    advance(simplices, rest, (0.0, &mut memory));
+    for part in [-0.5, 0.3, 1.0] {
+        advance(simplices, &moved(rest, part * size), (1.5e-3, &mut memory));
+    }
+    memory
+}
+
+fn check_forces<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+    let step = 1e-6;
+    for size in [0.0, 0.1, 0.3] {
+        let (memory, x) = (bent(rest, simplices, size), moved(rest, 0.8 * size));
+        let f = held(simplices, &x, &memory).1.forces;
+        for (a, i) in (0..=D).flat_map(|a| (0..D).map(move |i| (a, i))) {
+            let energy = |s: f64| {
+                let mut x = x.clone();
+                x[a][i] += s;
+                held(simplices, &x, &memory).0
+            };
+            let slope = (energy(step) - energy(-step)) / (2.0 * step);
+            assert!((slope + f[a][i]).abs() < 1e-7 * (1.0 + f[a].norm()), "node {a}, direction {i}");
+        }
+    }
+}
+
+#[test]
+fn forces_are_minus_the_gradient_of_the_energy_without_relaxation() {
+    everywhere!(check_forces, gel());
+}
+
+fn check_stiffness<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+    let step = 1e-6;
+    for size in [0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 1.5] {
+        let (memory, x) = (bent(rest, simplices, size), moved(rest, size));
+        let n = (D + 1) * D;
+        let stiffness = nalgebra::DMatrix::from_fn(n, n, |row, column| {
+            let probe = |s: f64| {
+                let mut x = x.clone();
+                x[column / D][column % D] += s;
+                held(simplices, &x, &memory).1.forces[row / D][row % D]
+            };
+            (probe(-step) - probe(step)) / (2.0 * step)
+        });
+        let greatest = (&stiffness + stiffness.transpose()).symmetric_eigenvalues().max() / 2.0;
+        let bound = held(simplices, &x, &memory).1.stiffness;
+        assert!(greatest <= bound * (1.0 + 1e-6), "{greatest} above the bound {bound} at {size}");
+        assert!(greatest > 0.1 * bound, "the bound {bound} is idle against {greatest} at {size}");
+    }
+}
+
+#[test]
+fn the_stiffness_bound_is_an_upper_bound_and_tight() {
+    everywhere!(check_stiffness, gel());
+}
+
+/// The forces of the branches alone: all but those of the gel in the long run.
+fn of_branches<const D: usize>(answer: &ElementResponse<D>, rest: &ElementResponse<D>) -> impl Iterator<Item = f64> {
+    let both = answer.forces.into_iter().zip(rest.forces).take(D + 1);
+    both.flat_map(|(all, rest)| (all - rest).iter().copied().collect::<Vec<_>>())
+}
+
+fn check_relaxation<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+    let x = moved(rest, 0.3);
+    let mut start = fresh(simplices);
+    let (_, first) = advance(simplices, &x, (0.0, &mut start));
+    let mut forgotten = start.clone();
+    let (_, end) = advance(simplices, &x, (1e3, &mut forgotten));
+    let mut answers = vec![];
+    for n in [1, 7, 1000] {
+        let mut memory = start.clone();
+        let step = TIMES[0] / f64::from(n);
+        let (_, last) = (0..n).map(|_| advance(simplices, &x, (step, &mut memory))).last().unwrap();
+        let exact = (-1.0_f64).exp();
+        for (now, before) in of_branches(&last, &end).zip(of_branches(&first, &end)) {
+            assert!((now - exact * before).abs() < 1e-12 * (1.0 + before.abs()), "{n}: {now} of {before}");
+        }
+        answers.push(last);
+    }
+    let size = answers[0].forces[0].norm();
+    assert!((answers[0].forces[0] - answers[2].forces[0]).norm() < 1e-12 * size);
+}
+
+#[test]
+fn stress_falls_as_the_exponential_at_any_strain_and_in_any_steps() {
+    let rest = NeoHookean::new(3.0, 40.0);
+    everywhere!(check_relaxation, Viscoelastic::new(rest, &[MaxwellBranch { shear_modulus: 5.0, time: TIMES[0] }]));
+}
+
+fn check_losses<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+    let mut memory = fresh(simplices);
+    let x = moved(rest, 0.4);
+    let stored = advance(simplices, &x, (0.0, &mut memory)).0.energy;
+    let lost: f64 = (0..50)
+        .map(|_| {
+            let spent = advance(simplices, &x, (1e-3, &mut memory)).0;
+            assert!(spent.viscous >= 0.0);
+            spent.viscous
+        })
+        .sum();
+    let left = held(simplices, &x, &memory).0;
+    assert!(lost > 0.1 * stored && (stored - left - lost).abs() < 1e-12 * stored);
+    let shapes = memory[1..].iter().map(|own| det(&own.inverse) * own.out);
+    shapes.for_each(|volume| assert!((volume - 1.0).abs() < 1e-13));
+}
+
+#[test]
+fn dissipation_at_constant_strain_is_the_loss_of_stored_energy() {
+    everywhere!(check_losses, gel());
+}
+
+#[test]
+fn dissipation_of_the_branches_is_the_work_that_is_not_stored() {
+    let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+    for step in [1e-5, 1e-3, 1.0] {
+        let mut memory = fresh(&simplices);
+        let passed = |i: u32| moved(&rest, 1e-3 * (0.3 * f64::from(i)).sin());
+        let (mut before, mut push) = (passed(0), advance(&simplices, &passed(0), (0.0, &mut memory)).1.forces);
+        let (mut work, mut lost, mut stored) = (0.0, 0.0, 0.0);
+        for i in 1..=100 {
+            let x = passed(i);
+            let (spent, answer) = advance(&simplices, &x, (step, &mut memory));
+            for a in 0..4 {
+                work -= 0.5 * (push[a] + answer.forces[a]).dot(&(x[a] - before[a]));
+            }
+            (before, push, stored, lost) = (x, answer.forces, spent.energy, lost + spent.viscous);
+        }
+        let start = held(&simplices, &passed(0), &fresh(&simplices)).0;
+        let missing = work - (stored - start) - lost;
+        assert!(missing.abs() < 1e-3 * lost, "{step}: {missing:e} of {lost:e}");
+    }
+}
+
+#[test]
+fn a_small_strain_ramp_is_exact() {
+    let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+    let end = |n: u32| {
+        let mut memory = fresh(&simplices);
+        let step = 4e-3 / f64::from(n);
+        let passed = |i: u32| moved(&rest, 1e-4 * f64::from(i) / f64::from(n));
+        advance(&simplices, &rest, (0.0, &mut memory));
+        (1..=n).map(|i| advance(&simplices, &passed(i), (step, &mut memory)).1.forces[0]).last().unwrap()
+    };
+    let exact = end(4096);
+    for n in [1, 3, 16] {
+        assert!((end(n) - exact).norm() < 1e-3 * exact.norm(), "{n}");
+    }
+}
+
+#[test]
+fn an_inverted_element_keeps_its_history() {
+    let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+    let mut memory = bent(&rest, &simplices, 0.2);
+    let before = memory.clone();
+    let mut flat = rest.clone();
+    flat[3] = rest[0] + (rest[0] - rest[3]) * 0.3;
+    let (spent, answer) = advance(&simplices, &flat, (0.0, &mut memory));
+    assert!(answer.jacobian < 0.0 && spent.energy.is_finite() && answer.stiffness.is_finite());
+    assert_eq!(advance(&simplices, &flat, (1.0, &mut memory)).0.viscous, 0.0);
+    assert_eq!(memory[1..], before[1..]);
+    assert!(memory.iter().all(HistoryVariables::is_valid));
+}

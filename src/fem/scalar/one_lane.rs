@@ -1,0 +1,87 @@
+//! Patches of elements one by one: the kernels of the lanes, with one lane.
+
+use super::simplices::Simplices;
+use crate::fem::history::{HistoryLanes, MOST_ROWS};
+use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
+use crate::fem::law::rest_geometry::RestGeometry;
+use crate::fem::{DEPTH, Dissipation, ElementResponse, HistoryVariables};
+use crate::math::{Vector, array};
+use crate::mesh::{ElementId, edges};
+
+/// Element of one lane.
+struct LoneElement<const D: usize, R> {
+    volume: f64,
+    scale: f64,
+    rest: R,
+}
+
+impl<const D: usize> Simplices<D> {
+    /// Evaluates a patch `elapsed` s after its last tick: its energy, J, its dissipation, and the responses.
+    ///
+    /// `memory` holds the history variables of the elements of the patch, element by element; a step above 0 s updates
+    /// them.
+    pub(crate) fn evaluate_patch<G: ElementLaw<D>>(
+        &self,
+        gel: &G,
+        ids: &[ElementId],
+        x: &[Vector<D>],
+        elapsed: f64,
+        memory: &mut [HistoryVariables<D>],
+        answers: &mut [ElementResponse<D>; DEPTH],
+    ) -> Dissipation {
+        let mut strains = [ElementDeformation::at_rest(0.0); DEPTH];
+        let mut slopes = [VolumetricSlopes { slope: 0.0, curvature: 0.0 }; DEPTH];
+        let mut volumes = [0.0; DEPTH];
+        let elements: [_; DEPTH] = std::array::from_fn(|k| ids.get(k).map(|id| self.lone_element(gel, *id)));
+        let n = ids.len();
+        for (k, (id, element)) in ids.iter().zip(elements.iter().flatten()).enumerate() {
+            volumes[k] = element.volume;
+            self.strain_element::<G>(*id, element, x, &mut strains[k]);
+        }
+        let energy = evaluate_volumetric(gel, &volumes[..n], &strains[..n], &mut slopes[..n]);
+        let strained = strains.iter().fold(0.0, |most: f64, strain| most.max(strain.strained));
+        let mut sum = Dissipation { energy, ..Dissipation::default() };
+        let records = memory.len() / n;
+        for (k, element) in elements.iter().flatten().enumerate() {
+            let memory = &mut memory[k * records..(k + 1) * records];
+            let mut rows = [0.0; MOST_ROWS];
+            gel.store_history(&mut rows[..gel.rows()], memory);
+            let mut history = rows.map(HistoryLanes);
+            let LoneElement { volume, scale, rest } = element;
+            let history_rows = &mut history[..gel.rows()];
+            let input = LawInput { volume: *volume, scale: *scale, rest, elapsed, history: history_rows };
+            let forces = gel.evaluate(self.section, input, &strains[k], &slopes[k]);
+            gel.load_history(&history.map(|row| row.0)[..gel.rows()], memory);
+            sum.energy += forces.energy * strained;
+            let [plastic, viscous, damage] = forces.lost;
+            sum += Dissipation { energy: 0.0, plastic, viscous, damage };
+            let kicks = forces.nodal_kicks(strained).map(|kick| Vector::<D>::from_fn(|i, _| kick[i]));
+            answers[k] = ElementResponse { stiffness: forces.stiffness, jacobian: strains[k].jacobian(), ..answers[k] };
+            answers[k].forces[..=D].copy_from_slice(&kicks[..=D]);
+        }
+        sum
+    }
+
+    /// Prepares an element at rest.
+    fn lone_element<G: ElementLaw<D>>(&self, gel: &G, id: ElementId) -> LoneElement<D, G::Rest<f64>> {
+        let reference = self.reference(id);
+        let geometry = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, self.section);
+        LoneElement { volume: geometry.volume, scale: geometry.scale(), rest: gel.rest(&geometry) }
+    }
+
+    /// Computes the deformation of an element; at rest, where no node has moved, without rounding.
+    fn strain_element<G: ElementLaw<D>>(
+        &self,
+        id: ElementId,
+        element: &LoneElement<D, G::Rest<f64>>,
+        x: &[Vector<D>],
+        strain: &mut ElementDeformation<D, f64>,
+    ) {
+        let nodes = self.corners(id);
+        let has_moved = !self.is_compatible(id) || nodes.iter().any(|n| x[n.index()] != self.rest[n.index()]);
+        strain.f = array::rows(&edges(x, &self.elements()[id.index()]));
+        let radii = nodes[..3].iter().map(|node| x[node.index()][0]).fold(0.0, |sum, radius| sum + radius);
+        let moved = if has_moved { 1.0 } else { 0.0 };
+        strain.deform::<G>(self.section, &element.rest, element.volume, element.scale, moved, radii);
+    }
+}
