@@ -4,6 +4,8 @@
 mod library;
 #[path = "build/licenses.rs"]
 mod licenses;
+#[path = "build/stamp.rs"]
+mod stamp;
 #[path = "build/variables.rs"]
 mod variables;
 
@@ -12,14 +14,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    for path in ["build.rs", "build", "modelDescription", "Cargo.toml", "Cargo.lock"] {
-        println!("cargo::rerun-if-changed={path}");
-    }
-    if env::var_os("CARGO_FEATURE_BUNDLED").is_some() {
-        // The library inside the program is built from them.
-        println!("cargo::rerun-if-changed=src");
-        println!("cargo::rerun-if-changed=scenes");
-    }
     for path in licenses::license_files(Path::new(".")).unwrap_or_default() {
         println!("cargo::rerun-if-changed={}", path.display());
     }
@@ -34,6 +28,7 @@ fn main() -> ExitCode {
 
 fn prepare() -> Result<(), String> {
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: run by cargo")?);
+    stamp::export().map_err(|e| format!("cannot read the sources: {e}"))?;
     pin_library();
     variables::generate("modelDescription/variables.toml", &out.join("variables.rs"))?;
     if env::var_os("CARGO_FEATURE_CLI").is_some() {

@@ -4,6 +4,7 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::LazyLock;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Variables that would mix other Python installations, or this test's own libraries, into the interpreter.
@@ -102,27 +103,41 @@ fn pack(scene: &str, file: &Path, more: &[&str]) -> Vec<u8> {
     fs::read(file).unwrap()
 }
 
-/// The partners of the gel and the systems with them, packed with a scene from what cargo built for these tests.
+/// The packer of the partners and the systems, built once with the partners: they are a package of their own. Cargo has released the
+/// target folder when tests run, and locks it against other builds.
+static PACKER: LazyLock<PathBuf> = LazyLock::new(|| {
+    let target = Path::new(env!("CARGO_BIN_EXE_gelfmu")).ancestors().nth(2).unwrap();
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+    cargo.args(["build", "--release", "--locked", "--bins", "--examples", "--manifest-path"]);
+    cargo.arg(root().join("partners/Cargo.toml")).arg("--target-dir").arg(target);
+    expect(&mut cargo, "build the partners");
+    target.join("release").join(format!("ssp{}", std::env::consts::EXE_SUFFIX))
+});
+
+/// The command that packs the partners of the gel and the systems with them into a folder.
+fn packer(out: &Path) -> Command {
+    let mut ssp = command(&*PACKER);
+    ssp.env_remove("CARGO").args(["--gelfmu", env!("CARGO_BIN_EXE_gelfmu")]).arg(out);
+    ssp
+}
+
+/// Packs the systems with a scene.
 fn systems(out: &Path, scene: &str) -> PathBuf {
-    let built = Path::new(env!("CARGO_BIN_EXE_gelfmu")).parent().unwrap();
-    let mut ssp = command(built.join("examples").join(format!("ssp{}", std::env::consts::EXE_SUFFIX)));
-    expect(ssp.env_remove("CARGO").arg(out).arg(scene), "pack the partners");
+    expect(packer(out).arg(scene), "pack the partners");
     out.to_owned()
 }
 
 /// Descriptions of the armour and of the body behind it when they are packed with changes to their scene, or the refusal.
 fn armour_system(changes: &[(&str, &str)]) -> Result<String, String> {
     let folder = tempfile::tempdir().unwrap();
-    let text = fs::read_to_string(root().join("examples/ssp/armour-block.toml")).unwrap();
+    let text = fs::read_to_string(root().join("partners/armour-block.toml")).unwrap();
     let text = changes.iter().fold(text, |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });
     let (scene, out) = (folder.path().join("armour.toml"), folder.path().join("out"));
     fs::write(&scene, text).unwrap();
-    let built = Path::new(env!("CARGO_BIN_EXE_gelfmu")).parent().unwrap();
-    let mut ssp = command(built.join("examples").join(format!("ssp{}", std::env::consts::EXE_SUFFIX)));
-    let output = ssp.env_remove("CARGO").arg(&out).arg(coarse_scene(folder.path())).arg(&scene).output().unwrap();
+    let output = packer(&out).arg(coarse_scene(folder.path())).arg(&scene).output().unwrap();
     if !output.status.success() {
         assert!(!out.exists(), "something was written");
         return Err(String::from_utf8(output.stderr).unwrap());

@@ -11,6 +11,11 @@ use fearless_simd::Level;
 
 #[path = "lanes/gels.rs"]
 mod gels;
+#[path = "../benches/kernels/stand.rs"]
+#[allow(dead_code, reason = "the benches of the kernels time more of it")]
+mod stand;
+
+use stand::Stand;
 
 fn all_gels() -> [Material; 4] {
     [
@@ -149,4 +154,30 @@ fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
         both.lanes.recall(&other[..rows], lane, &mut again);
         assert_eq!(own, again);
     }
+}
+
+#[test]
+fn every_instruction_set_finds_the_same_energy_and_the_reference_to_round_off() {
+    for (name, kernel) in stand::KERNELS {
+        match kernel.section {
+            Section::Spatial => energies_agree(name, Stand::new(&stand::block(7_000), kernel)),
+            Section::Planar { .. } | Section::Axisymmetric => {
+                energies_agree(name, Stand::new(&stand::section(7_000), kernel));
+            }
+        }
+    }
+}
+
+#[track_caller]
+fn energies_agree<const D: usize>(name: &str, mut stand: Stand<D>) {
+    let mut energy = |level| {
+        stand.forget();
+        stand.sweep_all(level);
+        stand.energy()
+    };
+    let energies: Vec<f64> = stand::levels().into_iter().map(|(_, level)| energy(level)).collect();
+    assert!(energies[0] > 0.0 && energies.iter().all(|energy| *energy == energies[0]), "{name}: {energies:?}");
+    stand.forget();
+    let reference = stand.evaluate(0..stand.n_patches());
+    assert!((reference / energies[0] - 1.0).abs() < 1e-10, "{name}: {reference} {energies:?}");
 }

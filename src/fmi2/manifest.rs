@@ -12,6 +12,11 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
 
+/// Version of the release, in the manifest that it packs and of the library that reads it.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Stamp of the sources, in the library and in the command: `gelfmu pack` recognises by it a library of other sources.
+#[doc(hidden)]
+pub const SOURCE_STAMP: &str = concat!("ballistic-gel of the sources ", env!("BALLISTIC_GEL_SOURCES"));
 /// Remedy for every changed archive.
 const REMEDY: &str = "pack the scene anew with gelfmu pack instead of editing the unpacked archive";
 
@@ -68,14 +73,14 @@ pub enum ManifestError {
         reason: String,
     },
     /// Resources of another release.
-    #[error("{path}: found version {found}, expected {expected}, that of the library in the archive; {REMEDY}")]
+    #[error(
+        "{path}: found version {found}, expected {VERSION}, that of the library in the archive, {SOURCE_STAMP}; {REMEDY}"
+    )]
     Release {
         /// Path of the manifest.
         path: String,
         /// Version in the manifest.
         found: String,
-        /// Version of the library.
-        expected: &'static str,
     },
     /// Mismatched GUID.
     #[error(
@@ -116,7 +121,7 @@ impl ArchiveManifest {
     pub fn of(content: &ArchiveContent<'_>) -> Self {
         let files = content.resources.iter().map(|(name, bytes)| (name.clone(), hash(bytes)));
         let manifest = Self {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: VERSION.to_owned(),
             guid: String::new(),
             description: hash(content.description.as_bytes()),
             library: hash(content.library),
@@ -147,9 +152,8 @@ impl ArchiveManifest {
         let path = file.display().to_string();
         let undecodable = |reason: String| ManifestError::Undecodable { path: path.clone(), reason };
         let manifest: Self = serde_json::from_slice(&bytes).map_err(|e| undecodable(format!("no manifest: {e}")))?;
-        let version = env!("CARGO_PKG_VERSION");
-        if manifest.version != version {
-            return Err(ManifestError::Release { path, found: manifest.version, expected: version });
+        if manifest.version != VERSION {
+            return Err(ManifestError::Release { path, found: manifest.version });
         }
         if manifest.guid != manifest.computed_guid() {
             return Err(undecodable("entries that do not give its GUID".to_owned()));

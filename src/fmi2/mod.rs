@@ -31,7 +31,7 @@ pub use abi::{CallbackFunctions, LoggerCallback, MemoryReserve};
 pub use abi::{ImportError, LoadedFmu, LoadedState};
 pub use call::CallError;
 pub use logger::CATEGORIES;
-pub use manifest::{ArchiveContent, ArchiveManifest, ManifestError};
+pub use manifest::{ArchiveContent, ArchiveManifest, ManifestError, SOURCE_STAMP};
 pub use memory::{
     AmountOfMemory, AvailableMemory, MemoryLimit, MemoryPhase, MemoryShortage, RoomError, available_memory,
     reserve_for_building, reserve_for_step, reserve_memory,

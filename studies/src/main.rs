@@ -30,10 +30,10 @@ mod thousand;
 mod touch;
 mod whole;
 
-#[path = "../../examples/partners/plate.rs"]
+#[path = "../../partners/src/plate.rs"]
 mod plate;
 #[allow(dead_code, reason = "it is shared with what packs the partners")]
-#[path = "../../examples/partners/table.rs"]
+#[path = "../../partners/src/table.rs"]
 mod table;
 
 type Study = (&'static str, &'static str, fn());

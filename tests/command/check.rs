@@ -38,3 +38,20 @@ fn check_takes_overrides_and_refuses_what_cannot_be_built() {
         assert!(!left.exists(), "a run that has not begun leaves nothing");
     }
 }
+
+#[test]
+fn check_describes_each_body_with_its_inertia_and_extent() {
+    let set = "--set=projectile.orientation=[0.8, 0.6, 0.0, 0.0]";
+    let capsule = "--set=projectile.shape={ capsule = { radius = 0.008, length = 0.032 } }";
+    let value = json(&gelfmu(&["check", "sphere-block", "--json", capsule, set]).out);
+    let body = &value["bodies"][0];
+    assert_eq!((value["bodies"].as_array().map(Vec::len), &body["fixed"]), (Some(1), &Value::from(false)));
+    assert!(body["mass"].as_f64() > Some(0.0) && body["inertia"][0].as_f64() > body["inertia"][2].as_f64(), "{body}");
+    // Turned about x by 2 acos(0.8): the axis has the cosine 0.28 to the vertical and 0.96 to y.
+    for (end, sign) in [("min", -1.0), ("max", 1.0)] {
+        for (axis, reach) in [1.0, 1.96, 1.28].into_iter().enumerate() {
+            let found = body["extent"][end][axis].as_f64().expect("a number");
+            assert!((found - sign * 0.008 * reach).abs() < 1e-15, "{end} {axis}: {found}");
+        }
+    }
+}

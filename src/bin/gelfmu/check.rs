@@ -7,8 +7,11 @@ use crate::level;
 use crate::options::CheckOptions;
 use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{self, AmountOfMemory};
-use ballistic_gel::scene::{self, Preset, PresetValue};
-use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, memory_estimate};
+use ballistic_gel::geometry::SignedDistance;
+use ballistic_gel::math::Vector3;
+use ballistic_gel::scene::{self, Preset, PresetValue, Scene};
+use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, Simulation, memory_estimate};
+use nalgebra::{Quaternion, UnitQuaternion};
 use serde_json::{Value, json};
 
 /// Builds a scene and prints its model, cost and levels.
@@ -17,7 +20,9 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     console.notes(&scene::former_keys(&source.text));
     let SceneSource { scene, text, .. } = source;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
-    let cost = job::build_simulation(&scene, CouplingMode::Integrated, 1)?.observe().cost;
+    let simulation = job::build_simulation(&scene, CouplingMode::Integrated, 1)?;
+    let cost = simulation.observe().cost;
+    let bodies: Vec<Value> = (0..scene.n_bodies()).map(|body| body_json(&scene, &simulation, body)).collect();
     let (modelled, off) = (scene::modelled_physics(&scene), scene::switched_off(&scene));
     let (preset_facts, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
     let result = json!({
@@ -28,6 +33,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         "switched_off": off,
         "elements": cost.elements,
         "nodes": cost.nodes,
+        "bodies": bodies,
         "smallest_step": cost.smallest_step,
         "memory_to_build": memory.building,
         "memory_to_remesh": memory.remeshing,
@@ -77,6 +83,21 @@ fn describe_memory(memory: &MemoryEstimate) -> String {
 
 fn fact_json(fact: &PresetValue) -> Value {
     json!({ "key": fact.key, "value": fact.value, "source": fact.source })
+}
+
+/// Describes a body: its table with mass and inertia in use, null for a fixed body, and with its extent along the axes of the world at
+/// the start, relative to its position, m.
+fn body_json(scene: &Scene, simulation: &Simulation, body: usize) -> Value {
+    let spec = scene.body(body);
+    let (shape, [w, x, y, z]) = (scene.shape(body), spec.orientation);
+    let to_body = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).inverse();
+    let reach = |sign: f64| [0, 1, 2].map(|axis| sign * shape.reach(&(to_body * (sign * Vector3::ith(axis, 1.0)))));
+    let (mass, inertia) = simulation.inertia(body);
+    let mut value = json!(spec);
+    value["mass"] = json!(mass);
+    value["inertia"] = json!(inertia);
+    value["extent"] = json!({ "min": reach(-1.0), "max": reach(1.0) });
+    value
 }
 
 /// Lists the values of a preset with their sources; empty without a preset.

@@ -55,7 +55,7 @@ pub enum GelfmuCommand {
     ///
     /// The scene is built, so a scene without a valid mesh is refused here, too.
     Check(CheckOptions),
-    /// Measure the element updates per second of this machine, and print tables
+    /// Measure the element updates per second of this machine, the memory of an element and the FMI calls, and print a table
     Bench(BenchOptions),
     /// Write the FMU for the platform of this host
     Pack(PackOptions),
@@ -210,7 +210,7 @@ pub struct BenchOptions {
     /// Approximate numbers of elements of the meshes, e.g. 26000,165000,1000000 (the default; 7000 if quick)
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = parse_elements, allow_hyphen_values = true)]
     pub elements: Vec<usize>,
-    /// Measure this kind of element only, in the sections that distinguish kinds
+    /// Measure this kind of element only
     #[arg(long, value_name = "KIND", value_enum)]
     pub element: Option<ElementName>,
     /// Measure this section only; may be repeated
@@ -235,11 +235,6 @@ impl ElementName {
             Self::Patch => "patch",
         }
     }
-
-    /// Returns true if the elements of a patch share their volume change.
-    pub fn is_patch(self) -> bool {
-        self == Self::Patch
-    }
 }
 
 /// Sections of the benchmark.
@@ -247,18 +242,8 @@ impl ElementName {
 pub enum SectionName {
     /// Memory per element, bytes
     Memory,
-    /// Memory bandwidth (STREAM triad)
-    Bandwidth,
-    /// Element updates per second of each element kernel
-    Kernels,
-    /// CPU time of a step by phase
-    Phases,
     /// Whole step with contact, on one and more threads
     Steps,
-    /// Bins, queue and one global stable step compared
-    Schedules,
-    /// Load balance of a mesh divided into 2 to 64 parts
-    Partitions,
     /// FMI calls of the packed FMU
     Calls,
 }
@@ -268,12 +253,7 @@ impl SectionName {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Memory => "memory",
-            Self::Bandwidth => "bandwidth",
-            Self::Kernels => "kernels",
-            Self::Phases => "phases",
             Self::Steps => "steps",
-            Self::Schedules => "schedules",
-            Self::Partitions => "partitions",
             Self::Calls => "calls",
         }
     }
@@ -285,30 +265,10 @@ impl SectionName {
                 "bytes per element: counted by the engine, and growth of the resident set of a separate process while a gel is \
                  built and first stepped"
             }
-            Self::Bandwidth => {
-                "a = b + s c on arrays beyond every cache, 24 bytes an item (STREAM triad), wall-clock time"
-            }
-            Self::Kernels => {
-                "element updates of one thread: one run of elements repeated with its nodes in cache, and all runs with nodal \
-                 data loaded and nodal sums stored, as in the engine. Bytes are those of the data layout, to and from memory"
-            }
-            Self::Phases => {
-                "CPU time of a step of one thread by phase, ns per element update: each column but the first is the time of a \
-                 separately measured part, or the difference of two; waiting is the time per element that unshared nodes \
-                 would save, contact is the extra time over the same gel without the ball"
-            }
             Self::Steps => {
                 "the whole step of sphere-block in mid-contact, all of the gel moving (at 0.01 m/s): the same steps from the \
                  same state, repeated by each number of threads in turn; cores are free if no thread waits for a core: a \
                  step then takes the CPU time of the caller and of the busiest thread"
-            }
-            Self::Schedules => {
-                "sphere-block and its graded meshes from the first contact on, one thread, each schedule at 0.8 of the stable \
-                 step; the last column is relative to one global step of the assembled system with no element at rest"
-            }
-            Self::Partitions => {
-                "bound on strong scaling: updates per second of each run of elements in contact, all of the gel moving, \
-                 divided into contiguous parts; a node is shared if it belongs to more than one part"
             }
             Self::Calls => "calls through the packed FMU, as an importer makes them, one thread",
         }

@@ -124,11 +124,12 @@ fn time_call(policy: RepeatPolicy, mut call: impl FnMut() -> Result<(), RunError
 }
 
 fn row(call: &str, spent: MeasuredTime, bytes: Option<usize>) -> BenchRow {
-    let rate = bytes.map_or(Value::Null, |bytes| (bytes as f64 / spent.cpu / 1e9).into());
-    BenchRow::default()
+    let rate = bytes.map_or(Value::Null, |bytes| (bytes as f64 / spent.cpu.least / 1e9).into());
+    BenchRow::new(call, spent.cpu.least * 1e6, "µs of CPU time")
+        .spread(spent.cpu.spread())
         .with("call", call)
-        .with("cpu_us", spent.cpu * 1e6)
-        .with("wall_us", spent.wall * 1e6)
+        .with("cpu_us", spent.cpu.least * 1e6)
+        .with("wall_us", spent.wall.least * 1e6)
         .with("state_bytes", bytes)
         .with("gigabytes_per_cpu_s", rate)
 }

@@ -15,10 +15,17 @@ use std::process::Command;
 
 /// Simulated time in which a gel touches all of its memory, s.
 const TOUCHING_TIME: f64 = 1e-9;
-/// Columns of a row, and the values in JSON only.
-const SHOWN: [&str; 5] =
-    ["elements", "element", "engine_bytes_per_element", "process_bytes_per_element", "build_cpu_s"];
-const KEPT: [&str; 3] = ["engine_bytes", "process_bytes", "build_wall_s"];
+/// Values of a row.
+const KEYS: [&str; 8] = [
+    "elements",
+    "element",
+    "engine_bytes_per_element",
+    "process_bytes_per_element",
+    "build_cpu_s",
+    "engine_bytes",
+    "process_bytes",
+    "build_wall_s",
+];
 
 /// Plans one measurement for each mesh.
 pub fn plan(settings: &BenchSettings) -> Vec<Measurement> {
@@ -43,14 +50,16 @@ fn measure_here(mesh: BenchMesh) -> Result<BenchRow, CommandError> {
     let grown = resident_bytes().zip(before).map(|(after, before)| after.saturating_sub(before));
     let n_elements = simulation.observe().cost.elements;
     let per_element = |bytes: u64| bytes as f64 / n_elements as f64;
-    let shown: [Value; 5] = [
+    Ok(row([
         n_elements.into(),
         mesh.kind.as_str().into(),
         per_element(simulation.bytes() as u64).into(),
         grown.map(per_element).into(),
-        spent.cpu.into(),
-    ];
-    Ok(row(shown, [simulation.bytes().into(), grown.into(), spent.wall.into()]))
+        spent.cpu.least.into(),
+        simulation.bytes().into(),
+        grown.into(),
+        spent.wall.least.into(),
+    ]))
 }
 
 /// Measures a gel in a separate process.
@@ -63,16 +72,17 @@ fn measure_in_process(mesh: BenchMesh) -> Result<BenchRow, CommandError> {
         Command::new(&program).args(arguments).output().map_err(|error| start_failure(program.clone(), error))?;
     let value: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
     let figure = |key: &str| value["memory"]["rows"][0][key].clone();
-    if !output.status.success() || figure(SHOWN[0]).is_null() {
+    if !output.status.success() || figure(KEYS[0]).is_null() {
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         return Err(start_failure(program, std::io::Error::other(message)));
     }
-    Ok(row(SHOWN.map(figure), KEPT.map(figure)))
+    Ok(row(KEYS.map(figure)))
 }
 
-fn row(shown: [Value; 5], kept: [Value; 3]) -> BenchRow {
-    let row = SHOWN.into_iter().zip(shown).fold(BenchRow::default(), |row, (name, value)| row.with(name, value));
-    KEPT.into_iter().zip(kept).fold(row, |row, (name, value)| row.and(name, value))
+fn row(values: [Value; 8]) -> BenchRow {
+    let what = format!("memory of {} elements, {}", values[0], values[1].as_str().unwrap_or_default());
+    let row = BenchRow::new(what, values[2].as_f64().unwrap_or(f64::NAN), "bytes per element");
+    KEYS.into_iter().zip(values).fold(row, |row, (name, value)| row.with(name, value))
 }
 
 fn start_failure(path: PathBuf, source: std::io::Error) -> CommandError {

@@ -1,16 +1,10 @@
-//! `gelfmu bench`: how fast this machine steps a gel, and where the time goes.
+//! `gelfmu bench`: how fast this machine steps a gel, how much memory an element takes, and what the calls of the FMU cost.
 
-mod bandwidth;
 mod calls;
-mod kernels;
 mod memory;
-mod partitions;
-mod phases;
 mod scenes;
-mod schedules;
 mod settings;
 mod spent;
-mod stand;
 mod steps;
 mod table;
 mod threads;
@@ -58,22 +52,13 @@ pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, CommandErr
         console.note(&format!("calls are left out: {error}"));
     }
     let sections = measure(plan, console)?;
-    console.result(&to_json(&settings, &sections), &to_text(&settings, &sections, console));
+    console.result(&to_json(&settings, &sections), &to_text(&settings, &sections));
     if interrupt::asked() { Ok(interrupt::INTERRUPTED) } else { Ok(0) }
 }
 
 /// Everything that is wanted, in order. Memory comes first: what other sections leave behind would hide its growth.
 fn plan(settings: &BenchSettings) -> Vec<Measurement> {
-    let all = [
-        memory::plan,
-        bandwidth::plan,
-        kernels::plan,
-        phases::plan,
-        steps::plan,
-        schedules::plan,
-        partitions::plan,
-        calls::plan,
-    ];
+    let all = [memory::plan, steps::plan, calls::plan];
     let wanted = |measurement: &Measurement| settings.wants(measurement.section);
     all.into_iter().flat_map(|plan| plan(settings)).filter(wanted).collect()
 }
@@ -108,13 +93,8 @@ fn to_json(settings: &BenchSettings, sections: &[BenchSection]) -> Value {
     Value::Object(all)
 }
 
-fn to_text(settings: &BenchSettings, sections: &[BenchSection], console: &Console) -> String {
-    let of = |section: &BenchSection| {
-        let (name, about) = (console.heading(section.name.as_str()), section.name.about());
-        format!("{name}: {about}\n\n{}\n", table::text(&section.rows))
-    };
-    let sections: Vec<String> = sections.iter().map(of).collect();
-    format!("{}\n\n{}", settings.describe(), sections.join("\n"))
+fn to_text(settings: &BenchSettings, sections: &[BenchSection]) -> String {
+    format!("{}\n\n{}", settings.describe(), table::text(sections.iter().flat_map(|section| &section.rows)))
 }
 
 /// Threads that are meant: 0 is all cores.

@@ -1,6 +1,5 @@
 //! Scenes of the benchmark: built-in scenes with some keys replaced.
 
-use super::stand;
 use crate::failure::{CommandError, RunError};
 use crate::options::ElementName;
 use crate::source;
@@ -22,9 +21,9 @@ pub fn drifting_gel() -> Override {
     new_override("gel.velocity", "[0.0, 0.0, 0.01]")
 }
 
-/// Returns an override with cells of `sphere-block` for about `n_elements`.
+/// Returns an override with cells of `sphere-block` for about `n_elements`: at 5 mm it has 51 200.
 pub fn cell_size(n_elements: usize) -> Override {
-    new_override("mesh.size", format!("{:e}", stand::cell_of_block(n_elements)))
+    new_override("mesh.size", format!("{:e}", 5e-3 * (51_200.0 / n_elements as f64).cbrt()))
 }
 
 /// Returns an override with the kind of element.

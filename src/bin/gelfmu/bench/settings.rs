@@ -1,8 +1,9 @@
 //! Settings of the benchmark: sizes, kinds of elements, threads and repetitions.
 
+use super::n_threads;
 use super::spent::RepeatPolicy;
-use super::{n_threads, stand};
 use crate::options::{BenchOptions, ElementName, SectionName};
+use fearless_simd::Level;
 use serde_json::{Value, json};
 
 /// Settings from the command line.
@@ -90,7 +91,7 @@ impl BenchSettings {
             "system": std::env::consts::OS,
             "architecture": std::env::consts::ARCH,
             "cores": n_threads(0),
-            "instructions": stand::levels().iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+            "instructions": instructions(),
             "load": load_average(),
             "quick": self.quick,
             "threads": self.threads,
@@ -103,18 +104,31 @@ impl BenchSettings {
 
     /// Describes the settings and the machine in a sentence.
     pub fn describe(&self) -> String {
-        let instructions: Vec<&str> = stand::levels().iter().map(|(name, _)| *name).collect();
         let busy = load_average().map(|load| format!(", load {load:.1} at the end")).unwrap_or_default();
         format!(
-            "{} {}, {} cores, {}{busy}. Each number is the least of {} repetitions; CPU seconds are those of all threads of \
-             this process, so others on the machine disturb them little, wall seconds much.",
+            "{} {}, {} cores, {}{busy}. Each time is the least of {} repetitions, the spread that of the greatest above it; CPU \
+             seconds are those of all threads of this process, so others on the machine disturb them little, seconds much.",
             std::env::consts::OS,
             std::env::consts::ARCH,
             n_threads(0),
-            instructions.join(", "),
+            instructions(),
             self.policy.repeats
         )
     }
+}
+
+/// Returns the widest instruction set of this machine.
+fn instructions() -> &'static str {
+    let widest = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let name = match widest {
+        level if level.as_avx512().is_some() => "AVX-512",
+        level if level.as_avx2().is_some() => "AVX2",
+        _ => "baseline",
+    };
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let name = if widest.is_fallback() { "baseline" } else { "widest" };
+    name
 }
 
 /// Returns the load average of the last minute, where the system reports it.

@@ -3,13 +3,42 @@
 use cpu_time::ProcessTime;
 use std::time::Instant;
 
-/// Time of a measured task, s.
+/// Least and greatest of some measured times, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeRange {
+    /// Least time: the one that counts.
+    pub least: f64,
+    /// Greatest time.
+    pub greatest: f64,
+}
+
+/// Times of a measured task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredTime {
     /// Wall-clock time.
-    pub wall: f64,
+    pub wall: TimeRange,
     /// CPU time of all threads of this process; other processes do not count.
-    pub cpu: f64,
+    pub cpu: TimeRange,
+}
+
+impl TimeRange {
+    fn once(seconds: f64) -> Self {
+        Self { least: seconds, greatest: seconds }
+    }
+
+    /// Returns the range of both.
+    fn union(self, other: Self) -> Self {
+        Self { least: self.least.min(other.least), greatest: self.greatest.max(other.greatest) }
+    }
+
+    fn divided(self, parts: f64) -> Self {
+        Self { least: self.least / parts, greatest: self.greatest / parts }
+    }
+
+    /// Returns the excess of the greatest time over the least, relative to the least.
+    pub fn spread(self) -> f64 {
+        self.greatest / self.least - 1.0
+    }
 }
 
 /// Repetition policy of a measurement.
@@ -33,31 +62,23 @@ impl MeasuredTime {
     pub fn measure(work: impl FnOnce()) -> Self {
         let (cpu, wall) = (ProcessTime::now(), Instant::now());
         work();
-        Self { wall: wall.elapsed().as_secs_f64(), cpu: cpu.elapsed().as_secs_f64() }
-    }
-
-    /// Returns the least time of many calls of `work`; the time of `prepare` is not counted.
-    pub fn least<T>(policy: RepeatPolicy, mut prepare: impl FnMut() -> T, mut work: impl FnMut(T)) -> Self {
-        let mut least = Self { wall: f64::INFINITY, cpu: f64::INFINITY };
-        for _ in 0..policy.repeats {
-            let prepared = prepare();
-            least = least.minimum(Self::measure(|| work(prepared)));
-        }
-        least
+        Self { wall: TimeRange::once(wall.elapsed().as_secs_f64()), cpu: TimeRange::once(cpu.elapsed().as_secs_f64()) }
     }
 
     /// Returns the time of one call of `work`; each repetition has enough calls for the least CPU time.
     pub fn per_turn(policy: RepeatPolicy, mut work: impl FnMut()) -> Self {
         let mut turns = 1_u32;
-        while Self::measure(|| (0..turns).for_each(|_| work())).cpu < policy.seconds {
+        while Self::measure(|| (0..turns).for_each(|_| work())).cpu.least < policy.seconds {
             turns *= 2;
         }
-        let all = Self::least(policy, || (), |()| (0..turns).for_each(|_| work()));
-        Self { wall: all.wall / f64::from(turns), cpu: all.cpu / f64::from(turns) }
+        let mut measure = || Self::measure(|| (0..turns).for_each(|_| work()));
+        let first = measure();
+        let all = (1..policy.repeats).fold(first, |all, _| all.union(measure()));
+        Self { wall: all.wall.divided(f64::from(turns)), cpu: all.cpu.divided(f64::from(turns)) }
     }
 
-    /// Returns the lesser of each time.
-    pub fn minimum(self, other: Self) -> Self {
-        Self { wall: self.wall.min(other.wall), cpu: self.cpu.min(other.cpu) }
+    /// Returns the range of both.
+    pub fn union(self, other: Self) -> Self {
+        Self { wall: self.wall.union(other.wall), cpu: self.cpu.union(other.cpu) }
     }
 }

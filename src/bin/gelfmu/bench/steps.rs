@@ -1,7 +1,7 @@
 //! Whole step with contact: a block that moves everywhere while the ball presses into timing.
 
 use super::Measurement;
-use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_override, new_simulation, step_to};
+use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_simulation, step_to};
 use super::settings::{BenchMesh, BenchSettings};
 use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::BenchRow;
@@ -27,26 +27,17 @@ pub struct MeasuredBlock {
     pub kind: ElementName,
     /// Time of the measurement, s.
     pub from: f64,
-    /// True if the ball is active.
-    pub with_ball: bool,
 }
 
 impl MeasuredBlock {
     /// Creates a block with the ball.
     pub fn new(mesh: BenchMesh, settings: &BenchSettings) -> Self {
         let from = if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT };
-        Self { n_elements: mesh.n_elements, kind: mesh.kind, from, with_ball: true }
-    }
-
-    /// Returns the block without the ball.
-    pub fn without_ball(self) -> Self {
-        Self { with_ball: false, ..self }
+        Self { n_elements: mesh.n_elements, kind: mesh.kind, from }
     }
 
     fn scene(&self) -> Result<Scene, CommandError> {
-        let ball = new_override("projectile.active", self.with_ball.to_string());
-        let overrides = [drifting_gel(), cell_size(self.n_elements), element_kind(self.kind), ball];
-        load_scene("sphere-block", &overrides)
+        load_scene("sphere-block", &[drifting_gel(), cell_size(self.n_elements), element_kind(self.kind)])
     }
 }
 
@@ -101,7 +92,7 @@ pub fn measure(block: &MeasuredBlock, counts: &[usize], policy: RepeatPolicy) ->
             step_to(simulation, settled)?;
             let found = measure_once(simulation, counts[i], end)?;
             timings[i] = Some(match timings[i].take() {
-                Some(before) => found.minimum(&before),
+                Some(before) => found.union(&before),
                 None => found,
             });
         }
@@ -110,10 +101,10 @@ pub fn measure(block: &MeasuredBlock, counts: &[usize], policy: RepeatPolicy) ->
 }
 
 impl StepTiming {
-    /// Returns the lesser of each time.
-    fn minimum(self, other: &Self) -> Self {
+    /// Returns the range of the times of both.
+    fn union(self, other: &Self) -> Self {
         let path = self.path.zip(other.path).map(|(a, b)| a.min(b));
-        Self { spent: self.spent.minimum(other.spent), path, ..self }
+        Self { spent: self.spent.union(other.spent), path, ..self }
     }
 }
 
@@ -143,20 +134,26 @@ fn restore_failure(error: &ballistic_gel::simulation::RestoreError) -> CommandEr
 fn rows(kind: ElementName, all: &[StepTiming]) -> Vec<BenchRow> {
     let first = &all[0];
     let row = |timing: &StepTiming| {
-        BenchRow::default()
-            .with("elements", timing.n_elements)
+        let (wall, cpu, is_same) = (timing.spent.wall, timing.spent.cpu, timing.digest == first.digest);
+        let (n_elements, threads) = (timing.n_elements, timing.threads);
+        let threads = if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
+        let bits = if is_same { "" } else { ", OTHER BITS" };
+        let what = format!("steps of {n_elements} elements, {}, {threads}{bits}", kind.as_str());
+        BenchRow::new(what, timing.updates / wall.least / 1e6, "million element updates per s")
+            .spread(wall.spread())
+            .with("elements", n_elements)
             .with("element", kind.as_str())
             .with("threads", timing.threads)
-            .with("million_per_wall_s", timing.updates / timing.spent.wall / 1e6)
-            .with("million_per_cpu_s", timing.updates / timing.spent.cpu / 1e6)
-            .with("times_as_fast_as_one_thread", first.spent.wall / timing.spent.wall)
+            .with("million_per_wall_s", timing.updates / wall.least / 1e6)
+            .with("million_per_cpu_s", timing.updates / cpu.least / 1e6)
+            .with("times_as_fast_as_one_thread", first.spent.wall.least / wall.least)
             .with("if_cores_were_free", first.path.zip(timing.path).map(|(one, all)| one / all))
-            .with("same_bits", timing.digest == first.digest)
-            .and("updates", timing.updates)
-            .and("wall_s", timing.spent.wall)
-            .and("cpu_s", timing.spent.cpu)
-            .and("path_cpu_s", timing.path)
-            .and("contact_area_m2", timing.area)
+            .with("same_bits", is_same)
+            .with("updates", timing.updates)
+            .with("wall_s", wall.least)
+            .with("cpu_s", cpu.least)
+            .with("path_cpu_s", timing.path)
+            .with("contact_area_m2", timing.area)
     };
     all.iter().map(row).collect()
 }

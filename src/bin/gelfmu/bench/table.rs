@@ -1,63 +1,61 @@
-//! Benchmark results: rows of named values, as a table and as JSON.
+//! Benchmark results: rows of one table, with further values in JSON.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::{Map, Value};
 
-/// Measured row: names with their units, and values.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// Measured row: what was measured, the figure and its unit, and named values for JSON.
+#[derive(Debug, Clone, PartialEq)]
 pub struct BenchRow {
-    shown: Vec<(&'static str, Value)>,
-    kept: Vec<(&'static str, Value)>,
+    what: String,
+    figure: f64,
+    unit: &'static str,
+    spread: Option<f64>,
+    values: Vec<(&'static str, Value)>,
 }
 
 impl BenchRow {
-    /// Adds a column.
+    /// Creates a row without values for JSON.
+    pub fn new(what: impl Into<String>, figure: f64, unit: &'static str) -> Self {
+        Self { what: what.into(), figure, unit, spread: None, values: vec![] }
+    }
+
+    /// Sets the relative excess of the greatest of some repetitions over the least.
+    #[must_use]
+    pub fn spread(self, spread: f64) -> Self {
+        Self { spread: Some(spread), ..self }
+    }
+
+    /// Adds a value for JSON.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
-        self.shown.push((name, value.into()));
+        self.values.push((name, value.into()));
         self
     }
 
-    /// Adds a value for JSON only.
-    #[must_use]
-    pub fn and(mut self, name: &'static str, value: impl Into<Value>) -> Self {
-        self.kept.push((name, value.into()));
-        self
-    }
-
-    /// Returns the row as a JSON object.
+    /// Returns the values as a JSON object.
     pub fn to_json(&self) -> Value {
-        let all = self.shown.iter().chain(&self.kept);
-        Value::Object(all.map(|(name, value)| ((*name).to_owned(), value.clone())).collect::<Map<_, _>>())
+        Value::Object(
+            self.values.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect::<Map<_, _>>(),
+        )
     }
 }
 
-/// Formats rows with the same columns as a table.
-pub fn text(rows: &[BenchRow]) -> String {
+/// Formats rows as a table.
+pub fn text<'a>(rows: impl Iterator<Item = &'a BenchRow>) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_content_arrangement(ContentArrangement::Dynamic);
-    let Some(first) = rows.first() else { return String::new() };
-    table.set_header(first.shown.iter().map(|(name, _)| name.replace('_', " ")));
-    for row in rows {
-        table.add_row(row.shown.iter().map(|(_, value)| format_cell(value)));
+    table.set_header(["measured", "figure", "unit", "spread"]);
+    for BenchRow { what, figure, unit, spread, .. } in rows {
+        let spread = spread.map_or_else(String::new, |spread| format!("{:.0} %", 100.0 * spread));
+        table.add_row([what.clone(), format_four_digits(*figure), (*unit).to_owned(), spread]);
     }
-    for ((_, value), column) in first.shown.iter().zip(table.column_iter_mut()) {
-        if !value.is_string() {
+    for column in [1, 3] {
+        if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
     table.to_string()
-}
-
-fn format_cell(value: &Value) -> String {
-    match value {
-        Value::Null => "-".to_owned(),
-        Value::String(text) => text.clone(),
-        Value::Bool(_) | Value::Array(_) | Value::Object(_) => value.to_string(),
-        Value::Number(number) if number.is_u64() => number.to_string(),
-        Value::Number(number) => format_four_digits(number.as_f64().unwrap_or(f64::NAN)),
-    }
 }
 
 /// Formats a number with four digits.
@@ -90,10 +88,11 @@ mod tests {
     }
 
     #[test]
-    fn a_table_shows_columns_and_json_has_all() {
-        let row = BenchRow::default().with("mesh", "cube").with("wall_s", 0.5).and("cpu_s", 0.25);
-        let shown = text(std::slice::from_ref(&row));
-        assert!(shown.contains("wall s") && shown.contains("0.5000") && !shown.contains("cpu"), "{shown}");
-        assert_eq!(row.to_json(), serde_json::json!({ "mesh": "cube", "wall_s": 0.5, "cpu_s": 0.25 }));
+    fn a_table_shows_the_figure_and_json_has_the_values() {
+        let row = BenchRow::new("a step", 0.5, "s").spread(0.25).with("wall_s", 0.5).with("cpu_s", 0.25);
+        let shown = text(std::iter::once(&row));
+        assert!(shown.contains("a step") && shown.contains("0.5000") && shown.contains("25 %"), "{shown}");
+        assert!(!shown.contains("cpu"), "{shown}");
+        assert_eq!(row.to_json(), serde_json::json!({ "wall_s": 0.5, "cpu_s": 0.25 }));
     }
 }

@@ -80,7 +80,7 @@ fn attributes(model: &Model, starts: &[f64]) -> Vec<(&'static str, String)> {
         ("description", model.description.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("license", env!("CARGO_PKG_LICENSE").to_owned()),
-        ("generationTool", concat!("ballistic-gel ", env!("CARGO_PKG_VERSION"), ", examples/ssp").to_owned()),
+        ("generationTool", concat!("ballistic-gel ", env!("CARGO_PKG_VERSION"), ", partners/ssp").to_owned()),
         ("variableNamingConvention", "structured".to_owned()),
     ]
 }

@@ -1,30 +1,33 @@
-//! Packs the gel, its partners, and the systems of them: `cargo run --release --example ssp -- OUT_DIR`.
+//! Packs the gel, its partners, and the systems of them: `cargo run --release --manifest-path partners/Cargo.toml -- OUT_DIR`.
 
 mod archive;
 mod description;
+mod gel;
 mod scene;
 mod structure;
 mod systems;
 
-#[path = "../partners/body.rs"]
+#[path = "../body.rs"]
 mod body;
-#[path = "../partners/plate.rs"]
+#[path = "../plate.rs"]
 mod plate;
-#[path = "../partners/starts.rs"]
+#[path = "../starts.rs"]
 mod starts;
-#[path = "../partners/table.rs"]
+#[path = "../table.rs"]
 mod table;
 
 use archive::{Entries, zipped};
+use gel::GelCommand;
 use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX, OS};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use table::Model;
 
-const USAGE: &str = "usage: ssp OUT_DIR [SCENE [ARMOUR_SCENE]], built-in scenes or files: for gel and body (default \
-                     sphere-block), and with a dome as first fragment (default examples/ssp/armour-block.toml)";
-const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ssp/armour-block.toml");
+const USAGE: &str = "usage: ssp [--gelfmu FILE] OUT_DIR [SCENE [ARMOUR_SCENE]]; FILE is the command of the gel (default: beside this \
+                     program). Scenes are built-in ones or files: for gel and body (default sphere-block), and with a dome as first \
+                     fragment (default partners/armour-block.toml)";
+const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/armour-block.toml");
 
 /// A partner to be packed.
 struct Partner {
@@ -38,15 +41,7 @@ struct Partner {
 }
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let done = match arguments.as_slice() {
-        [out] => pack(Path::new(out), "sphere-block", ARMOUR_SCENE),
-        [out, scene] => pack(Path::new(out), scene, ARMOUR_SCENE),
-        [out, scene, armour_scene] => pack(Path::new(out), scene, armour_scene),
-        _ => Err(USAGE.to_owned()),
-    };
-    match done {
+    match pack_systems(std::env::args().skip(1).collect()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("error: {message}");
@@ -55,38 +50,56 @@ fn main() -> ExitCode {
     }
 }
 
-/// Nothing is built and written before both scenes are known to go with the partners.
-fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), String> {
-    let partners = partners(scene_name, armour_scene_name)?;
-    let built = build()?;
+fn pack_systems(mut arguments: Vec<String>) -> Result<(), String> {
+    let folder = folder()?;
+    let mut gelfmu = folder.join(format!("gelfmu{EXE_SUFFIX}"));
+    if let Some(option) = arguments.iter().position(|argument| argument == "--gelfmu") {
+        gelfmu = arguments.drain(option..(option + 2).min(arguments.len())).nth(1).ok_or(USAGE)?.into();
+    }
+    let gel = GelCommand(gelfmu);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments.as_slice() {
+        [out] => pack(&gel, &folder, Path::new(out), ["sphere-block", ARMOUR_SCENE]),
+        [out, scene] => pack(&gel, &folder, Path::new(out), [scene, ARMOUR_SCENE]),
+        [out, scene, armour_scene] => pack(&gel, &folder, Path::new(out), [scene, armour_scene]),
+        _ => Err(USAGE.to_owned()),
+    }
+}
+
+/// Writes everything for a scene, and for a scene with an armour, from the libraries in a folder. Nothing is built and written before
+/// both scenes are known to go with the partners.
+fn pack(gel: &GelCommand, folder: &Path, out: &Path, scenes: [&str; 2]) -> Result<(), String> {
+    let partners = partners(gel, scenes)?;
+    build(folder)?;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     for each in &partners {
-        write(&out.join(each.file), &partner(each, &built)?)?;
+        write(&out.join(each.file), &partner(each, folder)?)?;
     }
     let (wires, armour_wires) = (systems::gel_and_body_wires(), systems::gel_armour_and_body_wires());
     let own = systems::gel_and_body("BallisticGel.fmu", systems::BODY);
     let corrected = systems::gel_and_body("BallisticGelCorrected.fmu", systems::BODY);
     let behind_armour = systems::gel_armour_and_body("BallisticGelBehindArmour.fmu");
+    let [scene, armour_scene] = scenes;
     for (name, scene, mode, units, wires) in [
-        ("gel-and-body", scene_name, "integrated", own, &wires),
-        ("gel-and-body-corrected", scene_name, "corrected", corrected, &wires),
-        ("gel-armour-body", armour_scene_name, "integrated", behind_armour, &armour_wires),
+        ("gel-and-body", scene, "integrated", own, &wires),
+        ("gel-and-body-corrected", scene, "corrected", corrected, &wires),
+        ("gel-armour-body", armour_scene, "integrated", behind_armour, &armour_wires),
     ] {
-        gel(&built, (scene, mode), &out.join(systems::gel_file(&units)))?;
+        gel.pack(scene, mode, &out.join(systems::gel_file(&units)))?;
         system(out, name, &units, wires)?;
     }
     Ok(())
 }
 
 /// The partners, each with the start values of its scene.
-fn partners(scene_name: &str, armour_scene_name: &str) -> Result<[Partner; 3], String> {
-    let (scene, armour_scene) = (scene::read(scene_name)?, scene::read(armour_scene_name)?);
+fn partners(gel: &GelCommand, [scene, armour_scene]: [&str; 2]) -> Result<[Partner; 3], String> {
+    let (bodies, armour_bodies) = (gel.bodies(scene)?, gel.bodies(armour_scene)?);
     let body = |file, starts| Partner { model: &body::MODEL, library: "rigid_body", file, starts };
-    let (name, armour_name) = (named(scene_name), named(armour_scene_name));
-    let behind = scene::body_starts(&armour_scene).map_err(&armour_name)?;
-    let armour = scene::armour_starts(&armour_scene).map_err(armour_name)?;
+    let (name, armour_name) = (named(scene), named(armour_scene));
+    let behind = scene::body_starts(&armour_bodies).map_err(&armour_name)?;
+    let armour = scene::armour_starts(&armour_bodies).map_err(armour_name)?;
     Ok([
-        body(systems::BODY, scene::body_starts(&scene).map_err(name)?),
+        body(systems::BODY, scene::body_starts(&bodies).map_err(name)?),
         body(systems::BODY_BEHIND_ARMOUR, behind),
         Partner { model: &plate::MODEL, library: "armour", file: systems::ARMOUR, starts: armour },
     ])
@@ -96,26 +109,27 @@ fn named(scene: &str) -> impl Fn(String) -> String {
     move |error| format!("scene {scene}: {error}")
 }
 
-/// Packs the gel with a scene and a coupling mode into a file.
-fn gel(built: &Path, (scene, mode): (&str, &str), file: &Path) -> Result<(), String> {
-    let mut gelfmu = Command::new(built.join(format!("gelfmu{EXE_SUFFIX}")));
-    gelfmu.args(["--quiet", "pack", "--scene", scene, "--set", &format!("coupling.mode={mode}"), "--out"]);
-    run(gelfmu.arg(file))
+/// The folder of this program, in which cargo puts the command of the gel, too.
+fn folder() -> Result<PathBuf, String> {
+    let own = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
+    Ok(own.parent().ok_or("this program is in no folder")?.to_path_buf())
 }
 
-/// Where the programs and libraries to pack are. Started by cargo, in whatever profile, it builds them for release; started
-/// by itself, it takes what lies beside it.
-fn build() -> Result<PathBuf, String> {
-    let own = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
-    let built = own.ancestors().nth(2).ok_or("this program is not in a folder of cargo")?.to_path_buf();
-    if let Some(cargo) = std::env::var_os("CARGO") {
-        let target = built.parent().ok_or("this program is not in a target folder of cargo")?;
-        let mut cargo = Command::new(cargo);
-        cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--release", "--quiet", "--bins"]);
-        run(cargo.args(["--example", "rigid_body", "--example", "armour", "--target-dir"]).arg(target))?;
-        return Ok(target.join("release"));
+/// Builds the libraries of the partners, in the profile of this program, if cargo started it.
+fn build(folder: &Path) -> Result<(), String> {
+    let (Some(cargo), Some(target)) = (std::env::var_os("CARGO"), folder.parent()) else { return Ok(()) };
+    let mut cargo = Command::new(cargo);
+    cargo.args([
+        "build",
+        "--quiet",
+        "--examples",
+        "--manifest-path",
+        concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"),
+    ]);
+    if !cfg!(debug_assertions) {
+        cargo.arg("--release");
     }
-    Ok(built)
+    run(cargo.arg("--target-dir").arg(target))
 }
 
 fn run(command: &mut Command) -> Result<(), String> {
@@ -124,11 +138,15 @@ fn run(command: &mut Command) -> Result<(), String> {
 }
 
 /// The FMU of a partner, for this host.
-fn partner(partner: &Partner, built: &Path) -> Result<Vec<u8>, String> {
+fn partner(partner: &Partner, folder: &Path) -> Result<Vec<u8>, String> {
     let Partner { model, library, starts, .. } = partner;
-    let file = built.join("examples").join(format!("{DLL_PREFIX}{library}{DLL_SUFFIX}"));
-    let library = fs::read(&file)
-        .map_err(|error| format!("{}: {error}; cargo build --release --example {library} makes it", file.display()))?;
+    let file = folder.join("examples").join(format!("{DLL_PREFIX}{library}{DLL_SUFFIX}"));
+    let library = fs::read(&file).map_err(|error| {
+        format!(
+            "{}: {error}; cargo build --release --manifest-path partners/Cargo.toml --examples makes it",
+            file.display()
+        )
+    })?;
     let text = starts::written(model, starts);
     if starts::read(model, &text).as_ref() != Ok(starts) {
         return Err(format!("{}: the start values are not those that were written: {text}", model.name));

@@ -4,21 +4,17 @@ use ballistic_gel::constitutive::{BulkViscosity, EquationOfState, Material, NeoH
 use ballistic_gel::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{
     DEPTH, ElementBatches, ElementResponse, GroupKick, GroupKicks, GroupResponse, HistoryLanes, HistoryVariables,
-    LANES, MAX_NODES, NodeAccumulator, NodeCache, NodeMotion, NodeRow, NodeSource, Potential, ReportPower, Section,
-    Simplices,
+    LANES, NodeAccumulator, NodeCache, NodeMotion, NodeSource, Potential, ReportPower, Section, Simplices,
 };
 use ballistic_gel::geometry::{ShapeGeometry, Sphere};
 use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Vector, Vector3};
-use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, NodeId};
-use ballistic_gel::state::{GroupClock, Tick};
+use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementPatches, Mesh, NodeId};
 use fearless_simd::Level;
 use std::ops::Range;
 
 /// Length of a kick, s: any will do.
 const KICK: GroupKick = GroupKick { length: 1e-6, elapsed: 1e-6 };
-/// Elements of a patch that is none.
-const PLAIN: usize = 1;
 
 /// Element kernel: kinematics, F-bar patches or none, and constitutive law.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +84,7 @@ pub fn block(n_elements: usize) -> Mesh<3> {
 }
 
 /// Cells of that block, m: at 5 mm it has 51 200 tetrahedra.
-pub fn cell_of_block(n_elements: usize) -> f64 {
+fn cell_of_block(n_elements: usize) -> f64 {
     5e-3 * (51_200.0 / n_elements as f64).cbrt()
 }
 
@@ -123,11 +119,6 @@ impl<const D: usize> Stand<D> {
         self.engine.gel().potential.len()
     }
 
-    /// Most elements of a patch.
-    pub fn depth(&self) -> usize {
-        self.engine.gel().potential.patches().largest()
-    }
-
     /// Some run away from the surface; its elements.
     pub fn some_run(&self) -> (usize, usize) {
         let run = self.runs.len() / 2;
@@ -151,11 +142,6 @@ impl<const D: usize> Stand<D> {
         let memory = &mut self.memory[groups.start * rows..groups.end * rows];
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
         lanes.sweep(level, (groups, GroupKicks::Same(KICK), ReportPower::Untold), &mut self.local, found);
-    }
-
-    /// Loads the nodes of every run.
-    pub fn load_all(&mut self) {
-        (0..self.runs.len()).for_each(|run| self.load(run));
     }
 
     /// The element phase: every run loaded, swept, and what it gives kept.
@@ -191,44 +177,6 @@ impl<const D: usize> Stand<D> {
     /// Σ energies that the last sweep found, J.
     pub fn energy(&self) -> f64 {
         self.answers.iter().map(|answer| answer.energy).sum()
-    }
-
-    /// Bytes that the element phase moves to or from memory for one element, counted as STREAM counts: the lanes, what they remember, κ, answers and
-    /// clocks, and for each node of a run x, v, X, its last tick, its number, and what it is given.
-    pub fn bytes_per_update(&self) -> f64 {
-        let remembered = size_of_val(self.memory.as_slice());
-        let lanes = lanes(&self.engine).bytes() + remembered + size_of_val(self.stiffness.as_slice());
-        let groups = self.answers.len() * (size_of::<GroupResponse>() + size_of::<GroupClock>());
-        let of_node =
-            3 * size_of::<Vector<D>>() + size_of::<Tick>() + size_of::<NodeId>() + size_of::<NodeAccumulator>();
-        let nodes: usize = self.runs.iter().map(|run| run.nodes.len()).sum();
-        (lanes + groups + nodes * of_node) as f64 / self.n_elements() as f64
-    }
-
-    /// Bytes of the nodes of some run while it is swept.
-    pub fn bytes_in_cache(&self) -> usize {
-        self.runs[self.some_run().0].nodes.len() * (size_of::<NodeRow>() + size_of::<NodeAccumulator>())
-    }
-
-    /// Plain elements without common nodes, so that no sum waits for that of a neighbour: as many elements as a block has, and
-    /// about as many nodes.
-    pub fn apart(&self) -> ElementBatches<D> {
-        /// Elements after which the numbers of the nodes begin again.
-        const PERIOD: usize = 64;
-        let n_elements = self.n_elements().min(self.some_run().1) / LANES * LANES;
-        let slots: Vec<Option<ElementId>> = (0..n_elements as u32).map(|element| Some(ElementId(element))).collect();
-        let number = |slot: usize, a: usize| (slot % PERIOD * MAX_NODES + a) as u16;
-        let nodes: Vec<[u16; MAX_NODES]> =
-            (0..slots.len()).map(|slot| std::array::from_fn(|a| number(slot, a))).collect();
-        self.engine.gel().potential.lanes(&slots, PLAIN, &nodes).expect("simplices have lanes")
-    }
-
-    /// The kernel over lanes by themselves; how many elements that were.
-    pub fn sweep_alone(&mut self, level: Level, lanes: &ElementBatches<D>, n_elements: usize) {
-        let groups = n_elements / LANES;
-        let memory = &mut self.memory[..groups * lanes.rows()];
-        let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
-        lanes.sweep(level, (0..groups, GroupKicks::Same(KICK), ReportPower::Untold), &mut self.local, found);
     }
 }
 

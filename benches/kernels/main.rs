@@ -1,7 +1,6 @@
-//! The element kernels on their stand, one by one; `gelfmu bench --only kernels` puts the same into a table.
+//! The element kernels on their stand, one by one: `cargo bench --bench kernels`.
 
-#[path = "../src/bin/gelfmu/bench/stand.rs"]
-#[allow(dead_code, reason = "the command measures more of it")]
+#[allow(dead_code, reason = "tests ask it for energies, too")]
 mod stand;
 
 use ballistic_gel::fem::Section;
