@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules from bottom to top: each uses only those before it.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "math",
     "geometry",
     "constitutive",
@@ -20,6 +20,7 @@ const ORDER: [&str; 15] = [
     "contact",
     "state",
     "integrator",
+    "adapt",
     "scene",
     "simulation",
     "output",

@@ -92,11 +92,11 @@ fn turned<const D: usize>(reference: &ReferenceShape<D>, same: UnchangedElement)
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::adapt::patch_volume_share::measure;
     use crate::constitutive::{BulkViscosity, EquationOfState, Material, Viscoplastic, YieldLaw};
     use crate::fem::Simplices;
     use crate::mesh::{BlockSpec, CellSplit, block};
     use crate::remesh::OverlapSource;
-    use crate::simulation::patch_volume_share::measure;
     use crate::state::MeshInstance;
 
     /// Viscoplastic gel of density 1.

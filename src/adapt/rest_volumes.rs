@@ -94,10 +94,10 @@ pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Overlap
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adapt::history::tests::gel;
     use crate::constitutive::NeoHookean;
     use crate::fem::{HistoryVariables, Simplices};
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
-    use crate::simulation::history::tests::gel;
     use crate::state::MeshInstance;
 
     /// Deformed block with corner masses of 1, and the history variables of its elements.

@@ -1,6 +1,8 @@
 //! Remeshing without motion: patch test (numerics V1), and round trips (V18).
 
-use super::candidate::{BodyClearance, MeshGenerator, RemeshAttempt, RemeshRefusal, mesh_in_plane, mesh_in_space};
+use super::attempt::{BodyClearance, MeshGenerator, RemeshAttempt, mesh_in_plane, mesh_in_space};
+use super::refusal::RemeshRefusal;
+use super::settings::RemeshMethod;
 use super::{history, source_mesh};
 use crate::constitutive::NeoHookean;
 use crate::fem::{DEPTH, ElementResponse, Potential, ReferenceShape, Section, Simplices};
@@ -9,7 +11,6 @@ use crate::mesh::{BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, block, 
 use crate::remesh::{
     self, AcceptanceLimits, BodySymmetry, ConservationDefects, ConservedTotals, DeformedMesh, NodalFields, ProposedMesh,
 };
-use crate::scene::RemeshMethod;
 use crate::state::MeshInstance;
 use std::f64::consts::TAU;
 
@@ -75,7 +76,7 @@ impl<const D: usize> TestGel<D> {
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
     fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, ConservationDefects<D>) {
         let moved = DeformedMesh { mesh: &self.birth.mesh, position: &self.position };
-        let attempts = RemeshAttempt::of(RemeshMethod::Local, false)
+        let attempts = RemeshAttempt::in_plane(RemeshMethod::Local, false)
             .into_iter()
             .map(|attempt| propose(attempt, &moved, size, generator));
         let proposal = attempts.flatten().next().expect("a good mesh");

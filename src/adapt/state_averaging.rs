@@ -271,10 +271,10 @@ fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adapt::history::tests::gel;
     use crate::constitutive::{Material, NeoHookean};
     use crate::fem::Simplices;
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
-    use crate::simulation::history::tests::gel;
     use crate::state::MeshInstance;
 
     #[test]

@@ -1,10 +1,11 @@
 //! Perforation of the gel: exits, the end of a run after them, and bodies that return to a gel at rest.
 
+use super::kinematics::StepInputs;
 use super::observe::ExitReport;
-use super::{CouplingMode, Simulation, StepInputs};
+use super::run::Simulation;
 use crate::contact::{BodyMotion, BodyState, RigidBody};
 use crate::math::Vector3;
-use crate::scene::GelBox;
+use crate::scene::{CouplingMode, GelBox};
 
 /// Fraction of the exit speed of the projectile below which another body counts as at rest in the gel.
 const RESTING_SPEED: f64 = 0.01;
