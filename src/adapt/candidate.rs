@@ -109,9 +109,10 @@ pub(super) fn generate_candidate<const D: usize>(
     let (rest, held) = (new.rest.clone(), new.held.clone());
     let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
     let patches = gel.definition.build_patches(&mesh, &proposal.position, &adjacency);
-    let source = (&gel.engine.gel().potential, old, gel.engine.state().memory.as_slice());
-    let source = SourceMesh::new(source, moved.position);
-    let inherited = history::inherited(&source, moved.position, (&TargetMesh::by(&proposal, &new), &patches));
+    let (potential, memory) = (&gel.engine.gel().potential, &gel.engine.state().memory);
+    let source = SourceMesh::new(potential, old, memory, moved.position);
+    let target = TargetMesh::by(&proposal, &new);
+    let inherited = history::inherited(&source, moved.position, &target, &patches);
     let (references, memory) = inherited.ok_or(RemeshRefusal::Restless)?;
     let new_elements = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
     let TransferredFields { mass, corner_mass, velocity, defects, .. } = new;

@@ -173,13 +173,13 @@ fn keep_mesh<const D: usize>(gel: &mut AdaptiveGel<D>, data: OldMeshData) -> Res
     let state = gel.engine.state();
     let mut birth = MeshInstance { tick: gel.engine.last_tick(), position: state.position.clone(), ..old.clone() };
     let patches = gel.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
-    let source = SourceMesh::new((&gel.engine.gel().potential, old, &state.memory), &state.position);
+    let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
     let Mesh { rest, elements, .. } = &birth.mesh;
     let same: Vec<_> =
         (0..elements.len() as u32).map(|element| Some(UnchangedElement::in_order(ElementId(element)))).collect();
     let target = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
     let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
-    if let Some((references, recalled)) = inherited(&source, &state.position, (&target, &patches)) {
+    if let Some((references, recalled)) = inherited(&source, &state.position, &target, &patches) {
         (birth.references, memory) = (references, recalled);
     }
     gel.install_mesh(birth, memory, velocity, MeshProperties { patches, qualities, adjacency })

@@ -10,7 +10,8 @@ use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary_from_neighbours, face
 use crate::remesh::{self, DeformedMesh, ElementNeighbours, UnchangedElement};
 use crate::state::MeshInstance;
 
-/// Greatest fraction of the gel that one erosion as a last resort may remove, detached parts included; heavier parts stay.
+/// Greatest fraction of the gel that one erosion as a last resort may remove, detached parts included; heavier parts
+/// stay.
 pub(super) const MAX_ERODED_FRACTION: f64 = 0.01;
 
 /// Greatest number of erosions at one time in search of an acceptable mesh. Each removes the elements for which the
@@ -74,10 +75,10 @@ pub(super) fn erode<const D: usize>(
     let patches = gel.engine.gel().potential.patches().restricted_to(&kept);
     let qualities = gel.definition.element_qualities(&birth.mesh.elements, &birth.position);
     let properties = MeshProperties { patches, qualities, adjacency };
-    let source = SourceMesh::new((&gel.engine.gel().potential, old, &state.memory), &state.position);
+    let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
     let MeshInstance { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
     let target = TargetMesh { position, rest, elements, same: &same, sources: &[], is_kept: false };
-    let Some((references, memory)) = inherited(&source, &state.position, (&target, &properties.patches)) else {
+    let Some((references, memory)) = inherited(&source, &state.position, &target, &properties.patches) else {
         return Ok(false);
     };
     birth.references = references;

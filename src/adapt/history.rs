@@ -21,7 +21,8 @@ type RestShapes<const D: usize> = Vec<(ElementId, ReferenceShape<D>)>;
 pub(super) fn inherited<const D: usize>(
     past: &SourceMesh<'_, D>,
     position: &[Vector<D>],
-    (new, patches): (&TargetMesh<'_, D>, &ElementPatches),
+    new: &TargetMesh<'_, D>,
+    patches: &ElementPatches,
 ) -> Option<(RestShapes<D>, Vec<HistoryVariables<D>>)> {
     let flows = past.potential.remembers();
     let mut memory = vec![HistoryVariables::default(); if flows { new.elements.len() } else { 0 }];
@@ -53,7 +54,7 @@ pub(super) fn inherited<const D: usize>(
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
         let [told, now] = [new.rest, new.position].map(|x| ReferenceShape::of(x, nodes));
-        let mean = StateAverage::of(past, (position, &strains), (sources, rests[element.index()]));
+        let mean = StateAverage::of(past, position, &strains, sources, rests[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -136,7 +137,7 @@ pub(super) mod tests {
             steps: vec![],
             mesh,
         };
-        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
+        let past = SourceMesh::new(&simplices, &birth, &memory, &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
         let new = TargetMesh {
             position: &position,
@@ -146,7 +147,7 @@ pub(super) mod tests {
             sources: &[],
             is_kept: false,
         };
-        let (references, recalled) = inherited(&past, &position, (&new, &ElementPatches::alone(n))).unwrap();
+        let (references, recalled) = inherited(&past, &position, &new, &ElementPatches::alone(n)).unwrap();
         let turned: Vec<_> =
             (0..n).filter(|e| measure(&ReferenceShape::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);
@@ -186,7 +187,7 @@ pub(super) mod tests {
                 references: vec![],
                 steps: vec![],
             };
-            let past = SourceMesh::new((&simplices, &birth, &memory), &position);
+            let past = SourceMesh::new(&simplices, &birth, &memory, &position);
             let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| UnchangedElement::in_order(ElementId(e))));
             let sources = [OverlapSource { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
             let new = TargetMesh {
@@ -197,7 +198,7 @@ pub(super) mod tests {
                 sources: &sources,
                 is_kept: false,
             };
-            let (references, recalled) = inherited(&past, &position, (&new, &ElementPatches::alone(4))).unwrap();
+            let (references, recalled) = inherited(&past, &position, &new, &ElementPatches::alone(4)).unwrap();
             let (_, own) = references.iter().find(|(element, _)| element.index() == 0).unwrap();
             let now = ReferenceShape::of(&position, &elements[0]);
             assert!(own.edges == now.edges && own.radius == now.radius, "{section:?}: {own:?}");

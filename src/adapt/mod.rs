@@ -1,12 +1,12 @@
 //! Adaptation of the mesh: when and how a run gets another mesh.
 //!
-//! - [`driver`]: replaces a distorted mesh, and continues on the new one; [`restore`]: continues from a saved state.
-//! - [`adaptive_gel`]: the gel with its engine and present mesh, by its [`gel_definition`] and [`settings`].
-//! - [`candidate`]: one [`attempt`] at a mesh of target [`sizes`], its acceptance, and the transfer of the fields.
-//! - [`history`]: transfer of rest shapes and history variables from the [`source_mesh`], by [`state_averaging`],
-//!   [`rest_volumes`] and [`patch_volume_share`].
-//! - [`erosion`], [`erosion_on_failure`]: removal of gel that no mesh can follow.
-//! - [`record`], [`refusal`], [`preview`]: reports of remeshings.
+//! - `driver`: replaces a distorted mesh, and continues on the new one; `restore`: continues from a saved state.
+//! - `adaptive_gel`: the gel with its engine and present mesh, by its `gel_definition` and `settings`.
+//! - `candidate`: one `attempt` at a mesh of target `sizes`, its acceptance, and the transfer of the fields.
+//! - `history`: transfer of rest shapes and history variables from the `source_mesh`, by `state_averaging`,
+//!   `rest_volumes` and `patch_volume_share`.
+//! - `erosion`, `erosion_on_failure`: removal of gel that no mesh can follow.
+//! - `record`, `refusal`, `preview`: reports of remeshings.
 //!
 //! The clock is read only to time a remeshing.
 

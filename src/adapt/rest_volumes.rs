@@ -132,7 +132,7 @@ mod tests {
             let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
             let same: Vec<_> = (2..4).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
             let same = [vec![None; 2], same].concat();
-            let past = SourceMesh::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new(&simplices, &birth, &memory, position);
             let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
             let others = elements[0][..3].iter().filter(|node| node.index() != tip);
             let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
@@ -163,7 +163,7 @@ mod tests {
         let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, Material::Flowing(gel())));
         let (position, rest) = (&birth.position, &birth.mesh.rest);
         let elements = &birth.mesh.elements[..2];
-        let past = SourceMesh::new((&simplices, &birth, &memory), position);
+        let past = SourceMesh::new(&simplices, &birth, &memory, position);
         let of = |part: f64| {
             let sources = [OverlapSource { part, ..whole(0, 0) }, whole(1, 1)];
             let new = TargetMesh { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
@@ -182,7 +182,7 @@ mod tests {
         for (section, material) in [(plane, flowing), (Section::Axisymmetric, flowing), (plane, solid)] {
             let (simplices, birth, memory) = body(6, (section, material));
             let position = &birth.position;
-            let past = SourceMesh::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new(&simplices, &birth, &memory, position);
             let (n, is_ring) = (birth.mesh.elements.len() as u32, section == Section::Axisymmetric);
             // Element 0 is removed, and the second one is duplicated without sources.
             let old: Vec<u32> = (1..n).chain([1]).collect();

@@ -89,9 +89,9 @@ impl<const D: usize> TestGel<D> {
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), ElementPatches::alone(proposal.elements.len()));
-        let source = source_mesh::SourceMesh::new((&simplices, &self.birth, &[]), &self.position);
+        let source = source_mesh::SourceMesh::new(&simplices, &self.birth, &[], &self.position);
         let inherited =
-            history::inherited(&source, &self.position, (&source_mesh::TargetMesh::by(&proposal, &new), &patches));
+            history::inherited(&source, &self.position, &source_mesh::TargetMesh::by(&proposal, &new), &patches);
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);

@@ -1,9 +1,9 @@
 //! Simulation: builds a gel and its bodies from a scene, steps them in time, and reports on them.
 //!
-//! - [`build`]: the engine of a scene on its first [`grid`], with its [`gel`], [`loads`] and [`sensors`].
-//! - [`model`]: the gel of either dimension behind one interface: this room alone erases the dimension.
-//! - [`run`], [`exit`], [`report_queries`]: the simulation, with [`observe`]d reports and [`doubts`] about them.
-//! - [`saved`]: a state as a value and as bytes; [`memory`]: bytes needed, before they are.
+//! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
+//! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
+//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`) and `doubts` about them.
+//! - `saved`: a state as a value and as bytes; `memory`: bytes needed, before they are.
 //!
 //! Nothing here reads a file, the environment or the clock.
 

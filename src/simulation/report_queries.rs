@@ -68,6 +68,20 @@ impl Simulation {
         self.model.body(body).0.depth(&self.now(body))
     }
 
+    /// Greatest depth of a body, m, at most that of the back face, and the time at which it was reached, s.
+    fn peak_depth(&self, body: usize) -> (f64, f64) {
+        let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
+        let depth = self.depth(body);
+        let thickness = self.constants.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
+        if depth.min(thickness) <= record.0 {
+            return record;
+        }
+        // A body that met nothing at the back face reached it before now.
+        let beyond = (depth - thickness).max(0.0);
+        let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
+        (depth.min(thickness), (self.time - since).max(0.0))
+    }
+
     /// Reports of the sensors, in the order of the scene.
     #[must_use]
     pub fn sensors(&self) -> Vec<SensorReport> {
