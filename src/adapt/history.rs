@@ -72,12 +72,17 @@ pub(super) fn inherited<const D: usize>(
     let is_ring = past.potential.section() == Section::Axisymmetric;
     for ((element, reference), memory) in all.iter().zip(&mut memory) {
         let now = ReferenceShape::of(new.position, &new.elements[element.index()]);
-        let out = if is_ring { now.radius / reference.radius } else { 1.0 };
-        memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
+        memory.jacobian = volume_ratio(reference, &now, is_ring);
     }
     // A ring needs a positive radius.
     let stands = |(_, reference): &(ElementId, ReferenceShape<D>)| !is_ring || reference.radius > 0.0;
     all.iter().all(stands).then_some((all, memory))
+}
+
+/// Volume ratio J of an element with this reference in its current shape.
+fn volume_ratio<const D: usize>(reference: &ReferenceShape<D>, now: &ReferenceShape<D>, is_ring: bool) -> f64 {
+    let out = if is_ring { now.radius / reference.radius } else { 1.0 };
+    det(&now.edges) / det(&reference.edges) * out
 }
 
 /// Reference of an old element whose nodes may be permuted now.
