@@ -101,7 +101,7 @@ pub(super) mod tests {
     use crate::adapt::patch_volume_share::measure;
     use crate::constitutive::{BulkViscosity, EquationOfState, Material, Viscoplastic, YieldLaw};
     use crate::fem::Simplices;
-    use crate::mesh::{BlockSpec, CellSplit, block};
+    use crate::mesh::{BlockSpec, CellSplit, Mesh, block};
     use crate::remesh::OverlapSource;
     use crate::state::MeshInstance;
 
@@ -115,6 +115,13 @@ pub(super) mod tests {
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
         }
+    }
+
+    /// Mesh with these masses of all nodes and corners.
+    pub fn instance<const D: usize>(mesh: Mesh<D>, position: &[Vector<D>], mass: f64) -> MeshInstance<D> {
+        let (mass, corner_mass) = (vec![mass; mesh.rest.len()], vec![[mass; 4]; mesh.elements.len()]);
+        let position = position.to_vec();
+        MeshInstance { tick: 0, position, mass, corner_mass, references: vec![], steps: vec![], mesh }
     }
 
     #[test]
@@ -132,16 +139,7 @@ pub(super) mod tests {
         let out = Vector::<2>::new(0.5, -0.2);
         let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let corner_mass = vec![[1.0; 4]; n];
-        let birth = MeshInstance {
-            tick: 0,
-            position: position.clone(),
-            mass: vec![1.0; rest.len()],
-            corner_mass,
-            references: vec![],
-            steps: vec![],
-            mesh,
-        };
+        let birth = instance(mesh, &position, 1.0);
         let past = SourceMesh::new(&simplices, &birth, &memory, &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
         let new = TargetMesh {
@@ -182,16 +180,7 @@ pub(super) mod tests {
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
             let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-            let (mass, corner_mass) = (vec![1.0; rest.len()], vec![[1.0; 4]; 4]);
-            let birth = MeshInstance {
-                tick: 0,
-                mesh,
-                position: position.clone(),
-                mass,
-                corner_mass,
-                references: vec![],
-                steps: vec![],
-            };
+            let birth = instance(mesh, &position, 1.0);
             let past = SourceMesh::new(&simplices, &birth, &memory, &position);
             let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| UnchangedElement::in_order(ElementId(e))));
             let sources = [OverlapSource { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];

@@ -22,11 +22,11 @@ pub enum RestoreError {
 }
 
 impl<const D: usize> AdaptiveGel<D> {
-    /// Continues from a state of this run.
+    /// Continues from a state of this run; returns true if that state has another mesh.
     ///
     /// # Errors
     /// [`RestoreError`] if the state is not one of this run; nothing is changed then.
-    pub fn restore(&mut self, state: &DynamicState<D>) -> Result<(), RestoreError> {
+    pub fn restore(&mut self, state: &DynamicState<D>) -> Result<bool, RestoreError> {
         let inconsistent = |what| RestoreError::Inconsistent { what };
         let own = &self.engine.state().birth;
         let is_current = match (own, &state.birth) {
@@ -34,7 +34,7 @@ impl<const D: usize> AdaptiveGel<D> {
             (own, its) => own.is_none() && its.is_none(),
         };
         if is_current {
-            return self.engine.restore(state).map_err(inconsistent);
+            return self.engine.restore(state).map(|()| false).map_err(inconsistent);
         }
         if self.definition.remesh.is_none() {
             return Err(inconsistent("its mesh was remeshed, but this scene has no remeshing"));
@@ -53,6 +53,6 @@ impl<const D: usize> AdaptiveGel<D> {
         self.engine = other.with_pool(self.engine.take_pool());
         self.first_mesh = first_mesh;
         self.adopt_mesh(&birth, &qualities, adjacency);
-        Ok(())
+        Ok(true)
     }
 }

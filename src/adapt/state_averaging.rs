@@ -273,11 +273,10 @@ fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adapt::history::tests::gel;
+    use crate::adapt::history::tests::{gel, instance};
     use crate::constitutive::{Material, NeoHookean};
     use crate::fem::Simplices;
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
-    use crate::state::MeshInstance;
 
     #[test]
     fn an_average_of_rotated_sources_keeps_their_distortion() {
@@ -287,16 +286,7 @@ mod tests {
         let material = (Material::NeoHookean(NeoHookean::new(20e3, 2e6)), Section::Planar { thickness: 1.0 });
         let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(n), material);
         let (position, elements) = (mesh.rest.clone(), mesh.elements.clone());
-        let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
-        let birth = MeshInstance {
-            tick: 0,
-            position: position.clone(),
-            mass,
-            corner_mass,
-            references: vec![],
-            steps: vec![],
-            mesh,
-        };
+        let birth = instance(mesh, &position, 1.0);
         let past = SourceMesh::new(&simplices, &birth, &[], &position);
         let sources = [0, 1].map(|old| OverlapSource { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
         let there = ReferenceShape::of(&position, &elements[2]);
@@ -345,17 +335,8 @@ mod tests {
             HistoryVariables { plastic: 0.7, left: 0.4, felt: -3.0, ..HistoryVariables::default() };
             mesh.elements.len()
         ];
-        let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);
-        let mass = vec![0.0; position.len()];
-        let birth = MeshInstance {
-            tick: 0,
-            position: position.clone(),
-            mass,
-            corner_mass,
-            references: vec![],
-            steps: vec![],
-            mesh,
-        };
+        let position = mesh.rest.clone();
+        let birth = instance(mesh, &position, 0.0);
         let past = SourceMesh::new(&simplices, &birth, &memory, &position);
         let source = OverlapSource { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let rest = rest_of(&past, &source);

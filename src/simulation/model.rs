@@ -360,8 +360,9 @@ where
     fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError> {
         let state = DynamicState::<D>::downcast(saved).ok_or(RestoreError::Foreign)?;
         self.gel.engine.check_time(state, time).map_err(|what| RestoreError::Inconsistent { what })?;
-        self.gel.restore(state)?;
-        locate_sensors(&mut self.sensors, &self.gel.engine);
+        if self.gel.restore(state)? {
+            locate_sensors(&mut self.sensors, &self.gel.engine);
+        }
         Ok(())
     }
 
