@@ -3,6 +3,7 @@
 //! Explicit finite elements of a hyperelastic gel, stepped by an asynchronous variational integrator (every element at
 //! its own time step), meet a rigid body by a penalty-free momentum-exchange contact. `ARCHITECTURE.md` is the map.
 
+pub mod adapt;
 pub mod constitutive;
 pub mod contact;
 pub mod fem;

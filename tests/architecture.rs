@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules from bottom to top: each uses only those before it.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "math",
     "geometry",
     "constitutive",
@@ -22,6 +22,7 @@ const ORDER: [&str; 15] = [
     "contact",
     "state",
     "integrator",
+    "adapt",
     "scene",
     "simulation",
     "output",

@@ -154,10 +154,10 @@ fn an_exchange_that_is_rehearsed_is_made_just_so() {
     let mut on = simulation(&scene, 1);
     let shown = on.rehearse(0.3e-3, 2e-3).unwrap().unwrap();
     assert!(shown.frame.time >= 0.3e-3 && on.time() == shown.frame.time);
-    let retained = shown.successors[1].1.as_ref().unwrap();
+    let retained = shown.trial.successors[1].1.as_ref().unwrap();
     assert_eq!(on.frame().points.len(), retained.points.len());
     assert_eq!(on.renewals().last().unwrap().quality, retained.quality);
-    assert!(shown.successors[0].1.is_ok() && shown.steps.is_ok());
+    assert!(shown.trial.successors[0].1.is_ok() && shown.trial.steps.is_ok());
     advance(&mut on, scene.scene.end_time);
     assert_eq!(on.digest(), run(&scene, (1, 1)).digest());
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::adapt::RemeshMethod;
+
 /// Remeshing: criteria for a distorted mesh, method, and element sizes of the new mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -54,17 +56,4 @@ impl Default for RemeshSpec {
             erosion_thickness: None,
         }
     }
-}
-
-/// Method that makes a new mesh from an old one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum RemeshMethod {
-    /// Local remeshing: good nodes and the old surface are retained, points of a quadtree fill the rest.
-    #[serde(alias = "retained")]
-    Local,
-    /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and
-    /// the ends of supports are retained.
-    Immersed,
 }

@@ -1,10 +1,11 @@
 //! Perforation of the gel: exits, the end of a run after them, and bodies that return to a gel at rest.
 
+use super::kinematics::StepInputs;
 use super::observe::ExitReport;
-use super::{CouplingMode, Simulation, StepInputs};
+use super::run::Simulation;
 use crate::contact::{BodyMotion, BodyState, RigidBody};
 use crate::math::Vector3;
-use crate::scene::GelBox;
+use crate::scene::{CouplingMode, GelBox};
 
 /// Fraction of the exit speed of the projectile below which another body counts as at rest in the gel.
 const RESTING_SPEED: f64 = 0.01;
@@ -89,19 +90,5 @@ impl Simulation {
                 given
             }
         }
-    }
-
-    /// Greatest depth of a body, m, at most that of the back face, and the time at which it was reached, s.
-    pub(super) fn peak_depth(&self, body: usize) -> (f64, f64) {
-        let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
-        let depth = self.depth(body);
-        let thickness = self.constants.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
-        if depth.min(thickness) <= record.0 {
-            return record;
-        }
-        // A body that met nothing at the back face reached it before now.
-        let beyond = (depth - thickness).max(0.0);
-        let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
-        (depth.min(thickness), (self.time - since).max(0.0))
     }
 }

@@ -1,10 +1,9 @@
-//! Pressure loads: marks the facets of the first mesh, and passes the loads to the engine.
+//! Pressure loads: marks the facets of the first mesh, and gives their pressures.
 
-use super::BuildError;
-use crate::fem::{Section, Simplices};
-use crate::integrator::{DiscreteGel, LoadedFacet, PressureHistory, PressureLoads};
+use super::build_error::BuildError;
+use crate::integrator::PressureHistory;
 use crate::math::{Vector3, embed};
-use crate::mesh::{Facet, Mesh};
+use crate::mesh::Mesh;
 use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
 
 /// Relative distance from a round face within which a node lies on it: the round-off of the mapping.
@@ -101,25 +100,4 @@ fn inner_radius(shape: &GelShape) -> f64 {
 /// Pressures of a scene.
 pub(super) fn pressures(scene: &Scene) -> Vec<PressureHistory> {
     scene.load.iter().map(|load| PressureHistory::new(load.history()).below(load.depth)).collect()
-}
-
-/// Applies pressures to the gel of a mesh.
-pub(super) fn apply_pressures<const D: usize>(
-    gel: DiscreteGel<D, Simplices<D>>,
-    mesh: &Mesh<D>,
-    section: Section,
-    pressures: &[PressureHistory],
-) -> DiscreteGel<D, Simplices<D>> {
-    if mesh.marks.is_empty() {
-        return gel;
-    }
-    let surface = gel.surface.facets.iter().zip(&gel.behind);
-    let mut behind: Vec<(Facet, _)> = surface.map(|(facet, behind)| (*facet, *behind)).collect();
-    behind.sort_unstable();
-    let of = |(facet, mark): (&Facet, &u8)| {
-        let at = behind.binary_search_by_key(facet, |(facet, _)| *facet).ok()?;
-        (*mark != 0).then(|| LoadedFacet { facet: *facet, behind: behind[at].1, mark: *mark })
-    };
-    let facets = mesh.facets.iter().zip(&mesh.marks).filter_map(of).collect();
-    gel.with_loads(PressureLoads { section, pressures: pressures.to_vec(), facets })
 }

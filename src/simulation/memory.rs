@@ -3,8 +3,8 @@
 //! The figures are upper bounds for the peak of a phase. `tests/shortage.rs` checks them with a counting allocator:
 //! no phase exceeds its bound, and building and remeshing take at least half.
 
-use super::build::{BuildError, MOST_CELLS, check_planes, n_cells, plane_block, section_block, space_block};
-use super::{SavedSimulation, Simulation};
+use super::build_error::BuildError;
+use super::grid::{check_planes, n_cells, plane_block, section_block, space_block};
 use crate::mesh::{BlockSpec, CellSplit};
 use crate::scene::{Dimension, GelShape, MaterialModel, Scene};
 
@@ -60,34 +60,6 @@ pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
     })
 }
 
-impl Simulation {
-    /// Additional bytes of a remeshing at most; 0 without remeshing.
-    #[must_use]
-    pub fn memory_of_remeshing(&self) -> u64 {
-        if self.model.can_remesh() && !self.is_at_rest() { self.model.mesh_size().remeshing() as u64 } else { 0 }
-    }
-
-    /// Additional bytes of a frame of the results, or of the final report, at most.
-    #[must_use]
-    pub fn memory_of_writing(&self) -> u64 {
-        (PICTURES + self.model.mesh_size().elements * WRITING) as u64
-    }
-
-    /// Bytes of a state.
-    #[must_use]
-    pub fn memory_of_state(&self) -> u64 {
-        self.model.state_bytes() as u64
-    }
-
-    /// Additional bytes of restoring a state at most: a mesh other than the current one is laid out again.
-    #[must_use]
-    pub fn memory_of_restoring(&self, saved: &SavedSimulation) -> u64 {
-        let own = self.model.mesh_size();
-        let larger = MeshSize { elements: own.elements.max(saved.n_elements() as f64), ..own };
-        if self.model.can_remesh() { (RESTORING * larger.building()) as u64 } else { 0 }
-    }
-}
-
 /// Size of a mesh as far as memory depends on it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeshSize {
@@ -102,8 +74,19 @@ impl MeshSize {
         self.bytes(BUILDING, BUILDING_MEMORY)
     }
 
-    fn remeshing(self) -> f64 {
+    /// Additional bytes of a remeshing at most.
+    pub fn remeshing(self) -> f64 {
         self.bytes(REMESHING, REMESHING_MEMORY)
+    }
+
+    /// Additional bytes at most of laying out a saved mesh of this many elements again, beside this mesh.
+    pub fn restoring(self, n_elements: f64) -> f64 {
+        RESTORING * Self { elements: self.elements.max(n_elements), ..self }.building()
+    }
+
+    /// Additional bytes at most of a frame of the results, or of the final report.
+    pub fn writing(self) -> f64 {
+        PICTURES + self.elements * WRITING
     }
 
     fn bytes(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {
@@ -121,10 +104,7 @@ fn has_history(material: MaterialModel) -> bool {
 
 /// Number of elements that fill a grid.
 fn n_elements<const D: usize>(block: &BlockSpec<D>) -> Result<f64, BuildError> {
-    let cells = n_cells(block);
-    if cells > MOST_CELLS {
-        return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
-    }
+    let cells = n_cells(block)?;
     Ok(match (block.split, D) {
         (CellSplit::Kuhn, 2) => 2.0 * cells,
         (CellSplit::Kuhn, _) => 6.0 * cells,

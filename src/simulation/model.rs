@@ -1,22 +1,19 @@
 //! Gel of either dimension behind one interface.
 
-use super::build::MOST_TICKS;
-use super::driver::RemeshDriver;
-use super::gel_definition::GelDefinition;
+use super::kinematics::BodyKinematics;
 use super::memory::MeshSize;
-use super::observe::{BodyPose, FrameCells, MeshFrame, SensorReport};
-use super::preview::{FailedRemesh, RemeshPreview, RemeshRecord};
-use super::sensors::SensorLocation;
-use super::{RestoreError, SavedState};
+use super::observe::{BodyPose, FrameCells, MeshFrame, RemeshPreview, SensorReport};
+use super::saved::{EraseDimension, SavedState};
+use super::sensors::{LocatedSensor, locate_sensors};
+use crate::adapt::{AdaptiveGel, FailedRemesh, RemeshDriver, RemeshRecord, RestoreError};
 use crate::contact::{BodyState, ImpulseExchange, RigidBody};
-use crate::fem::{Potential, Simplices};
-use crate::integrator::{AdvanceOutcome, BalanceTotals, BlockLayout, DiscreteGel, Engine, StepError, SurfaceNode};
+use crate::fem::Potential;
+use crate::integrator::{AdvanceOutcome, BalanceTotals, BlockLayout, DiscreteGel, StepError, SurfaceNode};
 use crate::ledger::Ledger;
-use crate::math::{Vector, Vector3, embed, ordered_sum, restrict};
-use crate::mesh::{Facet, NodeId, Simplex};
-use crate::remesh::{self, ElementNeighbours};
-use crate::state::{DynamicState, GroupClock, MeshInstance, RunRecord, Tick};
-use std::sync::Arc;
+use crate::math::{Vector, Vector3, embed, restrict};
+use crate::mesh::{NodeId, Simplex};
+use crate::remesh;
+use crate::state::{DynamicState, GroupClock, RunRecord, Tick};
 
 /// Current extent of the contact with a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -105,27 +102,14 @@ pub(super) trait ErasedModel: Send {
     fn runs(&self) -> Vec<BlockLayout<'_>>;
 }
 
-/// Gel of simplices: its engine, and the data that remeshing and reports need beside it.
+/// Gel of simplices and its sensors.
 pub(super) struct GelModel<const D: usize> {
-    pub engine: Engine<D, Simplices<D>>,
-    /// Boundary facets of the mesh.
-    pub facets: Vec<Facet>,
-    /// Load markers of the facets; empty without loads.
-    pub marks: Vec<u8>,
-    /// Locations of the sensors in the mesh.
-    pub sensor_locations: Vec<SensorLocation<D>>,
-    /// Neighbours of the elements where the scene has remeshing; `None` during a remeshing, or after one has failed.
-    pub adjacency: Option<ElementNeighbours>,
-    /// Mesh-independent definition of the gel.
-    pub definition: GelDefinition,
-    /// Mesh of the start, if the engine has another one.
-    pub first_mesh: Option<Arc<MeshInstance<D>>>,
-    /// Remeshings since the gel was built.
-    pub remesh_records: Vec<RemeshRecord>,
-    /// Failed remeshings since the gel was built.
-    pub failed_remeshes: Vec<FailedRemesh>,
+    pub gel: AdaptiveGel<D>,
+    pub sensors: Vec<LocatedSensor<D>>,
 }
 
+/// Greatest number of ticks: a tick times q ≤ 31 stays below 2⁵³ (numerics A3).
+pub(super) const MOST_TICKS: f64 = 2.8e14;
 /// Overlap at the start that contact tolerates, in element sizes.
 const OVERLAP_TOLERANCE: f64 = 0.1;
 
@@ -163,44 +147,50 @@ pub(super) fn is_centre_in_gel<const D: usize>(
 const TOUCHING: f64 = 0.1;
 
 impl<const D: usize> GelModel<D> {
-    /// Mass of the gel, kg.
-    pub fn gel_mass(&self) -> f64 {
-        let mass = &self.engine.gel().mass;
-        ordered_sum(mass.len(), 0.0, |i| mass[i])
-    }
-
     fn cells(&self, t: f64) -> FrameCells {
-        let (measured, potential) = (self.engine.measure_at(t), &self.engine.gel().potential);
-        let mut energy_density = vec![0.0; self.engine.gel().potential.len()];
+        let (measured, potential) = (self.gel.engine.measure_at(t), &self.gel.engine.gel().potential);
+        let mut energy_density = vec![0.0; self.gel.engine.gel().potential.len()];
         for (patch, energy) in measured.energy.iter().enumerate() {
             let elements = potential.patches().of(patch);
             let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
             for element in elements {
-                energy_density[element.index()] = energy / (volume * self.definition.copies());
+                energy_density[element.index()] = energy / (volume * self.gel.definition.copies());
             }
         }
         FrameCells {
-            nodes: self.engine.gel().potential.elements().iter().map(|nodes| nodes.map(|n| n.0)).collect(),
-            step: self.engine.steps(),
+            nodes: self.gel.engine.gel().potential.elements().iter().map(|nodes| nodes.map(|n| n.0)).collect(),
+            step: self.gel.engine.steps(),
             jacobian: measured.jacobian,
             energy_density,
-            facets: self.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
+            facets: self.gel.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
         }
     }
 
     fn longest_step(&self, node: NodeId) -> f64 {
-        let steps = self.engine.gel().star.of(node).iter().map(|element| self.engine.step_of(*element));
-        self.engine.grid().time(steps.max().unwrap_or(0))
+        let steps = self.gel.engine.gel().star.of(node).iter().map(|element| self.gel.engine.step_of(*element));
+        self.gel.engine.grid().time(steps.max().unwrap_or(0))
+    }
+}
+
+impl<const D: usize> GelModel<D>
+where
+    AdaptiveGel<D>: RemeshDriver,
+{
+    /// Continues with a better mesh, and finds the sensors in it. The mesh may be another one even after an error.
+    fn remesh(&mut self) -> Result<(), StepError> {
+        let outcome = self.gel.remesh();
+        locate_sensors(&mut self.sensors, &self.gel.engine);
+        outcome
     }
 }
 
 impl<const D: usize> ErasedModel for GelModel<D>
 where
     DynamicState<D>: EraseDimension,
-    Self: RemeshDriver,
+    AdaptiveGel<D>: RemeshDriver,
 {
     fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError> {
-        while self.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
+        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
             self.remesh()?;
         }
         Ok(())
@@ -212,9 +202,10 @@ where
         t: f64,
         exchanges: &mut [ImpulseExchange],
     ) -> Result<Option<RemeshPreview>, StepError> {
-        while self.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
-            let time = self.engine.now();
-            let shown = if time >= from { self.preview_now(self.frame(time)) } else { None };
+        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
+            let time = self.gel.engine.now();
+            let trial = if time >= from { self.gel.try_remesh() } else { None };
+            let shown = trial.map(|trial| RemeshPreview { frame: self.frame(time), trial });
             self.remesh()?;
             if shown.is_some() {
                 return Ok(shown);
@@ -224,58 +215,58 @@ where
     }
 
     fn failed_remeshes(&self) -> &[FailedRemesh] {
-        &self.failed_remeshes
+        &self.gel.failed_remeshes
     }
 
     fn remesh_records(&self) -> &[RemeshRecord] {
-        &self.remesh_records
+        &self.gel.remesh_records
     }
 
     fn n_bodies(&self) -> usize {
-        self.engine.bodies().len()
+        self.gel.engine.bodies().len()
     }
 
     fn body(&self, i: usize) -> (&RigidBody, &BodyState) {
-        (&self.engine.bodies()[i], &self.engine.state().bodies[i])
+        (&self.gel.engine.bodies()[i], &self.gel.engine.state().bodies[i])
     }
 
     fn rebase_body(&mut self, i: usize, t: f64) {
-        self.engine.rebase_body(i, t);
+        self.gel.engine.rebase_body(i, t);
     }
 
     fn set_body(&mut self, i: usize, state: &BodyState) {
-        self.engine.set_body(i, state);
+        self.gel.engine.set_body(i, state);
     }
 
     fn ledger_mut(&mut self) -> &mut Ledger {
-        self.engine.ledger_mut()
+        self.gel.engine.ledger_mut()
     }
 
     fn record(&self) -> &RunRecord {
-        &self.engine.state().record
+        &self.gel.engine.state().record
     }
 
     fn is_at_rest(&self) -> bool {
-        self.engine.is_at_rest()
+        self.gel.engine.is_at_rest()
     }
 
     fn is_away(&self, i: usize, at: &BodyState) -> bool {
-        self.engine.is_body_away(i, at)
+        self.gel.engine.is_body_away(i, at)
     }
 
     fn totals(&self, t: f64) -> BalanceTotals {
-        self.engine.totals(t)
+        self.gel.engine.totals(t)
     }
 
     fn reach(&self, i: usize, t: f64) -> ContactReach {
         let (body, last) = self.body(i);
         let at = last.at(body, t);
         let mut reach = ContactReach::default();
-        if !at.active || self.engine.is_at_rest() {
+        if !at.active || self.gel.engine.is_at_rest() {
             return reach;
         }
-        for surface in &self.engine.gel().surface.nodes {
-            let gap = body.gap(&at, &embed(&self.engine.position_at(surface.node, t))).distance;
+        for surface in &self.gel.engine.gel().surface.nodes {
+            let gap = body.gap(&at, &embed(&self.gel.engine.position_at(surface.node, t))).distance;
             reach.penetration = reach.penetration.max(-gap);
             if gap <= TOUCHING * surface.size {
                 reach.area += surface.area;
@@ -286,39 +277,39 @@ where
     }
 
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64> {
-        let gel = self.engine.gel();
-        let position = |node| embed(&self.engine.position_at(node, self.engine.time_in_gel(at.time)));
+        let gel = self.gel.engine.gel();
+        let position = |node| embed(&self.gel.engine.position_at(node, self.gel.engine.time_in_gel(at.time)));
         overlap(gel, self.body(i).0, at, position, |node| self.longest_step(node))
     }
 
     fn is_centre_in_gel(&self, i: usize, at: &BodyState) -> bool {
-        let (gel, time) = (self.engine.gel(), self.engine.time_in_gel(at.time));
-        let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.engine.position_at(NodeId(n), time)).collect();
+        let (gel, time) = (self.gel.engine.gel(), self.gel.engine.time_in_gel(at.time));
+        let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.gel.engine.position_at(NodeId(n), time)).collect();
         is_centre_in_gel(&x, gel.potential.elements(), self.body(i).0, at)
     }
 
     fn energy_round_off(&self) -> f64 {
-        self.definition.energy_round_off(self.gel_mass())
+        self.gel.definition.energy_round_off(self.gel.mass())
     }
 
     fn shear_torque(&self) -> f64 {
-        self.definition.shear_torque(self.gel_mass())
+        self.gel.definition.shear_torque(self.gel.mass())
     }
 
     fn counts(&self) -> MeshCounts {
-        let crushed = self.engine.state().clocks.iter().map(|clock| clock.crushed as usize).sum();
-        MeshCounts { elements: self.engine.gel().potential.len(), nodes: self.engine.gel().mass.len(), crushed }
+        let crushed = self.gel.engine.state().clocks.iter().map(|clock| clock.crushed as usize).sum();
+        MeshCounts { elements: self.gel.engine.gel().potential.len(), nodes: self.gel.engine.gel().mass.len(), crushed }
     }
 
     fn fallback(&self) -> f64 {
-        let own = self.engine.state().birth.as_ref().map_or(0, |birth| birth.references.len());
-        own as f64 / self.engine.gel().potential.len() as f64
+        let own = self.gel.engine.state().birth.as_ref().map_or(0, |birth| birth.references.len());
+        own as f64 / self.gel.engine.gel().potential.len() as f64
     }
 
     fn steps(&self) -> StepRange {
-        let state = self.engine.state();
+        let state = self.gel.engine.state();
         if state.now.is_none() {
-            let steps = self.engine.steps();
+            let steps = self.gel.engine.steps();
             return StepRange {
                 smallest: steps.iter().copied().fold(f64::INFINITY, f64::min),
                 largest: steps.iter().copied().fold(0.0, f64::max),
@@ -326,29 +317,29 @@ where
         }
         let wider = |(least, most): (Tick, Tick), clock: &GroupClock| (least.min(clock.step), most.max(clock.step));
         let (least, most) = state.clocks.iter().fold((Tick::MAX, 0), wider);
-        StepRange { smallest: self.engine.grid().time(least), largest: self.engine.grid().time(most) }
+        StepRange { smallest: self.gel.engine.grid().time(least), largest: self.gel.engine.grid().time(most) }
     }
 
     fn synchronous_updates(&self, t: f64) -> f64 {
-        self.engine.synchronous_updates(t)
+        self.gel.engine.synchronous_updates(t)
     }
 
     fn frame(&self, t: f64) -> MeshFrame {
-        let (n, gel_time) = (self.engine.gel().mass.len() as u32, self.engine.time_in_gel(t));
-        let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), gel_time))).collect();
+        let (n, gel_time) = (self.gel.engine.gel().mass.len() as u32, self.gel.engine.time_in_gel(t));
+        let points: Vec<Vector3> = (0..n).map(|i| embed(&self.gel.engine.position_at(NodeId(i), gel_time))).collect();
         let displacements =
-            points.iter().zip(self.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
+            points.iter().zip(self.gel.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
         let place = |i: usize| {
             let (body, last) = self.body(i);
             let at = last.at(body, t);
-            BodyPose { kinematics: super::BodyKinematics::of(body, &at), bulge: at.bulge, active: at.active }
+            BodyPose { kinematics: BodyKinematics::of(body, &at), bulge: at.bulge, active: at.active }
         };
         MeshFrame {
             time: t,
             dimension: D,
-            mass: self.gel_mass(),
+            mass: self.gel.mass(),
             points,
-            velocities: self.engine.state().velocity.iter().map(embed).collect(),
+            velocities: self.gel.engine.state().velocity.iter().map(embed).collect(),
             displacements,
             cells: self.cells(t),
             bodies: (0..self.n_bodies()).map(place).collect(),
@@ -356,97 +347,51 @@ where
     }
 
     fn sensors(&self, t: f64) -> Vec<SensorReport> {
-        self.sensor_reports(t)
+        self.sensors.iter().map(|sensor| sensor.report(&self.gel.engine, self.gel.definition.copies(), t)).collect()
     }
 
     fn save(&self, to: &mut SavedState) {
         match DynamicState::<D>::downcast_mut(to) {
-            Some(state) => state.clone_from(self.engine.state()),
-            None => *to = self.engine.state().clone().erase(),
+            Some(state) => state.clone_from(self.gel.engine.state()),
+            None => *to = self.gel.engine.state().clone().erase(),
         }
     }
 
     fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError> {
         let state = DynamicState::<D>::downcast(saved).ok_or(RestoreError::Foreign)?;
-        self.engine.check_time(state, time).map_err(|what| RestoreError::Inconsistent { what })?;
-        self.restore_state(state)
+        self.gel.engine.check_time(state, time).map_err(|what| RestoreError::Inconsistent { what })?;
+        if self.gel.restore(state)? {
+            locate_sensors(&mut self.sensors, &self.gel.engine);
+        }
+        Ok(())
     }
 
     fn latest(&self) -> f64 {
-        self.engine.grid().length(MOST_TICKS)
+        self.gel.engine.grid().length(MOST_TICKS)
     }
 
     fn digest(&self) -> u128 {
-        self.engine.state().digest()
+        self.gel.engine.state().digest()
     }
 
     fn bytes(&self) -> usize {
-        self.engine.bytes()
+        self.gel.engine.bytes()
     }
 
     fn state_bytes(&self) -> usize {
-        self.engine.state().bytes()
+        self.gel.engine.state().bytes()
     }
 
     fn mesh_size(&self) -> MeshSize {
-        let potential = &self.engine.gel().potential;
+        let potential = &self.gel.engine.gel().potential;
         MeshSize { elements: potential.len() as f64, is_spatial: D == 3, has_history: potential.remembers() }
     }
 
     fn can_remesh(&self) -> bool {
-        self.definition.remesh.is_some()
+        self.gel.definition.remesh.is_some()
     }
 
     fn runs(&self) -> Vec<BlockLayout<'_>> {
-        self.engine.runs()
-    }
-}
-
-/// Conversion of a state into and out of [`SavedState`].
-pub(super) trait EraseDimension: Sized {
-    fn erase(self) -> SavedState;
-    /// State of this dimension; `None` if the saved state has the other dimension.
-    fn downcast(saved: &SavedState) -> Option<&Self>;
-    /// Mutable state of this dimension; `None` if the saved state has the other dimension.
-    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self>;
-}
-
-impl EraseDimension for DynamicState<2> {
-    fn erase(self) -> SavedState {
-        SavedState::Flat(self)
-    }
-
-    fn downcast(saved: &SavedState) -> Option<&Self> {
-        match saved {
-            SavedState::Flat(state) => Some(state),
-            SavedState::Solid(_) => None,
-        }
-    }
-
-    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
-        match saved {
-            SavedState::Flat(state) => Some(state),
-            SavedState::Solid(_) => None,
-        }
-    }
-}
-
-impl EraseDimension for DynamicState<3> {
-    fn erase(self) -> SavedState {
-        SavedState::Solid(self)
-    }
-
-    fn downcast(saved: &SavedState) -> Option<&Self> {
-        match saved {
-            SavedState::Solid(state) => Some(state),
-            SavedState::Flat(_) => None,
-        }
-    }
-
-    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
-        match saved {
-            SavedState::Solid(state) => Some(state),
-            SavedState::Flat(_) => None,
-        }
+        self.gel.engine.runs()
     }
 }

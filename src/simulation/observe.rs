@@ -1,6 +1,8 @@
 //! Reports of a simulation: read-only, at positions drifted to the report time.
 
-use super::{BodyKinematics, DomeMotion, ImpulseExchange};
+use super::kinematics::BodyKinematics;
+use crate::adapt::RemeshTrial;
+use crate::contact::{DomeMotion, ImpulseExchange};
 use crate::integrator::fixed;
 use crate::ledger::EnergyAccounts;
 use crate::math::Vector3;
@@ -295,6 +297,15 @@ pub struct FrameCells {
     pub energy_density: Vec<f64>,
     /// Boundary facets by node index, `dimension` used, outward oriented.
     pub facets: Vec<[u32; 3]>,
+}
+
+/// Mesh that is about to be replaced, and its replacement by each method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RemeshPreview {
+    /// Mesh to be replaced.
+    pub frame: MeshFrame,
+    /// Remeshing with all its steps.
+    pub trial: RemeshTrial,
 }
 
 #[cfg(test)]

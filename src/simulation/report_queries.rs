@@ -2,9 +2,11 @@
 
 use super::model::{MeshCounts, StepRange};
 use super::observe::{BalanceReport, BodyReport, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
-use super::{CouplingMode, Simulation};
+use super::run::Simulation;
+use super::saved::SavedSimulation;
 use crate::integrator::BalanceTotals;
 use crate::math::Vector3;
+use crate::scene::CouplingMode;
 
 /// Fraction of μ V t below which a throughput of angular momentum counts as round-off of stresses.
 ///
@@ -64,6 +66,20 @@ impl Simulation {
     #[must_use]
     pub fn depth(&self, body: usize) -> f64 {
         self.model.body(body).0.depth(&self.now(body))
+    }
+
+    /// Greatest depth of a body, m, at most that of the back face, and the time at which it was reached, s.
+    fn peak_depth(&self, body: usize) -> (f64, f64) {
+        let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
+        let depth = self.depth(body);
+        let thickness = self.constants.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
+        if depth.min(thickness) <= record.0 {
+            return record;
+        }
+        // A body that met nothing at the back face reached it before now.
+        let beyond = (depth - thickness).max(0.0);
+        let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
+        (depth.min(thickness), (self.time - since).max(0.0))
     }
 
     /// Reports of the sensors, in the order of the scene.
@@ -145,6 +161,31 @@ impl Simulation {
             eroded_mass: self.model.record().eroded_mass,
             incompatible_fraction: self.fallback(),
         }
+    }
+
+    /// Additional bytes of a remeshing at most; 0 without remeshing.
+    #[must_use]
+    pub fn memory_of_remeshing(&self) -> u64 {
+        if self.model.can_remesh() && !self.is_at_rest() { self.model.mesh_size().remeshing() as u64 } else { 0 }
+    }
+
+    /// Additional bytes of a frame of the results, or of the final report, at most.
+    #[must_use]
+    pub fn memory_of_writing(&self) -> u64 {
+        self.model.mesh_size().writing() as u64
+    }
+
+    /// Bytes of a state.
+    #[must_use]
+    pub fn memory_of_state(&self) -> u64 {
+        self.model.state_bytes() as u64
+    }
+
+    /// Additional bytes of restoring a state at most: a mesh other than the current one is laid out again.
+    #[must_use]
+    pub fn memory_of_restoring(&self, saved: &SavedSimulation) -> u64 {
+        let needed = || self.model.mesh_size().restoring(saved.n_elements() as f64) as u64;
+        if self.model.can_remesh() { needed() } else { 0 }
     }
 }
 

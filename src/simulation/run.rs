@@ -1,32 +1,18 @@
 //! Simulation in time, as an importer steps it.
 
-use super::build::{BuildError, build, orientation};
-use super::gel_definition::build_material;
+use super::build::{build, orientation};
+use super::build_error::BuildError;
+use super::gel::build_material;
+use super::kinematics::{BodyKinematics, StepInputs};
 use super::model::ErasedModel;
-use super::observe::MeshFrame;
-use super::preview::{FailedRemesh, RemeshPreview, RemeshRecord};
+use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
-use super::{BodyKinematics, CouplingMode, ImpulseExchange, StepInputs};
-use crate::contact::{BodyMotion, BodyState, RigidBody, Wrench};
+use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
+use crate::contact::{BodyMotion, BodyState, ImpulseExchange, Wrench};
 use crate::integrator::{BlockLayout, StepError};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
-use crate::scene::{GelBox, Scene};
-
-/// Saved state that this simulation cannot restore.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RestoreError {
-    /// State of another simulation.
-    #[error("the state belongs to another scene, another file of the scene, or another coupling mode")]
-    Foreign,
-    /// State whose arrays or clocks contradict each other.
-    #[error("the state is inconsistent: {what}")]
-    Inconsistent {
-        /// Description of the contradiction.
-        what: &'static str,
-    },
-}
+use crate::scene::{CouplingMode, GelBox, Scene};
 
 /// Gel and rigid bodies in time.
 ///
@@ -84,18 +70,6 @@ impl SceneConstants {
             shear_torque: model.shear_torque(),
             gel_box: scene.gel.shape.bounding_box(),
             stop_after_exit: scene.scene.stop_after_exit.time(),
-        }
-    }
-}
-
-impl BodyKinematics {
-    pub(super) fn of(body: &RigidBody, state: &BodyState) -> Self {
-        let q = state.orientation.quaternion();
-        Self {
-            position: state.position,
-            velocity: state.velocity,
-            orientation: [q.w, q.i, q.j, q.k],
-            angular_velocity: body.angular_velocity(state),
         }
     }
 }

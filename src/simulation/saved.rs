@@ -1,6 +1,6 @@
 //! State of a simulation as a value and as bytes.
 
-use super::ImpulseExchange;
+use crate::contact::ImpulseExchange;
 use crate::integrator::StepError;
 use crate::state::DynamicState;
 use xxhash_rust::xxh3::Xxh3;
@@ -60,6 +60,55 @@ impl SavedState {
         match self {
             Self::Flat(state) => state.write(sink),
             Self::Solid(state) => state.write(sink),
+        }
+    }
+}
+
+/// Conversion of a state into and out of [`SavedState`].
+pub(super) trait EraseDimension: Sized {
+    fn erase(self) -> SavedState;
+    /// State of this dimension; `None` if the saved state has the other dimension.
+    fn downcast(saved: &SavedState) -> Option<&Self>;
+    /// Mutable state of this dimension; `None` if the saved state has the other dimension.
+    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self>;
+}
+
+impl EraseDimension for DynamicState<2> {
+    fn erase(self) -> SavedState {
+        SavedState::Flat(self)
+    }
+
+    fn downcast(saved: &SavedState) -> Option<&Self> {
+        match saved {
+            SavedState::Flat(state) => Some(state),
+            SavedState::Solid(_) => None,
+        }
+    }
+
+    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
+        match saved {
+            SavedState::Flat(state) => Some(state),
+            SavedState::Solid(_) => None,
+        }
+    }
+}
+
+impl EraseDimension for DynamicState<3> {
+    fn erase(self) -> SavedState {
+        SavedState::Solid(self)
+    }
+
+    fn downcast(saved: &SavedState) -> Option<&Self> {
+        match saved {
+            SavedState::Solid(state) => Some(state),
+            SavedState::Flat(_) => None,
+        }
+    }
+
+    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
+        match saved {
+            SavedState::Solid(state) => Some(state),
+            SavedState::Flat(_) => None,
         }
     }
 }

@@ -66,9 +66,9 @@ impl RemeshFigures {
         };
         Self {
             time: preview.frame.time,
-            elements: preview.shapes.len(),
-            least_quality: preview.shapes.iter().copied().fold(f64::INFINITY, f64::min),
-            methods: preview.successors.iter().map(outcome).collect(),
+            elements: preview.trial.shapes.len(),
+            least_quality: preview.trial.shapes.iter().copied().fold(f64::INFINITY, f64::min),
+            methods: preview.trial.successors.iter().map(outcome).collect(),
         }
     }
 }

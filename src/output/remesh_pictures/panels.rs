@@ -66,7 +66,7 @@ struct PanelSource<'a> {
 pub(super) fn panels(preview: &RemeshPreview, scene: &Scene) -> Vec<PicturePanel> {
     let source = PanelSource::new(preview, scene);
     let mut panels = vec![source.distorted_mesh(), source.curvature_indicator(), source.target_sizes()];
-    if let Ok(steps) = &preview.steps {
+    if let Ok(steps) = &preview.trial.steps {
         panels.extend([
             source.quadtree_cells(steps),
             source.delaunay_triangulation(steps),
@@ -76,7 +76,7 @@ pub(super) fn panels(preview: &RemeshPreview, scene: &Scene) -> Vec<PicturePanel
     }
     panels.push(source.velocity_before());
     panels.extend(
-        preview.successors.iter().filter_map(|(method, new)| Some(source.velocity(*method, new.as_ref().ok()?))),
+        preview.trial.successors.iter().filter_map(|(method, new)| Some(source.velocity(*method, new.as_ref().ok()?))),
     );
     panels
 }
@@ -111,8 +111,9 @@ impl<'a> PanelSource<'a> {
         let corners = frame.cells.nodes.iter().map(|nodes| [0, 1, 2].map(|k| nodes[k] as usize)).collect();
         let outline = frame.cells.facets.iter().map(|f| [f[0], f[1]].map(|node| points[node as usize])).collect();
         let old = DrawnTriangles { points, corners };
-        let worst =
-            (0..preview.shapes.len()).min_by(|a, b| preview.shapes[*a].total_cmp(&preview.shapes[*b])).unwrap_or(0);
+        let worst = (0..preview.trial.shapes.len())
+            .min_by(|a, b| preview.trial.shapes[*a].total_cmp(&preview.trial.shapes[*b]))
+            .unwrap_or(0);
         let windows = windows(&old, worst);
         Self { preview, old, outline, bodies: sections(frame, scene), windows }
     }
@@ -140,7 +141,7 @@ impl<'a> PanelSource<'a> {
             },
             Some(scale),
             |drawing| {
-                fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.shapes[e]));
+                fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.trial.shapes[e]));
                 draw_edges(drawing, &self.old);
             },
         )
@@ -157,13 +158,13 @@ impl<'a> PanelSource<'a> {
             },
             Some(scale),
             |drawing| {
-                fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.bend[e].to_degrees()));
+                fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.trial.bend[e].to_degrees()));
             },
         )
     }
 
     fn target_sizes(&self) -> PicturePanel {
-        let size = &self.preview.size;
+        let size = &self.preview.trial.size;
         let low = size.iter().copied().fold(f64::MAX, f64::min);
         let high = size.iter().copied().fold(0.0, f64::max);
         let scale = PanelScale { low, high, unit: "m", map: &STEP };

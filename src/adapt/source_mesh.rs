@@ -19,7 +19,9 @@ pub(super) struct SourceMesh<'a, const D: usize> {
 impl<'a, const D: usize> SourceMesh<'a, D> {
     /// Source mesh with the nodes at `x`.
     pub fn new(
-        (potential, old, memory): (&'a Simplices<D>, &'a MeshInstance<D>, &'a [HistoryVariables<D>]),
+        potential: &'a Simplices<D>,
+        old: &'a MeshInstance<D>,
+        memory: &'a [HistoryVariables<D>],
         x: &[Vector<D>],
     ) -> Self {
         Self { potential, old, memory, shares: shares(potential, x) }

@@ -94,26 +94,25 @@ pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Overlap
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adapt::history::tests::{gel, instance};
     use crate::constitutive::NeoHookean;
     use crate::fem::{HistoryVariables, Simplices};
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
-    use crate::simulation::history::tests::gel;
     use crate::state::MeshInstance;
 
     /// Deformed block with corner masses of 1, and the history variables of its elements.
     fn body(
         n: usize,
-        (section, material): (Section, Material),
+        section: Section,
+        material: Material,
     ) -> (Simplices<2>, MeshInstance<2>, Vec<HistoryVariables<2>>) {
         let axis = || crate::mesh::uniform(0.0, 1.0, 1.0 / n as f64);
         let mesh = block::<2>(BlockSpec { planes: [axis(), axis()], split: CellSplit::Centred, faces: vec![] });
-        let (nodes, elements) = (mesh.rest.len(), mesh.elements.len());
+        let elements = mesh.elements.len();
         let patches = if n > 1 { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(elements) };
         let simplices = Simplices::in_patches(&mesh, patches, (material, section));
-        let position = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt() + wave(x) * (n as f64 - 1.0)).collect();
-        let (mass, corner_mass) = (vec![1.0; nodes], vec![[1.0; 4]; elements]);
-        let birth = MeshInstance { tick: 0, mesh, position, mass, corner_mass, references: vec![], steps: vec![] };
-        (simplices, birth, vec![HistoryVariables::default(); elements])
+        let position: Vec<_> = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt() + wave(x) * (n as f64 - 1.0)).collect();
+        (simplices, instance(mesh, &position, 1.0), vec![HistoryVariables::default(); elements])
     }
 
     fn wave(x: &Vector<2>) -> Vector<2> {
@@ -128,11 +127,11 @@ mod tests {
     fn a_new_surface_keeps_pressures_equal_and_the_total_rest_measure() {
         let [soft, stiff] = [10.0, 4000.0].map(|bulk| Material::NeoHookean(NeoHookean::new(1.0, bulk)));
         for material in [Material::Flowing(gel()), soft, stiff] {
-            let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, material));
+            let (simplices, birth, memory) = body(1, Section::Planar { thickness: 1.0 }, material);
             let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
             let same: Vec<_> = (2..4).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
             let same = [vec![None; 2], same].concat();
-            let past = SourceMesh::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new(&simplices, &birth, &memory, position);
             let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
             let others = elements[0][..3].iter().filter(|node| node.index() != tip);
             let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
@@ -160,10 +159,10 @@ mod tests {
 
     #[test]
     fn an_element_less_than_half_over_the_gel_has_no_sources() {
-        let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, Material::Flowing(gel())));
+        let (simplices, birth, memory) = body(1, Section::Planar { thickness: 1.0 }, Material::Flowing(gel()));
         let (position, rest) = (&birth.position, &birth.mesh.rest);
         let elements = &birth.mesh.elements[..2];
-        let past = SourceMesh::new((&simplices, &birth, &memory), position);
+        let past = SourceMesh::new(&simplices, &birth, &memory, position);
         let of = |part: f64| {
             let sources = [OverlapSource { part, ..whole(0, 0) }, whole(1, 1)];
             let new = TargetMesh { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
@@ -180,9 +179,9 @@ mod tests {
         let solid = Material::NeoHookean(NeoHookean::new(20e3, 2e6));
         let flowing = Material::Flowing(gel());
         for (section, material) in [(plane, flowing), (Section::Axisymmetric, flowing), (plane, solid)] {
-            let (simplices, birth, memory) = body(6, (section, material));
+            let (simplices, birth, memory) = body(6, section, material);
             let position = &birth.position;
-            let past = SourceMesh::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new(&simplices, &birth, &memory, position);
             let (n, is_ring) = (birth.mesh.elements.len() as u32, section == Section::Axisymmetric);
             // Element 0 is removed, and the second one is duplicated without sources.
             let old: Vec<u32> = (1..n).chain([1]).collect();

@@ -1,6 +1,8 @@
 //! Remeshing without motion: patch test (numerics V1), and round trips (V18).
 
-use super::candidate::{BodyClearance, MeshGenerator, RemeshAttempt, RemeshRefusal, mesh_in_plane, mesh_in_space};
+use super::attempt::{BodyClearance, MeshGenerator, RemeshAttempt, generate_mesh};
+use super::refusal::RemeshRefusal;
+use super::settings::RemeshMethod;
 use super::{history, source_mesh};
 use crate::constitutive::NeoHookean;
 use crate::fem::{DEPTH, ElementResponse, Potential, ReferenceShape, Section, Simplices};
@@ -9,7 +11,6 @@ use crate::mesh::{BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, block, 
 use crate::remesh::{
     self, AcceptanceLimits, BodySymmetry, ConservationDefects, ConservedTotals, DeformedMesh, NodalFields, ProposedMesh,
 };
-use crate::scene::RemeshMethod;
 use crate::state::MeshInstance;
 use std::f64::consts::TAU;
 
@@ -75,7 +76,7 @@ impl<const D: usize> TestGel<D> {
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
     fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, ConservationDefects<D>) {
         let moved = DeformedMesh { mesh: &self.birth.mesh, position: &self.position };
-        let attempts = RemeshAttempt::of(RemeshMethod::Local, false)
+        let attempts = RemeshAttempt::in_plane(RemeshMethod::Local, false)
             .into_iter()
             .map(|attempt| propose(attempt, &moved, size, generator));
         let proposal = attempts.flatten().next().expect("a good mesh");
@@ -88,9 +89,9 @@ impl<const D: usize> TestGel<D> {
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), ElementPatches::alone(proposal.elements.len()));
-        let source = source_mesh::SourceMesh::new((&simplices, &self.birth, &[]), &self.position);
+        let source = source_mesh::SourceMesh::new(&simplices, &self.birth, &[], &self.position);
         let inherited =
-            history::inherited(&source, &self.position, (&source_mesh::TargetMesh::by(&proposal, &new), &patches));
+            history::inherited(&source, &self.position, &source_mesh::TargetMesh::by(&proposal, &new), &patches);
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
@@ -223,9 +224,9 @@ fn check_patch<const D: usize>(section: Section, generator: MeshGenerator<D>) {
 
 #[test]
 fn a_uniform_deformation_stays_uniform_on_a_new_mesh() {
-    check_patch(PLANAR, mesh_in_plane);
-    check_patch(Section::Axisymmetric, mesh_in_plane);
-    check_patch(Section::Spatial, mesh_in_space);
+    check_patch::<2>(PLANAR, generate_mesh);
+    check_patch::<2>(Section::Axisymmetric, generate_mesh);
+    check_patch::<3>(Section::Spatial, generate_mesh);
 }
 
 fn check_own<const D: usize>(section: Section, generator: MeshGenerator<D>) {
@@ -247,9 +248,9 @@ fn check_own<const D: usize>(section: Section, generator: MeshGenerator<D>) {
 
 #[test]
 fn a_uniform_incompatible_deformation_stays_uniform_on_a_new_mesh() {
-    check_own(PLANAR, mesh_in_plane);
-    check_own(Section::Axisymmetric, mesh_in_plane);
-    check_own(Section::Spatial, mesh_in_space);
+    check_own::<2>(PLANAR, generate_mesh);
+    check_own::<2>(Section::Axisymmetric, generate_mesh);
+    check_own::<3>(Section::Spatial, generate_mesh);
 }
 
 /// Remeshings of a round trip.
@@ -335,8 +336,8 @@ fn check_trips(trips: &RoundTripChanges, measured: &MeasuredChanges) {
 
 #[test]
 fn ten_round_trips_conserve_mass_and_momenta_and_lose_the_measured_energy() {
-    let plane = round_trips::<2>(20, PLANAR, mesh_in_plane);
-    let space = round_trips::<3>(8, Section::Spatial, mesh_in_space);
+    let plane = round_trips::<2>(20, PLANAR, generate_mesh);
+    let space = round_trips::<3>(8, Section::Spatial, generate_mesh);
     check_trips(&plane, &PLANE);
     check_trips(&space, &SPACE);
 }

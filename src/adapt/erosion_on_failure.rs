@@ -1,45 +1,42 @@
 //! Erosion on failure: removes elements that no mesh can follow before the run ends by them.
 
-use super::candidate::RemeshRefusal;
-use super::driver::{MAX_ERODED_FRACTION, MAX_EROSIONS};
-use super::model::GelModel;
+use super::adaptive_gel::AdaptiveGel;
+use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode};
+use super::refusal::RemeshRefusal;
 use crate::integrator::{StepError, UnusableStep};
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
-impl<const D: usize> GelModel<D> {
-    /// Erodes the elements that stop the run, and the parts that detach; returns true if elements were removed.
-    ///
-    /// The elements are:
-    /// - inverted or [massless](is_massless) elements;
-    /// - the stiffest element around each node without a stable step, and the element behind a leaking facet;
-    /// - elements at edges where a mesh was refused because the boundary crosses or touches itself;
-    /// - elements by which a new mesh, or the remaining one, could not be stepped.
-    pub fn erode_on_failure(&mut self, refused: &[RemeshRefusal]) -> bool {
-        let old = self.current_mesh();
-        let position = &self.engine.state().position;
-        let elements = &old.mesh.elements;
-        let is_lost = |(nodes, own)| signed_volume(position, nodes) <= 0.0 || is_massless::<D>(nodes, own, &old.mass);
-        let mut eroded: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
-        self.engine.stepless().for_each(|element| eroded[element.index()] = true);
-        // An element may have collapsed by the sums of its block, not by its own; only the failure reports a leak.
-        if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
-        {
-            eroded[*element] = true;
-        }
-        mark_elements::<D>(&mut eroded, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
-        for _ in 0..MAX_EROSIONS {
-            let corners = match self.erode(&old, &eroded, MAX_ERODED_FRACTION) {
-                Ok(has_eroded) => return has_eroded,
-                Err(why) => stepless_nodes(&why, &self.engine.state().position),
-            };
-            if !mark_elements::<D>(&mut eroded, elements, [corners]) {
-                break;
-            }
-        }
-        false
+/// Erodes the elements that stop the run, and the parts that detach; returns true if elements were removed.
+///
+/// The elements are:
+/// - inverted or [massless](is_massless) elements;
+/// - the stiffest element around each node without a stable step, and the element behind a leaking facet;
+/// - elements at edges where a mesh was refused because the boundary crosses or touches itself;
+/// - elements by which a new mesh, or the remaining one, could not be stepped.
+pub(super) fn erode_on_failure<const D: usize>(gel: &mut AdaptiveGel<D>, refused: &[RemeshRefusal]) -> bool {
+    let old = gel.current_mesh();
+    let position = &gel.engine.state().position;
+    let elements = &old.mesh.elements;
+    let is_lost = |(nodes, own)| signed_volume(position, nodes) <= 0.0 || is_massless::<D>(nodes, own, &old.mass);
+    let mut eroded: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
+    gel.engine.stepless().for_each(|element| eroded[element.index()] = true);
+    // An element may have collapsed by the sums of its block, not by its own; only the failure reports a leak.
+    if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = gel.engine.failure() {
+        eroded[*element] = true;
     }
+    mark_elements::<D>(&mut eroded, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
+    for _ in 0..MAX_EROSIONS {
+        let corners = match erode(gel, &old, &eroded, MAX_ERODED_FRACTION) {
+            Ok(has_eroded) => return has_eroded,
+            Err(why) => stepless_nodes(&why, &gel.engine.state().position),
+        };
+        if !mark_elements::<D>(&mut eroded, elements, [corners]) {
+            break;
+        }
+    }
+    false
 }
 
 /// Returns true if an element's mass is negligible beside its lightest node, or negative. An element created outside

@@ -21,7 +21,8 @@ type RestShapes<const D: usize> = Vec<(ElementId, ReferenceShape<D>)>;
 pub(super) fn inherited<const D: usize>(
     past: &SourceMesh<'_, D>,
     position: &[Vector<D>],
-    (new, patches): (&TargetMesh<'_, D>, &ElementPatches),
+    new: &TargetMesh<'_, D>,
+    patches: &ElementPatches,
 ) -> Option<(RestShapes<D>, Vec<HistoryVariables<D>>)> {
     let flows = past.potential.remembers();
     let mut memory = vec![HistoryVariables::default(); if flows { new.elements.len() } else { 0 }];
@@ -53,7 +54,7 @@ pub(super) fn inherited<const D: usize>(
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
         let [told, now] = [new.rest, new.position].map(|x| ReferenceShape::of(x, nodes));
-        let mean = StateAverage::of(past, (position, &strains), (sources, rests[element.index()]));
+        let mean = StateAverage::of(past, position, &strains, sources, rests[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -71,12 +72,17 @@ pub(super) fn inherited<const D: usize>(
     let is_ring = past.potential.section() == Section::Axisymmetric;
     for ((element, reference), memory) in all.iter().zip(&mut memory) {
         let now = ReferenceShape::of(new.position, &new.elements[element.index()]);
-        let out = if is_ring { now.radius / reference.radius } else { 1.0 };
-        memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
+        memory.jacobian = volume_ratio(reference, &now, is_ring);
     }
     // A ring needs a positive radius.
     let stands = |(_, reference): &(ElementId, ReferenceShape<D>)| !is_ring || reference.radius > 0.0;
     all.iter().all(stands).then_some((all, memory))
+}
+
+/// Volume ratio J of an element with this reference in its current shape.
+fn volume_ratio<const D: usize>(reference: &ReferenceShape<D>, now: &ReferenceShape<D>, is_ring: bool) -> f64 {
+    let out = if is_ring { now.radius / reference.radius } else { 1.0 };
+    det(&now.edges) / det(&reference.edges) * out
 }
 
 /// Reference of an old element whose nodes may be permuted now.
@@ -92,11 +98,11 @@ fn turned<const D: usize>(reference: &ReferenceShape<D>, same: UnchangedElement)
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::adapt::patch_volume_share::measure;
     use crate::constitutive::{BulkViscosity, EquationOfState, Material, Viscoplastic, YieldLaw};
     use crate::fem::Simplices;
-    use crate::mesh::{BlockSpec, CellSplit, block};
+    use crate::mesh::{BlockSpec, CellSplit, Mesh, block};
     use crate::remesh::OverlapSource;
-    use crate::simulation::patch_volume_share::measure;
     use crate::state::MeshInstance;
 
     /// Viscoplastic gel of density 1.
@@ -109,6 +115,13 @@ pub(super) mod tests {
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
         }
+    }
+
+    /// Mesh with these masses of all nodes and corners.
+    pub fn instance<const D: usize>(mesh: Mesh<D>, position: &[Vector<D>], mass: f64) -> MeshInstance<D> {
+        let (mass, corner_mass) = (vec![mass; mesh.rest.len()], vec![[mass; 4]; mesh.elements.len()]);
+        let position = position.to_vec();
+        MeshInstance { tick: 0, position, mass, corner_mass, references: vec![], steps: vec![], mesh }
     }
 
     #[test]
@@ -126,17 +139,8 @@ pub(super) mod tests {
         let out = Vector::<2>::new(0.5, -0.2);
         let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let corner_mass = vec![[1.0; 4]; n];
-        let birth = MeshInstance {
-            tick: 0,
-            position: position.clone(),
-            mass: vec![1.0; rest.len()],
-            corner_mass,
-            references: vec![],
-            steps: vec![],
-            mesh,
-        };
-        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
+        let birth = instance(mesh, &position, 1.0);
+        let past = SourceMesh::new(&simplices, &birth, &memory, &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
         let new = TargetMesh {
             position: &position,
@@ -146,7 +150,7 @@ pub(super) mod tests {
             sources: &[],
             is_kept: false,
         };
-        let (references, recalled) = inherited(&past, &position, (&new, &ElementPatches::alone(n))).unwrap();
+        let (references, recalled) = inherited(&past, &position, &new, &ElementPatches::alone(n)).unwrap();
         let turned: Vec<_> =
             (0..n).filter(|e| measure(&ReferenceShape::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);
@@ -176,17 +180,8 @@ pub(super) mod tests {
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
             let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-            let (mass, corner_mass) = (vec![1.0; rest.len()], vec![[1.0; 4]; 4]);
-            let birth = MeshInstance {
-                tick: 0,
-                mesh,
-                position: position.clone(),
-                mass,
-                corner_mass,
-                references: vec![],
-                steps: vec![],
-            };
-            let past = SourceMesh::new((&simplices, &birth, &memory), &position);
+            let birth = instance(mesh, &position, 1.0);
+            let past = SourceMesh::new(&simplices, &birth, &memory, &position);
             let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| UnchangedElement::in_order(ElementId(e))));
             let sources = [OverlapSource { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
             let new = TargetMesh {
@@ -197,7 +192,7 @@ pub(super) mod tests {
                 sources: &sources,
                 is_kept: false,
             };
-            let (references, recalled) = inherited(&past, &position, (&new, &ElementPatches::alone(4))).unwrap();
+            let (references, recalled) = inherited(&past, &position, &new, &ElementPatches::alone(4)).unwrap();
             let (_, own) = references.iter().find(|(element, _)| element.index() == 0).unwrap();
             let now = ReferenceShape::of(&position, &elements[0]);
             assert!(own.edges == now.edges && own.radius == now.radius, "{section:?}: {own:?}");

@@ -125,14 +125,16 @@ impl<const D: usize> StateAverage<D> {
         let mass = past.old.corner_mass[element.index()].iter().sum();
         let source = OverlapSource { new: element, old: element, mass, part: 1.0 };
         let rest = rest_of(past, &source);
-        Self::of(past, (x, &SourceStrains::default()), (&[source], rest))
+        Self::of(past, x, &SourceStrains::default(), &[source], rest)
     }
 
     /// Average of parts of old elements, with this measure at rest.
     pub fn of(
         past: &SourceMesh<'_, D>,
-        (x, strains): (&[Vector<D>], &SourceStrains<D>),
-        (sources, rest): (&[OverlapSource], f64),
+        x: &[Vector<D>],
+        strains: &SourceStrains<D>,
+        sources: &[OverlapSource],
+        rest: f64,
     ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut mass) = (ElementStrain::zero(), 0.0, 0.0);
@@ -271,11 +273,10 @@ fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adapt::history::tests::{gel, instance};
     use crate::constitutive::{Material, NeoHookean};
     use crate::fem::Simplices;
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
-    use crate::simulation::history::tests::gel;
-    use crate::state::MeshInstance;
 
     #[test]
     fn an_average_of_rotated_sources_keeps_their_distortion() {
@@ -285,17 +286,8 @@ mod tests {
         let material = (Material::NeoHookean(NeoHookean::new(20e3, 2e6)), Section::Planar { thickness: 1.0 });
         let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(n), material);
         let (position, elements) = (mesh.rest.clone(), mesh.elements.clone());
-        let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
-        let birth = MeshInstance {
-            tick: 0,
-            position: position.clone(),
-            mass,
-            corner_mass,
-            references: vec![],
-            steps: vec![],
-            mesh,
-        };
-        let past = SourceMesh::new((&simplices, &birth, &[]), &position);
+        let birth = instance(mesh, &position, 1.0);
+        let past = SourceMesh::new(&simplices, &birth, &[], &position);
         let sources = [0, 1].map(|old| OverlapSource { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
         let there = ReferenceShape::of(&position, &elements[2]);
         let mut upright = None;
@@ -306,7 +298,7 @@ mod tests {
             let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
             let [less, most] = [all[1].1, all[0].1];
             let strains = SourceStrains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
-            let mean = StateAverage::of(&past, (&position, &strains), (&sources, 0.25));
+            let mean = StateAverage::of(&past, &position, &strains, &sources, 0.25);
             let now = ReferenceShape { edges: turn * there.edges, ..there };
             let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
             assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");
@@ -343,21 +335,12 @@ mod tests {
             HistoryVariables { plastic: 0.7, left: 0.4, felt: -3.0, ..HistoryVariables::default() };
             mesh.elements.len()
         ];
-        let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);
-        let mass = vec![0.0; position.len()];
-        let birth = MeshInstance {
-            tick: 0,
-            position: position.clone(),
-            mass,
-            corner_mass,
-            references: vec![],
-            steps: vec![],
-            mesh,
-        };
-        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
+        let position = mesh.rest.clone();
+        let birth = instance(mesh, &position, 0.0);
+        let past = SourceMesh::new(&simplices, &birth, &memory, &position);
         let source = OverlapSource { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let rest = rest_of(&past, &source);
-        let mean = StateAverage::of(&past, (&position, &SourceStrains::default()), (&[source], rest));
+        let mean = StateAverage::of(&past, &position, &SourceStrains::default(), &[source], rest);
         assert!(
             (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15 && (mean.felt + 3.0).abs() < 1e-14,
             "{} {}",

@@ -1,0 +1,145 @@
+//! Gel whose mesh can be replaced while it moves.
+
+use super::gel_definition::GelDefinition;
+use super::record::RemeshRecord;
+use super::refusal::FailedRemesh;
+use crate::contact::{BodyState, RigidBody};
+use crate::fem::{HistoryVariables, Potential, Simplices};
+use crate::integrator::{DiscreteGel, Engine, UnusableStep};
+use crate::math::{Vector, ordered_sum};
+use crate::mesh::{ElementId, ElementPatches, Facet, Mesh};
+use crate::remesh::{self, ElementNeighbours};
+use crate::state::MeshInstance;
+use std::sync::Arc;
+
+/// Gel whose mesh can be replaced: its engine, and the data beside it that remeshing needs.
+pub(crate) struct AdaptiveGel<const D: usize> {
+    pub engine: Engine<D, Simplices<D>>,
+    /// Mesh-independent definition of the gel.
+    pub definition: GelDefinition,
+    /// Boundary facets of the mesh.
+    pub facets: Vec<Facet>,
+    /// Load markers of the facets; empty without loads.
+    marks: Vec<u8>,
+    /// Neighbours of the elements where the scene has remeshing; `None` during a remeshing, or after one has failed.
+    pub(super) adjacency: Option<ElementNeighbours>,
+    /// Mesh of the start, if the engine has another one.
+    pub(super) first_mesh: Option<Arc<MeshInstance<D>>>,
+    /// Remeshings since the gel was built.
+    pub remesh_records: Vec<RemeshRecord>,
+    /// Failed remeshings since the gel was built.
+    pub failed_remeshes: Vec<FailedRemesh>,
+}
+
+/// Derived properties of a mesh and its nodal positions, computed once.
+#[derive(Debug, Clone)]
+pub(super) struct MeshProperties {
+    pub patches: ElementPatches,
+    /// Quality of each element, infinite where it is too good to matter.
+    pub qualities: Vec<f64>,
+    /// Neighbours of each element.
+    pub adjacency: ElementNeighbours,
+}
+
+impl<const D: usize> AdaptiveGel<D> {
+    /// Gel with an engine on its first mesh; `adjacency` holds the neighbours of the elements.
+    pub fn new(
+        engine: Engine<D, Simplices<D>>,
+        definition: GelDefinition,
+        mesh: Mesh<D>,
+        adjacency: ElementNeighbours,
+    ) -> Self {
+        let qualities = definition.element_qualities(&mesh.elements, &mesh.rest);
+        let adjacency = definition.remesh.as_ref().map(|_| adjacency);
+        let Mesh { facets, marks, rest, .. } = mesh;
+        let (first_mesh, remesh_records, failed_remeshes) = (None, vec![], vec![]);
+        let mut gel =
+            Self { engine, definition, facets, marks, adjacency, first_mesh, remesh_records, failed_remeshes };
+        gel.set_distortion_limits(&rest, &qualities);
+        gel
+    }
+
+    /// Mass of the gel, kg.
+    pub fn mass(&self) -> f64 {
+        let mass = &self.engine.gel().mass;
+        ordered_sum(mass.len(), 0.0, |i| mass[i])
+    }
+
+    /// Returns true if the gel is viscoplastic.
+    pub(super) fn is_viscoplastic(&self) -> bool {
+        self.engine.gel().potential.remembers()
+    }
+
+    /// Active bodies in their current states.
+    pub(super) fn active_bodies(&self) -> Vec<(&RigidBody, BodyState)> {
+        let time = self.engine.now();
+        let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
+        all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
+    }
+
+    /// Mesh of the engine as it was when it was new.
+    pub(super) fn current_mesh(&self) -> Arc<MeshInstance<D>> {
+        if let Some(birth) = &self.engine.state().birth {
+            return Arc::clone(birth);
+        }
+        let gel = self.engine.gel();
+        let rest = gel.potential.rest().to_vec();
+        let elements = gel.potential.elements().to_vec();
+        let held = (0..rest.len()).map(|node| gel.held(node)).collect();
+        let mesh = Mesh { rest, elements, facets: self.facets.clone(), held, marks: self.marks.clone() };
+        let corner_mass = self.rest_corner_masses();
+        Arc::new(MeshInstance {
+            tick: 0,
+            position: mesh.rest.clone(),
+            mass: gel.mass.clone(),
+            corner_mass,
+            references: vec![],
+            steps: vec![],
+            mesh,
+        })
+    }
+
+    /// Masses of the corners of the elements at rest, kg.
+    fn rest_corner_masses(&self) -> Vec<[f64; 4]> {
+        let potential = &self.engine.gel().potential;
+        let mass = |element| self.definition.density * potential.volume(ElementId(element));
+        let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
+        remesh::corner_masses(potential.rest(), potential.elements(), &masses, self.definition.body_symmetry())
+    }
+
+    /// Gel of the integrator on this mesh.
+    pub(super) fn gel_on_mesh(&self, birth: &MeshInstance<D>, patches: ElementPatches) -> DiscreteGel<D, Simplices<D>> {
+        let simplices = self.definition.build_simplices(&birth.mesh, patches).with_references(&birth.references);
+        self.definition.build_gel(simplices, &birth.mesh, &birth.position, birth.mass.clone())
+    }
+
+    /// Continues the run on a mesh with these properties.
+    pub(super) fn install_mesh(
+        &mut self,
+        birth: MeshInstance<D>,
+        memory: Vec<HistoryVariables<D>>,
+        velocity: Vec<Vector<D>>,
+        properties: MeshProperties,
+    ) -> Result<(), UnusableStep> {
+        let MeshProperties { patches, qualities, adjacency } = properties;
+        let gel = self.gel_on_mesh(&birth, patches);
+        let nodes = birth.position.iter().copied().zip(velocity).collect();
+        self.engine = self.engine.continue_on_mesh((gel, Some(memory)), nodes, Some(birth))?;
+        self.adopt_mesh(&self.current_mesh(), &qualities, adjacency);
+        Ok(())
+    }
+
+    /// Takes over the data that is kept beside the engine; `qualities` are those of the elements when the mesh was new.
+    pub(super) fn adopt_mesh(&mut self, birth: &MeshInstance<D>, qualities: &[f64], adjacency: ElementNeighbours) {
+        self.adjacency = Some(adjacency);
+        self.facets.clone_from(&birth.mesh.facets);
+        self.marks.clone_from(&birth.mesh.marks);
+        self.set_distortion_limits(&birth.position, qualities);
+    }
+
+    /// Limits the distortion of the current mesh by its nodal positions and element qualities when new.
+    fn set_distortion_limits(&mut self, position: &[Vector<D>], qualities: &[f64]) {
+        let limits = self.definition.distortion_limits(&self.engine.gel().potential, position, qualities);
+        self.engine.set_distortion_limits(limits);
+    }
+}

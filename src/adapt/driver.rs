@@ -1,0 +1,203 @@
+//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one.
+
+use super::adaptive_gel::{AdaptiveGel, MeshProperties};
+use super::attempt::{MeshGenerator, RemeshAttempt, generate_mesh};
+use super::candidate::{CandidateMesh, OldMeshData, RemeshInput, generate_candidate, old_mesh_data};
+use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode_thin_gel};
+use super::erosion_on_failure::erode_on_failure;
+use super::history::inherited;
+use super::preview::{RemeshTrial, try_remesh};
+use super::record::RemeshRecord;
+use super::refusal::{FailedRemesh, RemeshRefusal};
+use super::settings::AdaptSettings;
+use super::sizes::target_sizes;
+use super::source_mesh::{SourceMesh, TargetMesh};
+use crate::integrator::{BalanceTotals, StepError, UnusableStep};
+use crate::mesh::{ElementId, Mesh};
+use crate::remesh::{DeformedMesh, UnchangedElement};
+use crate::state::MeshInstance;
+use std::time::Instant;
+
+/// Gel whose mesh can be replaced, by the generator of its dimension.
+pub(crate) trait RemeshDriver {
+    /// Continues with a better mesh, or with the old one where no candidate is accepted.
+    ///
+    /// # Errors
+    /// [`StepError`] if not even the old mesh can be stepped.
+    fn remesh(&mut self) -> Result<(), StepError>;
+
+    /// Tries a remeshing now by every method, without changing the gel; in the plane and where the scene has
+    /// remeshing.
+    fn try_remesh(&self) -> Option<RemeshTrial>;
+}
+
+impl RemeshDriver for AdaptiveGel<2> {
+    fn remesh(&mut self) -> Result<(), StepError> {
+        remesh_with(self, generate_mesh)
+    }
+
+    fn try_remesh(&self) -> Option<RemeshTrial> {
+        Some(try_remesh(self, self.definition.remesh.as_ref()?))
+    }
+}
+
+impl RemeshDriver for AdaptiveGel<3> {
+    fn remesh(&mut self) -> Result<(), StepError> {
+        remesh_with(self, generate_mesh)
+    }
+
+    fn try_remesh(&self) -> Option<RemeshTrial> {
+        None
+    }
+}
+
+/// Thickness, as a fraction of the least edge, below which gel is eroded when every new mesh is refused, regardless
+/// of the scene. Opposite walls may pinch gel to no thickness (1e-10 m has occurred), and remeshing does not thicken
+/// gel.
+const PINCH_FRACTION: f64 = 0.01;
+/// Ratio of the energy to the energy provided, above which a run has diverged.
+const RUNAWAY_RATIO: f64 = 10.0;
+
+/// Failed replacement of a mesh.
+struct FailedReplacement {
+    /// Reasons why each candidate was refused.
+    reasons: Vec<RemeshRefusal>,
+    /// Data of the old mesh.
+    data: OldMeshData,
+}
+
+fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: MeshGenerator<D>) -> Result<(), StepError> {
+    let Some(settings) = gel.definition.remesh else { return Ok(()) };
+    let begun = Instant::now();
+    if gel.engine.state().birth.is_none() {
+        gel.first_mesh = Some(gel.current_mesh());
+    }
+    if let Some(diverged) = check_divergence(gel) {
+        return Err(diverged);
+    }
+    // A mesh that fails at once would be followed by one that fails for the same elements.
+    if let Some(failure) = gel.engine.early_failure().cloned()
+        && !erode_on_failure(gel, &[])
+    {
+        return Err(failure);
+    }
+    // Thin sheets stay if the rest could not be stepped without them.
+    if let Some(below) = settings.erosion_thickness {
+        erode_thin_gel(gel, below, 1.0);
+    }
+    let mut outcome = replace_mesh(gel, generator, &settings, begun);
+    if outcome.is_err() && erode_thin_gel(gel, PINCH_FRACTION * settings.least, MAX_ERODED_FRACTION) {
+        outcome = replace_mesh(gel, generator, &settings, begun);
+    }
+    for _ in 0..MAX_EROSIONS {
+        match &outcome {
+            Err(failed) if erode_on_failure(gel, &failed.reasons) => {
+                outcome = replace_mesh(gel, generator, &settings, begun);
+            }
+            _ => break,
+        }
+    }
+    let Err(FailedReplacement { reasons, data }) = outcome else { return Ok(()) };
+    let time = gel.engine.now();
+    gel.failed_remeshes.push(FailedRemesh { time, why: reasons });
+    // The failure of the gel after erosion: failed elements may have been eroded.
+    if let Some(failure) = gel.engine.failure() {
+        return Err(failure.clone());
+    }
+    keep_mesh(gel, data).map_err(|UnusableStep { step, .. }| StepError::Worn { time, step })
+}
+
+/// Error of a run whose energy far exceeds the initial energy and the work done on it. Without this check a
+/// diverging run refuses new meshes at length: a ball of 23 m/s once reached 1e223 m.
+fn check_divergence<const D: usize>(gel: &AdaptiveGel<D>) -> Option<StepError> {
+    let time = gel.engine.now();
+    let BalanceTotals { energies, ledger, initial_energy, .. } = gel.engine.totals(time);
+    let provided = ledger.energy.provided(initial_energy);
+    let part = energies.discrete() / provided;
+    (provided > gel.definition.energy_round_off(gel.mass()) && part > RUNAWAY_RATIO)
+        .then_some(StepError::Diverged { time, part })
+}
+
+/// Continues with a better mesh of the current gel; `begun` is when the remeshing began.
+///
+/// # Errors
+/// [`FailedReplacement`] if every candidate was refused.
+fn replace_mesh<const D: usize>(
+    gel: &mut AdaptiveGel<D>,
+    generator: MeshGenerator<D>,
+    settings: &AdaptSettings,
+    begun: Instant,
+) -> Result<(), FailedReplacement> {
+    let old = gel.current_mesh();
+    let position = gel.engine.state().position.clone();
+    let moved = DeformedMesh { mesh: &old.mesh, position: &position };
+    // The mesh that the run continues on sets it again.
+    let adjacency = gel.adjacency.take();
+    let data = old_mesh_data(gel, &moved, adjacency);
+    let size = target_sizes(gel, &moved, settings, &data.adjacency);
+    let mut reasons = vec![];
+    let attempts = RemeshAttempt::all::<D>(settings.method, gel.is_viscoplastic());
+    for (attempt, number) in attempts.into_iter().zip(1..) {
+        let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
+        let candidate = match generate_candidate(gel, &input, generator, attempt) {
+            Ok(candidate) => candidate,
+            Err(why) => {
+                reasons.push(why);
+                continue;
+            }
+        };
+        let record = record_of(&candidate, gel.engine.now(), number);
+        let booked = gel.engine.state().ledger.energy.remesh;
+        let new_elements = candidate.new_elements_with_masses();
+        if let Err(why) = gel.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)
+        {
+            reasons.push(RemeshRefusal::Steps(why));
+            continue;
+        }
+        gel.engine.count_remesh();
+        if gel.is_viscoplastic() {
+            gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
+        }
+        let energy = gel.engine.state().ledger.energy.remesh - booked;
+        gel.remesh_records.push(RemeshRecord { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
+        return Ok(());
+    }
+    Err(FailedReplacement { reasons, data })
+}
+
+/// Continues with the old mesh and new patches, as after a remeshing that leaves every element unchanged.
+fn keep_mesh<const D: usize>(gel: &mut AdaptiveGel<D>, data: OldMeshData) -> Result<(), UnusableStep> {
+    let OldMeshData { adjacency, qualities } = data;
+    let current = gel.current_mesh();
+    let old = &*current;
+    let state = gel.engine.state();
+    let mut birth = MeshInstance { tick: gel.engine.last_tick(), position: state.position.clone(), ..old.clone() };
+    let patches = gel.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
+    let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
+    let Mesh { rest, elements, .. } = &birth.mesh;
+    let same: Vec<_> =
+        (0..elements.len() as u32).map(|element| Some(UnchangedElement::in_order(ElementId(element)))).collect();
+    let target = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
+    let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
+    if let Some((references, recalled)) = inherited(&source, &state.position, &target, &patches) {
+        (birth.references, memory) = (references, recalled);
+    }
+    gel.install_mesh(birth, memory, velocity, MeshProperties { patches, qualities, adjacency })
+}
+
+/// Record of a candidate on which the run continues.
+fn record_of<const D: usize>(candidate: &CandidateMesh<D>, time: f64, attempt: usize) -> RemeshRecord {
+    let CandidateMesh { birth, quality, defects, .. } = candidate;
+    RemeshRecord {
+        time,
+        attempt,
+        quality: *quality,
+        mass: defects.relative_mass(),
+        momentum: defects.momentum_defect().norm(),
+        kinetic: [defects.before.kinetic, defects.after.kinetic],
+        energy: 0.0,
+        elements: birth.mesh.elements.len(),
+        unchanged: defects.unchanged,
+        seconds: 0.0,
+    }
+}

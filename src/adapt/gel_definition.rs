@@ -1,0 +1,195 @@
+//! Mesh-independent definition of a gel, from which it can be built on any mesh.
+
+use super::settings::AdaptSettings;
+use crate::constitutive::Material;
+use crate::fem::{Potential, ReferenceShape, Section, Simplices};
+use crate::integrator::{ContactSurface, DiscreteGel, DistortionLimits, LoadedFacet, PressureHistory, PressureLoads};
+use crate::math::Vector;
+use crate::mesh::{ElementId, ElementPatches, Facet, Mesh, NodeId, Simplex, facet_measure, poor_quality};
+use crate::remesh::{BodySymmetry, ElementNeighbours};
+use crate::state::MeshInstance;
+
+/// Mesh-independent definition of a gel: material, section, symmetry, loads and remeshing settings.
+#[derive(Debug, Clone)]
+pub(crate) struct GelDefinition {
+    pub section: Section,
+    /// Material whose density, moduli and stresses are scaled by the number of symmetric copies.
+    pub material: Material,
+    /// True for F-bar patches, false for plain elements.
+    pub has_patches: bool,
+    /// Mass density, kg/m³, scaled by the number of symmetric copies.
+    pub density: f64,
+    /// Axes normal to the planes of symmetry, of which one side is computed.
+    pub symmetry_planes: &'static [usize],
+    /// Pressures on the surface.
+    pub pressures: Vec<PressureHistory>,
+    /// Settings of remeshing; `None` without remeshing.
+    pub remesh: Option<AdaptSettings>,
+}
+
+/// Ratio of an element's quality to its quality when new, below which the mesh counts as distorted. Without this
+/// ratio, a shape imposed by a body would trigger remeshing at once.
+const AGED_RATIO: f64 = 0.6;
+/// Element quality that is sufficient in any new mesh.
+const SUFFICIENT_QUALITY: f64 = 0.35;
+
+impl GelDefinition {
+    /// Round-off of the energy of this mass of gel at rest, J.
+    pub fn energy_round_off(&self, mass: f64) -> f64 {
+        /// Round-off relative to the energy of a strain of one; real strains are a millionth of that or more.
+        const ROUND_OFF: f64 = 1e-14;
+        ROUND_OFF * self.material.wave_modulus() * mass / self.density
+    }
+
+    /// Shear modulus times volume of this mass of gel, J: the torque of stresses of the size of the shear modulus.
+    pub fn shear_torque(&self, mass: f64) -> f64 {
+        self.material.wave_modulus() * self.material.shear_wave_ratio().powi(2) * mass / self.density
+    }
+
+    /// Number of copies of the computed part that make the whole gel.
+    pub fn copies(&self) -> f64 {
+        f64::from(1 << self.symmetry_planes.len())
+    }
+
+    /// Symmetry of the body of this section.
+    pub fn body_symmetry(&self) -> BodySymmetry {
+        match self.section {
+            Section::Planar { .. } => BodySymmetry::Planar,
+            Section::Axisymmetric => BodySymmetry::Axisymmetric,
+            Section::Spatial => BodySymmetry::Spatial,
+        }
+    }
+
+    /// Finite elements of a mesh in these patches.
+    pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: ElementPatches) -> Simplices<D> {
+        Simplices::in_patches(mesh, patches, (self.material, self.section))
+    }
+
+    /// Returns true if the neighbours of elements are needed.
+    pub fn needs_adjacency(&self) -> bool {
+        self.has_patches || self.remesh.is_some()
+    }
+
+    /// F-bar patches of a mesh with these neighbours; `position` holds its nodal positions when new.
+    pub fn build_patches<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        adjacency: &ElementNeighbours,
+    ) -> ElementPatches {
+        if !self.has_patches {
+            return ElementPatches::alone(mesh.elements.len());
+        }
+        match &self.material {
+            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => {
+                ElementPatches::grouped_at((&mesh.rest, &mesh.elements), adjacency)
+            }
+            // After plastic flow the rest positions no longer tell which elements are neighbours in space.
+            Material::Flowing(_) => ElementPatches::grouped_at((position, &mesh.elements), adjacency),
+        }
+    }
+
+    /// Gel of these elements with these nodal masses; `position` holds the nodal positions of the mesh when new.
+    pub fn build_gel<const D: usize>(
+        &self,
+        simplices: Simplices<D>,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        mass: Vec<f64>,
+    ) -> DiscreteGel<D, Simplices<D>> {
+        let gel =
+            DiscreteGel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position)).mirrored(self.mirrored());
+        self.with_pressures(gel, mesh)
+    }
+
+    /// Applies the pressures to the gel of a mesh.
+    fn with_pressures<const D: usize>(
+        &self,
+        gel: DiscreteGel<D, Simplices<D>>,
+        mesh: &Mesh<D>,
+    ) -> DiscreteGel<D, Simplices<D>> {
+        if mesh.marks.is_empty() {
+            return gel;
+        }
+        let surface = gel.surface.facets.iter().zip(&gel.behind);
+        let mut behind: Vec<(Facet, _)> = surface.map(|(facet, behind)| (*facet, *behind)).collect();
+        behind.sort_unstable();
+        let of = |(facet, mark): (&Facet, &u8)| {
+            let at = behind.binary_search_by_key(facet, |(facet, _)| *facet).ok()?;
+            (*mark != 0).then(|| LoadedFacet { facet: *facet, behind: behind[at].1, mark: *mark })
+        };
+        let facets = mesh.facets.iter().zip(&mesh.marks).filter_map(of).collect();
+        gel.with_loads(PressureLoads { section: self.section, pressures: self.pressures.clone(), facets })
+    }
+
+    /// Axes across which the gel may touch its mirror image: normals of the planes of symmetry, or the radius about
+    /// an axis of revolution.
+    fn mirrored(&self) -> &'static [usize] {
+        if self.section == Section::Axisymmetric { &[0] } else { self.symmetry_planes }
+    }
+
+    /// Contact surface: the boundary without the axis of revolution and the planes of symmetry. Areas are those at
+    /// rest, sizes those of the current facets.
+    fn build_surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> ContactSurface {
+        let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
+        let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
+        let facets = mesh.facets.iter().copied().filter(|facet| !is_image(facet)).collect();
+        let planes = |node: NodeId| self.symmetry_planes.iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
+        let surface = ContactSurface::new::<D>(mesh.rest.len(), facets, |facet| {
+            let area = facet_measure(&mesh.rest, facet)
+                * match self.section {
+                    Section::Planar { thickness } => thickness,
+                    Section::Axisymmetric => std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]),
+                    Section::Spatial => self.copies(),
+                };
+            (area, facet_measure(position, facet))
+        });
+        surface.mirrored(planes)
+    }
+
+    /// Returns true if all elements lie at rest at a positive radius, where there is an axis.
+    pub fn has_positive_radii<const D: usize>(&self, birth: &MeshInstance<D>) -> bool {
+        if self.section != Section::Axisymmetric {
+            return true;
+        }
+        let mesh = &birth.mesh;
+        let radius = |nodes: &Simplex| ReferenceShape::of(&mesh.rest, nodes).radius;
+        let mut own = birth.references.iter().peekable();
+        let has_positive_radius = |(element, nodes): (ElementId, &Simplex)| {
+            let reference = own.next_if(|(own, _)| *own == element);
+            reference.map_or_else(|| radius(nodes), |(_, reference)| reference.radius) > 0.0
+        };
+        (0..).map(ElementId).zip(&mesh.elements).all(has_positive_radius)
+    }
+
+    /// Quality of an element for the distortion monitor and for acceptance; infinite if it is too good to matter for
+    /// either.
+    pub fn element_quality<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
+        let distortion_quality = self.remesh.as_ref().map_or(0.0, |settings| settings.quality / AGED_RATIO);
+        poor_quality(x, nodes, distortion_quality.max(SUFFICIENT_QUALITY))
+    }
+
+    /// Qualities of all elements.
+    pub fn element_qualities<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
+        elements.iter().map(|nodes| self.element_quality(x, nodes)).collect()
+    }
+
+    /// Limits of the distortion monitor: least qualities and volumes of the elements. `position` and `qualities` are
+    /// those of the new mesh; `None` without remeshing.
+    pub fn distortion_limits<const D: usize>(
+        &self,
+        potential: &Simplices<D>,
+        position: &[Vector<D>],
+        qualities: &[f64],
+    ) -> Option<DistortionLimits> {
+        let AdaptSettings { quality, min_volume_ratio, .. } = *self.remesh.as_ref()?;
+        let least = |(element, nodes): (ElementId, &Simplex)| {
+            let new = potential.measure(&nodes.map(|node| position[node.index()]));
+            (min_volume_ratio * potential.rest_measure(element)).min(AGED_RATIO * new)
+        };
+        Some(DistortionLimits {
+            quality: qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
+            least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
+        })
+    }
+}

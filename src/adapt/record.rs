@@ -1,0 +1,28 @@
+//! Record of a remeshing.
+
+use crate::remesh::MeshQuality;
+
+/// Record of a remeshing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RemeshRecord {
+    /// Time, s.
+    pub time: f64,
+    /// Number of the successful attempt, from 1.
+    pub attempt: usize,
+    /// Quality of the new mesh.
+    pub quality: MeshQuality,
+    /// Fraction of the mass that was deposited where no new element covers the old ones.
+    pub mass: f64,
+    /// Momentum defect before any correction, apart from held nodes, N·s.
+    pub momentum: f64,
+    /// Kinetic energy before and after, J.
+    pub kinetic: [f64; 2],
+    /// Change of kinetic and stored energy, J.
+    pub energy: f64,
+    /// Elements of the new mesh.
+    pub elements: usize,
+    /// Fraction of the new elements that are elements of the old mesh.
+    pub unchanged: f64,
+    /// Wall-clock time of all attempts, s.
+    pub seconds: f64,
+}

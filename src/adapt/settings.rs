@@ -1,0 +1,42 @@
+//! Settings of remeshing: method, criteria of distortion, and target edge lengths.
+
+use serde::{Deserialize, Serialize};
+
+/// Method that makes a new mesh from an old one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum RemeshMethod {
+    /// Local remeshing: good nodes and the old surface are retained, points of a quadtree fill the rest.
+    #[serde(alias = "retained")]
+    Local,
+    /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and
+    /// the ends of supports are retained.
+    Immersed,
+}
+
+/// Settings of remeshing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AdaptSettings {
+    pub method: RemeshMethod,
+    /// Least element quality: an element shaped worse triggers remeshing.
+    pub quality: f64,
+    /// Least ratio of current to rest volume: an element compressed further triggers remeshing.
+    pub min_volume_ratio: f64,
+    /// True for sizes that follow the fields and bodies, false for the usual edge everywhere.
+    pub adaptive: bool,
+    /// Least target edge, m.
+    pub least: f64,
+    /// Edge of the first mesh where it is finest, and near bodies, m.
+    pub usual: f64,
+    /// Longest target edge, m.
+    pub longest: f64,
+    /// Target edge at the axial ends and corners of bodies, m, if not the usual one.
+    pub tip_size: Option<f64>,
+    /// Curvature angle of displacement or velocity between adjacent elements, rad.
+    pub curvature_angle: f64,
+    /// Greatest growth of the target edge per distance.
+    pub growth: f64,
+    /// Thickness below which gel is eroded when the mesh is replaced, m.
+    pub erosion_thickness: Option<f64>,
+}

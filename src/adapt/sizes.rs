@@ -1,0 +1,64 @@
+//! Target sizes of a new mesh: fine where the fields are curved and near bodies.
+
+use super::adaptive_gel::AdaptiveGel;
+use super::settings::AdaptSettings;
+use crate::contact::{BodyState, RigidBody};
+use crate::geometry::SharpEnd;
+use crate::math::{Vector, Vector3, embed};
+use crate::remesh::{self, DeformedMesh, ElementNeighbours, SizeRange};
+use std::f64::consts::FRAC_PI_2;
+
+/// Target sizes of the nodes: fine where displacement and velocity are curved and near bodies; uniform without
+/// adaptivity.
+pub(super) fn target_sizes<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    moved: &DeformedMesh<'_, D>,
+    settings: &AdaptSettings,
+    adjacency: &ElementNeighbours,
+) -> Vec<f64> {
+    if !settings.adaptive {
+        return vec![settings.usual; moved.position.len()];
+    }
+    let range = SizeRange { least: settings.least, greatest: settings.longest };
+    // Sizes change by a factor of two at most.
+    let angle = settings.curvature_angle;
+    let asked = [0.5 * angle, 2.0 * angle].map(|angle| angle.min(FRAC_PI_2));
+    let displacement = displacement(moved);
+    let bends =
+        remesh::curvature_angles_within(moved, &[&displacement, &gel.engine.state().velocity], (adjacency, asked));
+    let mut size = remesh::sizes_from_curvature(moved, &bends, angle, &range);
+    let bodies = gel.active_bodies();
+    for (size, x) in size.iter_mut().zip(moved.position) {
+        let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
+        let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
+        *size = size.min(settings.usual + settings.growth * gap);
+    }
+    let mut size =
+        remesh::limit_sheet_sizes(moved, (&gel.engine.gel().surface.facets, adjacency), size, settings.least);
+    if let Some(tip) = settings.tip_size {
+        let axial_ends = axial_ends(&bodies);
+        for (size, x) in size.iter_mut().zip(moved.position) {
+            let near = axial_ends.iter().map(|end| (embed(x) - end).norm()).fold(f64::INFINITY, f64::min);
+            *size = size.min(tip + settings.growth * near);
+        }
+    }
+    remesh::graded(moved, size, settings.growth)
+}
+
+/// Curvature indicator of displacement and velocity at each element, rad.
+pub(super) fn curvatures<const D: usize>(gel: &AdaptiveGel<D>, moved: &DeformedMesh<'_, D>) -> Vec<f64> {
+    remesh::curvature_angles(moved, &[&displacement(moved), &gel.engine.state().velocity])
+}
+
+fn displacement<const D: usize>(moved: &DeformedMesh<'_, D>) -> Vec<Vector<D>> {
+    moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect()
+}
+
+/// Axial ends and corners of the bodies, m.
+fn axial_ends(bodies: &[(&RigidBody, BodyState)]) -> Vec<Vector3> {
+    let of = |(body, at): &(&RigidBody, BodyState)| -> Vec<Vector3> {
+        let place = |pole: &SharpEnd| at.position + at.orientation.transform_vector(&pole.end);
+        body.shape.poles().iter().map(place).collect()
+    };
+    bodies.iter().flat_map(of).collect()
+}
