@@ -173,9 +173,9 @@ impl<const D: usize> ElementBatches<D> {
         memory: &mut [HistoryLanes],
     ) -> BatchStates {
         if self.depth() == 1 {
-            on!(Level::new(), simd => self.evaluate_group::<1, _, _>(simd, gel, rest, cache, memory))
+            on!(narrow Level::new(), simd => self.evaluate_group::<1, _, _>(simd, gel, rest, cache, memory))
         } else {
-            on!(Level::new(), simd => self.evaluate_group::<N, _, _>(simd, gel, rest, cache, memory))
+            on!(narrow Level::new(), simd => self.evaluate_group::<N, _, _>(simd, gel, rest, cache, memory))
         }
     }
 

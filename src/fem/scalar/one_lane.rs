@@ -1,5 +1,7 @@
 //! Patches of elements one by one: the kernels of the lanes, with one lane.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use super::simplices::Simplices;
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
@@ -20,6 +22,7 @@ impl<const D: usize> Simplices<D> {
     ///
     /// `memory` holds the history variables of the elements of the patch, element by element; a step above 0 s updates
     /// them.
+    #[inline(always)]
     pub(crate) fn evaluate_patch<G: ElementLaw<D>>(
         &self,
         gel: &G,
@@ -63,6 +66,7 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Prepares an element at rest.
+    #[inline(always)]
     fn lone_element<G: ElementLaw<D>>(&self, gel: &G, id: ElementId) -> LoneElement<D, G::Rest<f64>> {
         let reference = self.reference(id);
         let geometry = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, self.section);
@@ -70,6 +74,7 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Computes the deformation of an element; at rest, where no node has moved, without rounding.
+    #[inline(always)]
     fn strain_element<G: ElementLaw<D>>(
         &self,
         id: ElementId,

@@ -38,10 +38,27 @@ impl ElementBatch {
     }
 }
 
-/// Runs an operation with the widest vector unit of a level: AVX-512, AVX2 or the baseline of the architecture.
+/// Runs an operation with the widest vector unit of a level: AVX-512, AVX2 or the baseline of the architecture; with
+/// `narrow` at most AVX2, for what is not worth one more copy of the kernels.
 ///
 /// `dispatch!` would add SSE4.2: one more copy of every kernel, no faster.
 macro_rules! on {
+    (narrow $level:expr, $simd:ident => $operation:expr) => {{
+        let level: fearless_simd::Level = $level;
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some($simd) = level.as_avx2() {
+                on!(@unit $simd => $operation)
+            } else {
+                let $simd = level.as_sse2().expect("every such machine has that");
+                on!(@unit $simd => $operation)
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            fearless_simd::dispatch!(level, $simd => $operation)
+        }
+    }};
     ($level:expr, $simd:ident => $operation:expr) => {{
         let level: fearless_simd::Level = $level;
         #[cfg(target_arch = "x86_64")]
