@@ -2,12 +2,14 @@
 //! threads, and with what is at rest computed or not.
 
 use ballistic_gel::constitutive::{Material, NeoHookean, PressureHardening};
-use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::contact::{
+    BodyMotion, BodyState, ContactSurface, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody,
+};
 use ballistic_gel::fem::{HistoryVariables, Potential, Section, Simplices};
 use ballistic_gel::geometry::{ShapeGeometry, Sphere};
 use ballistic_gel::integrator::{
-    AdvanceOutcome, ContactSurface, DiscreteGel, DistortionLimits, Engine, IntegratorSettings, SteppingSchedule,
-    UnusableStep, WorkerPool,
+    AdvanceOutcome, DiscreteGel, DistortionLimits, Engine, IntegratorSettings, SteppingSchedule, UnusableStep,
+    WorkerPool,
 };
 use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh};
@@ -219,7 +221,7 @@ fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
 fn what_no_wave_has_reached_is_not_swept() {
     let advanced = |mut engine: Engine<3, Simplices<3>>| {
         engine.advance_to(0.505, &mut [ImpulseExchange::default()]).unwrap();
-        let swept: Vec<bool> = engine.runs().iter().map(|run| run.was_swept).collect();
+        let swept: Vec<bool> = engine.block_layouts().iter().map(|run| run.was_swept).collect();
         (swept.iter().filter(|swept| **swept).count(), swept.len())
     };
     // With one step for all, all that moves fires at every tick.
@@ -303,10 +305,10 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         engine.set_distortion_limits(Some(DistortionLimits { quality: vec![1.0; n], least: vec![0.0; n] }));
         let mut exchange = [ImpulseExchange::default()];
         let mut ends = 0;
-        while engine.advance_to(1.0, &mut exchange).unwrap() == AdvanceOutcome::Worn {
+        while engine.advance_to(1.0, &mut exchange).unwrap() == AdvanceOutcome::MeshEnded {
             let nodes = engine.state().position.iter().copied().zip(engine.state().velocity.iter().copied()).collect();
             let memory = engine.state().memory.clone();
-            engine = engine.continue_on_mesh((gel::<3>(case), Some(memory)), nodes, None).unwrap();
+            engine = engine.continue_on_mesh(gel::<3>(case), Some(memory), nodes, None).unwrap();
             ends += 1;
         }
         let state = engine.state();
@@ -362,11 +364,15 @@ fn a_mesh_that_begins_in_mid_step_settles_every_group_there() {
             old.advance_to(end, &mut [ImpulseExchange::default()]).unwrap();
             // Any mesh is worse than the best one: it ends with the next of the finest steps, in the middle of others.
             old.set_distortion_limits(Some(DistortionLimits { quality: vec![1.0; n], least: vec![0.0; n] }));
-            assert_eq!(old.advance_to(1.0, &mut [ImpulseExchange::default()]), Ok(AdvanceOutcome::Worn), "{case:?}");
+            assert_eq!(
+                old.advance_to(1.0, &mut [ImpulseExchange::default()]),
+                Ok(AdvanceOutcome::MeshEnded),
+                "{case:?}"
+            );
             let mut begun = |by_reference: bool| {
                 let nodes = old.state().position.iter().copied().zip(old.state().velocity.iter().copied()).collect();
                 let mut new =
-                    old.continue_on_mesh((gel::<3>(case), Some(old.state().memory.clone())), nodes, None).unwrap();
+                    old.continue_on_mesh(gel::<3>(case), Some(old.state().memory.clone()), nodes, None).unwrap();
                 new = if by_reference { new.with_reference_form() } else { new };
                 // Its first tick.
                 new.advance_to(old.now(), &mut [ImpulseExchange::default()]).unwrap();
@@ -408,9 +414,9 @@ fn a_mesh_that_has_flowed_far_begins_with_steps_by_what_it_remembers() {
     let flowed =
         flowed.into_iter().map(|own| HistoryVariables { inverse: inverse * inverse.transpose(), ..own }).collect();
     let [unmoved, relaxed] = [nodes(), nodes()];
-    let unmoved = old.continue_on_mesh((gel::<3>(case), Some(fresh)), unmoved, None).map(|_| ());
+    let unmoved = old.continue_on_mesh(gel::<3>(case), Some(fresh), unmoved, None).map(|_| ());
     assert!(matches!(unmoved, Err(UnusableStep { step, .. }) if step > 0.0), "{unmoved:?}");
-    assert_eq!(old.continue_on_mesh((gel::<3>(case), Some(flowed)), relaxed, None).map(|_| ()), Ok(()));
+    assert_eq!(old.continue_on_mesh(gel::<3>(case), Some(flowed), relaxed, None).map(|_| ()), Ok(()));
 }
 
 /// Rows of a long cell and of ones a 64th as long, which go at a speed to where the rows are held: the long cells alone are crushed, by
@@ -458,7 +464,7 @@ fn an_element_that_is_crushed_within_its_step_ends_its_mesh_from_half_of_it_on()
                 least: least.clone(),
             }));
             let reached = engine.advance_to(still.grid().time(step), &mut [ImpulseExchange::default()]);
-            assert_eq!((reached, engine.last_tick()), (Ok(AdvanceOutcome::Worn), end), "{part} of {step} ticks");
+            assert_eq!((reached, engine.last_tick()), (Ok(AdvanceOutcome::MeshEnded), end), "{part} of {step} ticks");
         }
     }
 }

@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use ballistic_gel::constitutive::NeoHookean;
-use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::contact::{
+    BodyMotion, BodyState, ContactSurface, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody,
+};
 use ballistic_gel::fem::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{ShapeGeometry, Sphere};
-use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
+use ballistic_gel::integrator::{DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, BlockSpec, CellSplit, FaceConstraint, HeldFace};
 

@@ -1,13 +1,13 @@
 //! Elements on a stand: the engine's own layout and kernels, without its steps.
 
 use ballistic_gel::constitutive::{BulkViscosity, EquationOfState, Material, NeoHookean, Viscoplastic, YieldLaw};
-use ballistic_gel::contact::{BodyState, FreeDirections, ImpulseLaw, RigidBody};
+use ballistic_gel::contact::{BodyState, ContactSurface, FreeDirections, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{
     DEPTH, ElementBatches, ElementResponse, GroupKick, GroupKicks, GroupResponse, HistoryLanes, HistoryVariables,
     LANES, NodeAccumulator, NodeCache, NodeMotion, NodeSource, Potential, ReportPower, Section, Simplices,
 };
 use ballistic_gel::geometry::{ShapeGeometry, Sphere};
-use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
+use ballistic_gel::integrator::{DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementPatches, Mesh, NodeId};
 use fearless_simd::Level;
@@ -106,7 +106,7 @@ impl<const D: usize> Stand<D> {
             n_elements: run.n_elements,
             part: vec![[0.0; 4]; run.nodes.len()],
         };
-        let runs: Vec<StandBlock> = engine.runs().into_iter().map(own).collect();
+        let runs: Vec<StandBlock> = engine.block_layouts().into_iter().map(own).collect();
         let n_groups = runs.last().map_or(0, |run| run.groups.end);
         let (stiffness, answers) =
             (vec![0.0; engine.state().stiffness.len()], vec![GroupResponse::default(); n_groups]);

@@ -124,7 +124,7 @@ impl<const D: usize> AdaptiveGel<D> {
         let MeshProperties { patches, qualities, adjacency } = properties;
         let gel = self.gel_on_mesh(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
-        self.engine = self.engine.continue_on_mesh((gel, Some(memory)), nodes, Some(birth))?;
+        self.engine = self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))?;
         self.adopt_mesh(&self.current_mesh(), &qualities, adjacency);
         Ok(())
     }

@@ -1,4 +1,10 @@
-//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one.
+//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one (numerics 4, A12).
+//!
+//! The integrator ends a mesh at a tick at which an element is distorted or a remeshing is due, and the driver follows.
+//! An attempt finds target sizes, makes a candidate mesh, tests its quality and its volume, transfers mass, momentum and
+//! history variables to it, and tests its stable steps; the first candidate that passes continues the run. Where every
+//! attempt is refused, gel is eroded (its energy is the account `eroded`) and the attempts are repeated; at last the run
+//! continues on the old mesh. The change of energy by a remeshing is the account `remesh`.
 
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
 use super::attempt::{MeshGenerator, RemeshAttempt, generate_mesh};
@@ -18,16 +24,17 @@ use crate::remesh::{DeformedMesh, UnchangedElement};
 use crate::state::MeshInstance;
 use std::time::Instant;
 
-/// Gel whose mesh can be replaced, by the generator of its dimension.
+/// Gel whose mesh can be replaced.
 pub(crate) trait RemeshDriver {
-    /// Continues with a better mesh, or with the old one where no candidate is accepted.
+    /// Continues with a better mesh, or with the old one, perhaps eroded, where no candidate is accepted.
     ///
     /// # Errors
-    /// [`StepError`] if not even the old mesh can be stepped.
+    /// [`StepError`] if the energy of the run has diverged, if a mesh failed as soon as it had begun, or if not even the
+    /// old mesh can be stepped.
     fn remesh(&mut self) -> Result<(), StepError>;
 
-    /// Tries a remeshing now by every method, without changing the gel; in the plane and where the scene has
-    /// remeshing.
+    /// Tries a remeshing now by every method, for its pictures, without changing the gel; `None` in space, where there is
+    /// one method alone, and for a scene without remeshing.
     fn try_remesh(&self) -> Option<RemeshTrial>;
 }
 
@@ -66,6 +73,7 @@ struct FailedReplacement {
     data: OldMeshData,
 }
 
+/// Remeshes: attempts, then erosion and further attempts, then the old mesh.
 fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: MeshGenerator<D>) -> Result<(), StepError> {
     let Some(settings) = gel.definition.remesh else { return Ok(()) };
     let begun = Instant::now();
@@ -75,13 +83,13 @@ fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: MeshGenerato
     if let Some(diverged) = check_divergence(gel) {
         return Err(diverged);
     }
-    // A mesh that fails at once would be followed by one that fails for the same elements.
+    // Another mesh would fail at once, too, for the same elements, unless they are eroded.
     if let Some(failure) = gel.engine.early_failure().cloned()
         && !erode_on_failure(gel, &[])
     {
         return Err(failure);
     }
-    // Thin sheets stay if the rest could not be stepped without them.
+    // Thin sheets are eroded, whatever their share of the gel; they stay if the rest had no stable step without them.
     if let Some(below) = settings.erosion_thickness {
         erode_thin_gel(gel, below, 1.0);
     }
@@ -100,7 +108,7 @@ fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: MeshGenerato
     let Err(FailedReplacement { reasons, data }) = outcome else { return Ok(()) };
     let time = gel.engine.now();
     gel.failed_remeshes.push(FailedRemesh { time, why: reasons });
-    // The failure of the gel after erosion: failed elements may have been eroded.
+    // The failure of this mesh at its last tick, unless erosion has removed the failed elements.
     if let Some(failure) = gel.engine.failure() {
         return Err(failure.clone());
     }
@@ -131,7 +139,7 @@ fn replace_mesh<const D: usize>(
     let old = gel.current_mesh();
     let position = gel.engine.state().position.clone();
     let moved = DeformedMesh { mesh: &old.mesh, position: &position };
-    // The mesh that the run continues on sets it again.
+    // Neighbours are those of the mesh that is installed next.
     let adjacency = gel.adjacency.take();
     let data = old_mesh_data(gel, &moved, adjacency);
     let size = target_sizes(gel, &moved, settings, &data.adjacency);

@@ -2,8 +2,9 @@
 
 use super::settings::AdaptSettings;
 use crate::constitutive::Material;
+use crate::contact::ContactSurface;
 use crate::fem::{Potential, ReferenceShape, Section, Simplices};
-use crate::integrator::{ContactSurface, DiscreteGel, DistortionLimits, LoadedFacet, PressureHistory, PressureLoads};
+use crate::integrator::{DiscreteGel, DistortionLimits, LoadedFacet, PressureHistory, PressureLoads};
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, Facet, Mesh, NodeId, Simplex, facet_measure, poor_quality};
 use crate::remesh::{BodySymmetry, ElementNeighbours};

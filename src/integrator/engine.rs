@@ -264,7 +264,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// [`UnusableStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.
     pub fn continue_on_mesh(
         &mut self,
-        (gel, memory): (DiscreteGel<D, P>, Option<Vec<HistoryVariables<D>>>),
+        gel: DiscreteGel<D, P>,
+        memory: Option<Vec<HistoryVariables<D>>>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
         birth: Option<MeshInstance<D>>,
     ) -> Result<Self, UnusableStep> {
@@ -349,8 +350,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the blocks of the SIMD form, in order; empty for the reference form.
     #[must_use]
-    pub fn runs(&self) -> Vec<BlockLayout<'_>> {
-        layout_stats::runs(&self.system)
+    pub fn block_layouts(&self) -> Vec<BlockLayout<'_>> {
+        layout_stats::block_layouts(self.system.blocks.as_ref())
     }
 
     /// Returns the elements of the blocks in SIMD layout.

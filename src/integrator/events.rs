@@ -19,7 +19,7 @@ pub enum AdvanceOutcome {
     /// The requested end time is reached.
     End,
     /// The mesh was distorted or due and has ended at a tick: positions and velocities are those of this instant.
-    Worn,
+    MeshEnded,
 }
 
 /// Returns true if a group is active at some tick up to time `t`, s.
@@ -43,7 +43,7 @@ pub(super) fn process_ticks<const D: usize, P: Potential<D>>(
         let due = is_due(system, tick);
         if due && is_over(system, tick) {
             process_last_tick(system, tick, t, exchanges)?;
-            return Ok(AdvanceOutcome::Worn);
+            return Ok(AdvanceOutcome::MeshEnded);
         }
         system.clock.phase = if system.state.now.is_none() { MeshPhase::First } else { MeshPhase::Between };
         let done = if due { process_tick(system, tick, t, exchanges) } else { Ok(()) };

@@ -57,7 +57,6 @@ mod tile_overlap;
 mod worker_spin;
 mod workspace;
 
-pub use crate::contact::{ContactSurface, SurfaceNode};
 pub use end_conditions::DistortionLimits;
 pub use engine::Engine;
 pub use error::StepError;

@@ -37,6 +37,12 @@ pub(super) fn count_global_steps<const D: usize, P: Potential<D>>(
     }
 }
 
+/// Ends the cost of one global stable step on this mesh at its last tick.
+pub(super) fn end_global_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let length = system.state.record.synchronous.0;
+    system.state.record.synchronous = (length, tick, synchronous_until(system, tick as f64));
+}
+
 /// Returns the stable step of a group, ticks.
 pub(super) fn group_limit<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize) -> f64 {
     let elements = system.model.layout.elements(system.model.layout.slots(group));

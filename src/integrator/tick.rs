@@ -1,8 +1,17 @@
 //! One tick of the integrator: drift, forces, kick, step sizes, contact, energy balance (numerics 1.6).
 //!
-//! A tick ends one step of every active group and begins the next. In the leapfrog (Störmer–Verlet) scheme the kick of
-//! an active group therefore has two halves, both with the forces at this tick: the trailing half belongs to the step
-//! that ends, the leading half to the step that begins. Groups that are not active neither move nor push.
+//! A group, patches of elements that share one step Δt, is active at its own ticks (AVI, Lew et al. 2003). With the
+//! leapfrog (Störmer–Verlet) scheme a tick at time t moves each node a of an active group from its last tick t_a and
+//! kicks it:
+//!
+//!   x_a ← x_a + v_a (t − t_a),   f = −∂V/∂x of the active elements,   v_a ← v_a + ½ (Δt_old + Δt_new) f_a/m_a.
+//!
+//! Velocities hold between ticks. The trailing half of the kick, with Δt_old, belongs to the step that ends, the leading
+//! half, with Δt_new, to the step that begins: a step may change at a tick, because each half takes the forces there.
+//! Elements of groups that are not active add no force; a node that they share with an active group moves with it.
+//!
+//! Elements are evaluated in blocks of SIMD batches. The reference form, which tests compare with the blocks, evaluates
+//! one element after the other; it also runs the event queue and the contact law of the paper.
 
 use super::bodies::place_bodies;
 use super::contact_accounts::{post_body_impulses, post_contact_work};
@@ -16,8 +25,7 @@ use super::mesh_end::find_collapse;
 use super::node_loop::{drift_active, update_nodes};
 use super::orientation::check_spin;
 use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
-use super::report::synchronous_until;
-use super::step_size::{count_global_steps, groups_to_check, set_clocks};
+use super::step_size::{count_global_steps, end_global_steps, groups_to_check, set_clocks};
 use super::stretch_limit::{check_stretch, find_stretch};
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
@@ -30,26 +38,28 @@ use crate::state::Tick;
 ///
 /// The step sizes follow the kick, because the stable limit of a node is summed in the same pass as its forces. The
 /// leading half of the kick takes the planned step; where the step changes, the contact phase first corrects it.
+///
+/// Impulses on the bodies are added to their `exchanges` with the caller, whose interval ends at time `end`, s.
 pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
-    t: f64,
+    end: f64,
     exchanges: &mut [ImpulseExchange],
 ) -> Result<(), StepError> {
     let time = system.model.grid.time(tick);
     drift_and_evaluate(system, tick)?;
     let sums = kick_by_planned_steps(system, tick);
     let collapsed = choose_steps(system, tick, &sums);
-    let work = solve_contact(system, tick, &sums);
+    let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    post_body_impulses(system, time, t, exchanges);
+    post_body_impulses(system, time, end, exchanges);
     requeue_groups(system);
     check_tick(system, time, collapsed)
 }
 
-/// Drift and forces: moves the active nodes to this tick with their velocities and evaluates the active elements
-/// there; then finds the pressure loads and the bodies at this time. The SIMD form drifts the copies of the nodes in
-/// the blocks, and the kick pass stores the positions.
+/// Drift and forces: evaluates the active elements with their nodes drifted to this tick; then finds the pressure loads
+/// and the bodies at this time. The reference form stores the drifted positions at once. The blocks drift their copies of
+/// the nodes, and the positions are stored with the kick, or here if an element has failed.
 fn drift_and_evaluate<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
@@ -65,15 +75,14 @@ fn drift_and_evaluate<const D: usize, P: Potential<D>>(
     Ok(())
 }
 
-/// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also
-/// finds the stable limits of the nodes. The reference form finds the limits only and kicks when the steps are
-/// known.
+/// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also finds the
+/// stable limits of the nodes. The reference form finds the limits alone and kicks when the steps are known.
 fn kick_by_planned_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
     if system.blocks.is_some() { update_nodes(system, tick) } else { measure_limits(system) }
 }
 
-/// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the
-/// error of the first group whose stable step is shorter than a tick.
+/// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the error of
+/// the first group whose stable step is shorter than a tick. Also counts what one global step would have cost.
 fn choose_steps<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
@@ -87,9 +96,9 @@ fn choose_steps<const D: usize, P: Potential<D>>(
     collapsed
 }
 
-/// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
-/// returns the work of the kicks less the change of the carried kick work, J.
-fn solve_contact<const D: usize, P: Potential<D>>(
+/// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses of
+/// Moreau's law; returns the work of the kicks less the change of the carried kick work Q (numerics A6), in joules.
+fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
     sums: &KickSums,
@@ -105,14 +114,15 @@ fn balance_energy<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D
     post_contact_work(system);
 }
 
-/// Checks the result of a tick: collapsed steps, spinning bodies, leaks of the contact surface.
+/// Checks the result of a tick: collapsed steps, bodies that spin too fast, and contact surfaces stretched so far that a
+/// body leaks through.
 fn check_tick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     time: f64,
     collapsed: Option<StepError>,
 ) -> Result<(), StepError> {
     match collapsed {
-        // A remesh resolves it, as it does inverted elements.
+        // The mesh ends at the next tick, and a remesh resolves it, as it does inverted elements.
         Some(StepError::StepCollapsed { .. }) if system.can_be_distorted() => {}
         Some(error) => return Err(error),
         None => {}
@@ -121,9 +131,9 @@ fn check_tick<const D: usize, P: Potential<D>>(
     check_stretch(system, time)
 }
 
-/// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the
-/// kicks less the change of the carried kick work, J.
-pub(super) fn complete_kicks<const D: usize, P: Potential<D>>(
+/// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the kicks
+/// less the change of Q, the part of a kick's work that belongs to the step ahead, in joules.
+fn complete_kicks<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
     sums: &KickSums,
@@ -149,13 +159,15 @@ fn requeue_groups<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D
     }
 }
 
-/// Processes the last tick of this mesh: every group is active with the trailing half of its kick, and nodes on a
-/// body are held there. Otherwise they would enter the body with half a kick, gain that energy, and lose it in
-/// contact at the next tick.
+/// Processes the last tick of this mesh, at which every group ends its step with the trailing half of its kick, so that
+/// positions and velocities hold at one instant. No step is chosen.
+///
+/// Contact at [`MeshPhase::Last`] stops the nodes on a body: with half a kick they would enter it, gain that energy, and
+/// lose it in contact at the next tick. Failures that another mesh can resolve are kept for the remeshing.
 pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,
-    t: f64,
+    end: f64,
     exchanges: &mut [ImpulseExchange],
 ) -> Result<(), StepError> {
     let time = system.model.grid.time(tick);
@@ -171,18 +183,15 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     find_loads(system, tick);
     place_bodies(system, time);
     system.workspace.changed_steps.clear();
-    let sums = if system.blocks.is_some() { update_nodes(system, tick) } else { measure_limits(system) };
+    let sums = kick_by_planned_steps(system, tick);
     count_global_steps(system, sums.limit, tick);
     system.clock.failure = system.clock.failure.take().or_else(|| find_collapse(system, tick));
     query_gaps(system, tick);
-    find_contact_points(system, tick);
-    let work = complete_kicks(system, tick, &sums);
-    post_residual(system, tick, work);
-    post_contact_work(system);
-    post_body_impulses(system, time, t, exchanges);
+    let work = kick_and_resolve_contact(system, tick, &sums);
+    balance_energy(system, tick, work);
+    post_body_impulses(system, time, end, exchanges);
     system.clock.failure = system.clock.failure.take().or_else(|| find_stretch(system, time).leak);
-    let length = system.state.record.synchronous.0;
-    system.state.record.synchronous = (length, tick, synchronous_until(system, tick as f64));
+    end_global_steps(system, tick);
     system.state.now = Some(tick);
     Ok(())
 }

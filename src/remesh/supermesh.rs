@@ -1,5 +1,11 @@
 //! Supermesh transfer (Farrell et al. 2009) of mass and momentum: exact integrals over every intersection of an old and
 //! a new element.
+//!
+//! Density is linear in each old element, given by its corner masses ∫ρ N_a, and may jump between elements; velocity is
+//! linear between nodes. Only changed elements are integrated. Old mass that no new element covers is deposited at the
+//! nearest point of the new mesh. Where the gel overlaps itself, an old element is counted once. Corner densities far
+//! below zero, which a linear density may have, are limited towards the mean of the element. The nodal velocities then
+//! solve the consistent mass matrix (`velocity`), and momentum and angular momentum are corrected to round-off.
 
 use super::barycentric::{DeformedElement, cells, interpolate};
 use super::correspondence::{MeshCorrespondence, OverlapSource};

@@ -6,9 +6,9 @@ use super::observe::{BodyPose, FrameCells, MeshFrame, RemeshPreview, SensorRepor
 use super::saved::{EraseDimension, SavedState};
 use super::sensors::{LocatedSensor, locate_sensors};
 use crate::adapt::{AdaptiveGel, FailedRemesh, RemeshDriver, RemeshRecord, RestoreError};
-use crate::contact::{BodyState, ImpulseExchange, RigidBody};
+use crate::contact::{BodyState, ImpulseExchange, RigidBody, SurfaceNode};
 use crate::fem::Potential;
-use crate::integrator::{AdvanceOutcome, BalanceTotals, BlockLayout, DiscreteGel, StepError, SurfaceNode};
+use crate::integrator::{AdvanceOutcome, BalanceTotals, DiscreteGel, StepError};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{NodeId, Simplex};
@@ -99,7 +99,6 @@ pub(super) trait ErasedModel: Send {
     fn mesh_size(&self) -> MeshSize;
     /// Returns true if the scene has remeshing.
     fn can_remesh(&self) -> bool;
-    fn runs(&self) -> Vec<BlockLayout<'_>>;
 }
 
 /// Gel of simplices and its sensors.
@@ -190,7 +189,7 @@ where
     AdaptiveGel<D>: RemeshDriver,
 {
     fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError> {
-        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
+        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::MeshEnded {
             self.remesh()?;
         }
         Ok(())
@@ -202,7 +201,7 @@ where
         t: f64,
         exchanges: &mut [ImpulseExchange],
     ) -> Result<Option<RemeshPreview>, StepError> {
-        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::Worn {
+        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::MeshEnded {
             let time = self.gel.engine.now();
             let trial = if time >= from { self.gel.try_remesh() } else { None };
             let shown = trial.map(|trial| RemeshPreview { frame: self.frame(time), trial });
@@ -389,9 +388,5 @@ where
 
     fn can_remesh(&self) -> bool {
         self.gel.definition.remesh.is_some()
-    }
-
-    fn runs(&self) -> Vec<BlockLayout<'_>> {
-        self.gel.engine.runs()
     }
 }

@@ -9,7 +9,7 @@ use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
 use crate::contact::{BodyMotion, BodyState, ImpulseExchange, Wrench};
-use crate::integrator::{BlockLayout, StepError};
+use crate::integrator::StepError;
 use crate::ledger::Ledger;
 use crate::math::Vector3;
 use crate::scene::{CouplingMode, GelBox, Scene};
@@ -430,11 +430,5 @@ impl Simulation {
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.model.bytes()
-    }
-
-    /// Layout of the element work, for measurements.
-    #[must_use]
-    pub fn runs(&self) -> Vec<BlockLayout<'_>> {
-        self.model.runs()
     }
 }

@@ -4,12 +4,12 @@
 //! bar, so that neither the limit on the path of a node nor the step of its neighbours ever lowers a step: all steps are
 //! and stay equal, as the closed forms need.
 
-use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::contact::{
+    BodyMotion, BodyState, ContactSurface, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody, SurfaceNode,
+};
 use ballistic_gel::fem::{DEPTH, ElementResponse, HistoryVariables, Potential};
 use ballistic_gel::geometry::{HalfSpace, ShapeGeometry};
-use ballistic_gel::integrator::{
-    ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule, SurfaceNode,
-};
+use ballistic_gel::integrator::{DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Tensor3, Vector, Vector3};
 use ballistic_gel::mesh::{ElementId, ElementPatches, NodeId, NodeIncidence};
 

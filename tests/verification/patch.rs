@@ -4,10 +4,10 @@
 use super::noise::Noise;
 use super::row::{Row, below, order, series};
 use ballistic_gel::constitutive::{Hyperelastic, NeoHookean, VolumetricEnergy};
-use ballistic_gel::contact::{BodyState, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
+use ballistic_gel::contact::{BodyState, ContactSurface, FreeDirections, ImpulseExchange, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{DEPTH, ElementResponse, Potential, Section, Simplices};
 use ballistic_gel::geometry::{ShapeGeometry, Sphere};
-use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
+use ballistic_gel::integrator::{DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::{Tensor, Vector, det};
 use ballistic_gel::mesh::{self, BlockSpec, CellSplit, Mesh, NodeId, NodeIncidence, OctreeGrading, edges};
 use std::sync::OnceLock;

@@ -6,7 +6,8 @@
 
 use super::bar::{Pace, Springs, advance, end_surface, fixed_wall, rules};
 use super::row::{Row, series};
-use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine};
+use ballistic_gel::contact::ContactSurface;
+use ballistic_gel::integrator::{DiscreteGel, Engine};
 use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{NodeId, NodeIncidence};
 use std::f64::consts::PI;

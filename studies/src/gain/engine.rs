@@ -1,9 +1,9 @@
 use super::case::Case;
 use ballistic_gel::constitutive::NeoHookean;
-use ballistic_gel::contact::{BodyMotion, BodyState, FreeDirections, ImpulseLaw, RigidBody};
+use ballistic_gel::contact::{BodyMotion, BodyState, ContactSurface, FreeDirections, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{Section, Simplices};
 use ballistic_gel::geometry::SignedDistance as _;
-use ballistic_gel::integrator::{ContactSurface, DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
+use ballistic_gel::integrator::{DiscreteGel, Engine, IntegratorSettings, SteppingSchedule};
 use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{Facet, Mesh};
 use ballistic_gel::scene::{ContactSpec, Scene};
