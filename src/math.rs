@@ -77,6 +77,9 @@ pub fn cube_root(x: f64) -> f64 {
     root
 }
 
+/// Terms of a block of an ordered sum.
+pub const SUM_BLOCK: usize = 1024;
+
 /// Returns a sum whose bits depend on the order of the terms only: blocks of 1024, then pairwise over the blocks
 /// (numerics A9).
 #[must_use]
@@ -84,9 +87,8 @@ pub fn ordered_sum<T>(n: usize, zero: T, term: impl Fn(usize) -> T) -> T
 where
     T: Copy + std::ops::Add<Output = T>,
 {
-    const BLOCK: usize = 1024;
-    let mut sums: Vec<T> = (0..n.div_ceil(BLOCK))
-        .map(|b| (b * BLOCK..n.min((b + 1) * BLOCK)).fold(zero, |sum, i| sum + term(i)))
+    let mut sums: Vec<T> = (0..n.div_ceil(SUM_BLOCK))
+        .map(|b| (b * SUM_BLOCK..n.min((b + 1) * SUM_BLOCK)).fold(zero, |sum, i| sum + term(i)))
         .collect();
     while sums.len() > 1 {
         sums = sums.chunks(2).map(|pair| pair.iter().copied().reduce(|a, b| a + b).unwrap_or(zero)).collect();
@@ -95,6 +97,7 @@ where
 }
 
 /// Returns the lesser of two numbers, or NaN if one is NaN; `f64::min` would drop it.
+#[inline]
 #[must_use]
 pub fn least(a: f64, b: f64) -> f64 {
     if a.is_nan() || b >= a { a } else { b }

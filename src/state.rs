@@ -48,6 +48,15 @@ pub struct DynamicState<const D: usize> {
     pub record: RunRecord,
 }
 
+impl<const D: usize> DynamicState<D> {
+    /// Returns the position of a node drifted by a time since its last tick, s, in m.
+    #[inline]
+    #[must_use]
+    pub fn drifted(&self, node: usize, time: f64) -> Vector<D> {
+        self.position[node] + self.velocity[node] * time
+    }
+}
+
 /// Clock of a group of patches, with its values at its own last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GroupClock {

@@ -32,9 +32,14 @@ struct NearFacet {
 }
 
 /// Contact detection of a surface: its neighbour list, and what the queries of this tick have found.
+///
+/// A tick goes [`Self::begin_tick`], [`Self::query_gaps`], [`Self::find_facets`], [`Self::collect_points`]. Gaps and
+/// facets stay those of the last tick until they are found anew.
 #[derive(Debug)]
 pub(crate) struct ContactDetection {
     pub neighbours: NeighbourList,
+    /// True if the neighbour list knows the last event of every body.
+    pub knows_bodies: bool,
     /// Active surface nodes that may be near a body, ascending.
     pub queried: Vec<u32>,
     /// Queried nodes that a body may reach before their next tick or that are within an element size of one.
@@ -45,6 +50,7 @@ pub(crate) struct ContactDetection {
     place: Vec<u32>,
     /// Gap φ and normal n of each queried node to each body, if it is active.
     gaps: Vec<Option<Gap>>,
+    n_bodies: usize,
     /// Facets at queried nodes.
     near: Vec<NearFacet>,
 }
@@ -53,20 +59,38 @@ impl ContactDetection {
     /// Creates the detection of a surface of `n_nodes` nodes.
     pub fn new(neighbours: NeighbourList, n_nodes: usize) -> Self {
         let place = vec![u32::MAX; n_nodes];
-        Self { neighbours, queried: vec![], close: vec![], facets: vec![], place, gaps: vec![], near: vec![] }
+        Self {
+            neighbours,
+            knows_bodies: false,
+            queried: vec![],
+            close: vec![],
+            facets: vec![],
+            place,
+            gaps: vec![],
+            n_bodies: 0,
+            near: vec![],
+        }
     }
 
-    /// Begins a tick: no node is queried yet.
-    pub fn clear(&mut self) {
+    /// Begins a tick at a time, s, with the bodies at that time: no node is queried yet.
+    pub fn begin_tick(&mut self, time: f64, bodies: &[BodyState]) {
         for surface in self.queried.drain(..) {
             self.place[surface as usize] = u32::MAX;
         }
+        self.follow_bodies(time, bodies);
+    }
+
+    /// Moves the bodies of the neighbour list to a time, s.
+    pub fn follow_bodies(&mut self, time: f64, bodies: &[BodyState]) {
+        self.neighbours.go_on(time, bodies);
+        self.knows_bodies = true;
     }
 
     /// Queries the gaps of the nodes listed in `queried` to each active body, and lists those close to a body: within
     /// their size or the `reach` of a body in a step, m.
     pub fn query_gaps<const D: usize>(&mut self, surface: &impl SurfaceView<D>, bodies: TickBodies<'_>, reach: f64) {
         let n = bodies.fixed.len();
+        self.n_bodies = n;
         self.gaps.clear();
         self.close.clear();
         for (index, queried) in self.queried.iter().enumerate() {
@@ -84,14 +108,21 @@ impl ContactDetection {
     }
 
     /// Returns the index of a surface node among the queried ones, if it is one of them.
+    #[inline]
     pub fn index_of(&self, surface: u32) -> Option<usize> {
         Some(self.place[surface as usize]).filter(|place| *place != u32::MAX).map(|place| place as usize)
     }
 
     /// Returns φ and n of a queried node to each body, by its index.
+    #[inline]
     pub fn gaps_of(&self, index: usize) -> &[Option<Gap>] {
-        let n = self.gaps.len() / self.queried.len();
-        &self.gaps[index * n..][..n]
+        &self.gaps[index * self.n_bodies..][..self.n_bodies]
+    }
+
+    /// Returns φ and n of a queried node to one body.
+    #[inline]
+    fn gap(&self, index: usize, body: usize) -> Option<Gap> {
+        self.gaps[index * self.n_bodies + body]
     }
 
     /// Finds the facets between the queried nodes and a body, each once.
@@ -109,7 +140,7 @@ impl ContactDetection {
             for (index, queried) in self.queried.iter().enumerate() {
                 let SurfaceNode { node, size, .. } = surface.surface().nodes[*queried as usize];
                 let is_near = |gap: &Gap| gap.distance < STRETCH * size && self.neighbours.needs_facet_query(*queried);
-                let Some(Gap { distance, .. }) = self.gaps_of(index)[body].filter(is_near) else { continue };
+                let Some(Gap { distance, .. }) = self.gap(index, body).filter(is_near) else { continue };
                 let around = surface.surface().around.of(node).iter();
                 near.extend(around.map(|facet| NearFacet { facet: *facet, distance, size }));
             }
@@ -162,7 +193,7 @@ impl ContactDetection {
         for (index, queried) in self.queried.iter().enumerate() {
             let SurfaceNode { node, size, .. } = surface.surface().nodes[*queried as usize];
             let is_inside = |gap: &Gap| gap.distance <= TOUCH_TOLERANCE * size;
-            let Some(gap) = self.gaps_of(index)[body].filter(is_inside) else { continue };
+            let Some(gap) = self.gap(index, body).filter(is_inside) else { continue };
             let point = embed(&surface.position(node));
             let carriers = ContactCarriers { nodes: &[node], weights: [1.0, 0.0, 0.0], size, point };
             points.extend(ContactPoint::new(surface, bodies, &carriers, &gap, body));

@@ -26,7 +26,7 @@ pub use exchange::ImpulseExchange;
 pub(crate) use facet::find_deepest_point;
 pub use law::{ImpulseLaw, impulse, reversal};
 pub use motion::WrenchWork;
-pub(crate) use neighbour_list::{NODE_RUN, NeighbourList, STRETCH};
+pub(crate) use neighbour_list::{NeighbourList, STRETCH};
 pub(crate) use point::{ContactPoint, TickBodies};
 pub(crate) use solver::ContactProblem;
 pub use surface::{ContactSurface, SurfaceNode};

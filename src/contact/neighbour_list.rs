@@ -8,7 +8,7 @@
 
 use super::surface::ContactSurface;
 use super::{BodyState, RigidBody};
-use crate::math::{Vector3, least};
+use crate::math::{SUM_BLOCK, Vector3, least};
 use crate::mesh::NodeId;
 
 /// Neighbour list of one surface, with the travel bounds of the elements of its mesh.
@@ -51,8 +51,8 @@ struct CandidateSet {
 /// Distance to a body within which the facets around a node are queried, in element sizes; a surface stretched
 /// further has long been stopped.
 pub(crate) const STRETCH: f64 = 8.0;
-/// Nodes of a run, for which the list keeps one bound of their speed.
-pub(crate) const NODE_RUN: usize = 1024;
+/// Nodes of a run, for which the list keeps one bound of their speed: those of a block of sums.
+const NODE_RUN: usize = SUM_BLOCK;
 /// Skin of the candidate set, in element sizes, and the factor by which the reach may grow before a rebuild.
 const SKIN: f64 = 1.0;
 const REACH_GROWTH: f64 = 2.0;

@@ -136,7 +136,7 @@ impl<const D: usize> ContactPoint<D> {
             swell: gap.normal * speed,
             ..Self::empty()
         };
-        touch.compliance = touch.compliance_along(surface, rigid, at, &gap.normal);
+        touch.compliance = touch.compliance_along(surface.masses(), rigid, at, &gap.normal);
         touch.before = touch.relative_velocity(rigid, at, |node| surface.velocity_before(node));
         (touch.compliance > 0.0).then_some(touch)
     }

@@ -7,11 +7,11 @@ use super::{BodyMotion, BodyState, RigidBody, impulse, reversal};
 use crate::math::{Vector, Vector3, ordered_sum};
 use crate::mesh::NodeId;
 
-/// Maximum number of Gauss–Seidel sweeps over the contact points of a tick, and the residual, relative to the
-/// greatest approach speed, that ends them (A7). A few sweeps settle a body heavier than the nodes it meets at once.
+/// Maximum number of Gauss–Seidel sweeps over the contact points of a tick (A7). A few sweeps settle a body heavier than the nodes it meets at once.
 /// A body of a hundredth of their mass needs hundreds: after ten it kept 2 % of its approach.
 const MAX_SWEEPS: usize = 400;
 
+/// Residual, relative to the greatest approach speed, that ends the sweeps (A7).
 const RESIDUAL_TOLERANCE: f64 = 1e-12;
 
 /// Contact problem of a tick: the contact points, and the velocities that their impulses change.

@@ -13,7 +13,13 @@ pub(crate) trait NodalMasses<const D: usize> {
 }
 
 /// View of the gel surface at a tick: all that contact detection sees of the gel.
-pub(crate) trait SurfaceView<const D: usize>: NodalMasses<D> {
+pub(crate) trait SurfaceView<const D: usize> {
+    /// Type that knows the masses.
+    type Masses: NodalMasses<D>;
+
+    /// Returns the masses and free directions of the nodes.
+    fn masses(&self) -> &Self::Masses;
+
     /// Returns the nodes and facets of the surface.
     fn surface(&self) -> &ContactSurface;
 
@@ -23,7 +29,7 @@ pub(crate) trait SurfaceView<const D: usize>: NodalMasses<D> {
     /// Returns the position of any node drifted to this tick, m.
     fn drifted(&self, node: NodeId) -> Vector<D>;
 
-    /// Returns the velocity of a node after the kicks of this tick, m/s.
+    /// Returns the present velocity of a node, m/s.
     fn velocity(&self, node: NodeId) -> Vector<D>;
 
     /// Returns the velocity of a node before the kicks of this tick, m/s.
@@ -81,7 +87,8 @@ impl ContactSurface {
     }
 
     /// Returns h of a node, m; `None` for a node inside the gel.
-    pub(crate) fn size(&self, node: NodeId) -> Option<f64> {
+    #[inline]
+    pub(super) fn size(&self, node: NodeId) -> Option<f64> {
         Some(self.nodes[self.of[node.index()]? as usize].size)
     }
 

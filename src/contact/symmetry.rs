@@ -44,7 +44,7 @@ pub(crate) fn symmetry_contacts<const D: usize>(
             (x[axis] < size || is_fast()).then(|| (-x[axis] / ahead()).min(0.0))
         }
     };
-    let is_free = move |axis: &usize| surface.free(node)[*axis] != 0.0;
+    let is_free = move |axis: &usize| surface.masses().free(node)[*axis] != 0.0;
     let contact = move |axis: usize| {
         let min_velocity = may_reach_image(axis)?;
         Some(SymmetryContact { node, axis, min_velocity, before: surface.velocity_before(node)[axis], impulse: 0.0 })

@@ -23,7 +23,7 @@ const DRAWN_DEPTH: f64 = 2.0 * SLOP;
 /// Tolerance above the surface within which a node counts as inside, in element sizes. For a node that rests on a
 /// moving body at a distance of exactly zero, rounding would decide, and each miss costs an impact. The rebound of a
 /// mass that starts in touch with a bar was 2.3 % off. Rounding is ten thousand times smaller.
-pub(crate) const TOUCH_TOLERANCE: f64 = 1e-9;
+pub(super) const TOUCH_TOLERANCE: f64 = 1e-9;
 
 /// Upper bound of the bias velocity, as a fraction of the greatest approach speed so far (numerics 2.5).
 pub(super) const BIAS_CAP: f64 = 0.1;
@@ -33,7 +33,7 @@ pub(super) const BIAS_CAP: f64 = 0.1;
 /// 4.7 % of the impact energy at 0, 0.05 % at 0.01 and nothing at 0.03. Under an oblique ball on a coarse mesh it is
 /// 0.4 % at 0.01 and nothing at 0.03. The mean standing penetration does not grow with the slop: it is 0.005 to 0.008
 /// where 0.01 is allowed (A7), because approaching nodes are found at that depth.
-pub(crate) const SLOP: f64 = 0.03;
+pub(super) const SLOP: f64 = 0.03;
 
 /// Depths that depend on how the surface is used.
 #[derive(Debug, Clone, Copy, PartialEq)]

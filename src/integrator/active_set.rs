@@ -2,8 +2,8 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use crate::contact::NODE_RUN;
 use crate::fem::LANES;
+use crate::math::SUM_BLOCK;
 use std::ops::Range;
 
 /// Nodes of a batch; each stage (sums, limits, kicks) runs over the whole batch. Not tuned: any number works that
@@ -18,7 +18,7 @@ pub(super) const TILE_NODES: usize = 256;
 const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
 /// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (numerics A9).
-pub(super) const RUN: usize = NODE_RUN;
+pub(super) const RUN: usize = SUM_BLOCK;
 
 /// Number of active nodes from which on the loop runs over all nodes, in chunks that threads share, and not over a
 /// list.

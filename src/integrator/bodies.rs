@@ -29,7 +29,7 @@ pub(super) fn set_body<const D: usize, P: Potential<D>>(
     state: &BodyState,
 ) {
     system.state.bodies[body] = *state;
-    (system.clock.quiet_until, system.clock.knows_bodies) = (None, false);
+    (system.clock.quiet_until, system.contact.knows_bodies) = (None, false);
 }
 
 /// Limits a depth, m, to that of the back face.

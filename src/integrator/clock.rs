@@ -6,7 +6,8 @@ use super::schedule::EventQueue;
 use super::substep::MeshPhase;
 use crate::state::Tick;
 
-/// Clock of a mesh; derived from the state, apart from the conditions that end the mesh.
+/// Clock of a mesh. Its origin, initial steps and end conditions are those of the mesh; phase and failure belong to a tick;
+/// all else is derived from the state.
 #[derive(Debug)]
 pub(super) struct MeshClock {
     /// First tick of this mesh.
@@ -23,8 +24,6 @@ pub(super) struct MeshClock {
     pub initial_steps: (f64, f64),
     /// Tick up to which nothing happens, while the gel is at rest.
     pub quiet_until: Option<Tick>,
-    /// True if the neighbour list knows the last event of every body.
-    pub knows_bodies: bool,
     /// Conditions that end the mesh.
     pub ends: EndConditions,
     /// Failure at the last tick of the mesh; it ends the run unless another mesh is found.
@@ -42,7 +41,6 @@ impl MeshClock {
             step_range: (0, 0),
             initial_steps,
             quiet_until: None,
-            knows_bodies: false,
             ends: EndConditions::default(),
             failure: None,
         }

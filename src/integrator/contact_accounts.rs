@@ -116,7 +116,7 @@ fn post_support_reaction<const D: usize, P: Potential<D>>(system: &mut DiscreteS
 
 /// Posts the work of the symmetry contacts, Σ J (u⁻ + u⁺)/2, and their momentum, which the plane's restraint
 /// gives.
-pub(super) fn post_symmetry_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+fn post_symmetry_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let mut taken = ConstraintReaction::default();
     for SymmetryContact { node, axis, before, impulse, .. } in &system.workspace.symmetry_contacts {
         let a = node.index();

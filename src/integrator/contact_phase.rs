@@ -7,8 +7,8 @@ use super::substep::MeshPhase;
 use super::system::{DiscreteModel, DiscreteSystem};
 use super::workspace::Workspace;
 use crate::contact::{
-    ContactProblem, ContactSurface, ContactTolerances, NodalMasses, SurfaceNode, SurfaceView, SymmetryContact,
-    TickBodies, symmetry_contacts,
+    ContactProblem, ContactSurface, ContactTolerances, SurfaceNode, SurfaceView, SymmetryContact, TickBodies,
+    symmetry_contacts,
 };
 use crate::fem::Potential;
 use crate::math::Vector;
@@ -21,13 +21,24 @@ pub(super) struct SurfaceAtTick<'a, const D: usize, P> {
     state: &'a DynamicState<D>,
     clock: &'a MeshClock,
     workspace: &'a Workspace<D>,
+    /// Time of the tick, s.
+    time: f64,
 }
 
 impl<'a, const D: usize, P> SurfaceAtTick<'a, D, P> {
     /// Returns the surface of a system.
     pub fn of(system: &'a DiscreteSystem<D, P>) -> Self {
-        let DiscreteSystem { model, state, clock, workspace, .. } = system;
-        Self { model, state, clock, workspace }
+        Self::new(&system.model, &system.state, &system.clock, &system.workspace)
+    }
+
+    /// Views the parts of a system.
+    fn new(
+        model: &'a DiscreteModel<D, P>,
+        state: &'a DynamicState<D>,
+        clock: &'a MeshClock,
+        workspace: &'a Workspace<D>,
+    ) -> Self {
+        Self { model, state, clock, workspace, time: workspace.bodies_before[0].time }
     }
 
     /// Returns the bodies before the impulses of the tick.
@@ -36,34 +47,36 @@ impl<'a, const D: usize, P> SurfaceAtTick<'a, D, P> {
     }
 }
 
-impl<const D: usize, P: Potential<D>> NodalMasses<D> for SurfaceAtTick<'_, D, P> {
-    fn mass(&self, node: NodeId) -> f64 {
-        self.model.gel.mass[node.index()]
-    }
-
-    fn free(&self, node: NodeId) -> Vector<D> {
-        self.model.gel.free(node.index())
-    }
-}
-
 impl<const D: usize, P: Potential<D>> SurfaceView<D> for SurfaceAtTick<'_, D, P> {
+    type Masses = DiscreteGel<D, P>;
+
+    #[inline]
+    fn masses(&self) -> &DiscreteGel<D, P> {
+        &self.model.gel
+    }
+
+    #[inline]
     fn surface(&self) -> &ContactSurface {
         &self.model.gel.surface
     }
 
+    #[inline]
     fn position(&self, node: NodeId) -> Vector<D> {
         self.state.position[node.index()]
     }
 
+    #[inline]
     fn drifted(&self, node: NodeId) -> Vector<D> {
-        let (a, time) = (node.index(), self.workspace.bodies_before[0].time);
-        self.state.position[a] + self.state.velocity[a] * (time - self.model.grid.time(self.clock.last_ticks[a]))
+        let last = self.model.grid.time(self.clock.last_ticks[node.index()]);
+        self.state.drifted(node.index(), self.time - last)
     }
 
+    #[inline]
     fn velocity(&self, node: NodeId) -> Vector<D> {
         self.state.velocity[node.index()]
     }
 
+    #[inline]
     fn velocity_before(&self, node: NodeId) -> Vector<D> {
         self.workspace.velocity_before(node, &self.state.velocity)
     }
@@ -71,14 +84,12 @@ impl<const D: usize, P: Potential<D>> SurfaceView<D> for SurfaceAtTick<'_, D, P>
 
 /// Queries φ and n of the active surface nodes to the active bodies, where a body may be within reach.
 pub(super) fn query_gaps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    system.contact.clear();
-    system.contact.neighbours.go_on(system.model.grid.time(tick), &system.workspace.bodies_before);
-    system.clock.knows_bodies = true;
+    system.contact.begin_tick(system.model.grid.time(tick), &system.workspace.bodies_before);
     let horizon = system.horizon() * system.model.grid.time(1);
     let reach = system.contact.neighbours.reach(&system.model.bodies, horizon);
     find_queried_nodes(system, reach);
     let DiscreteSystem { model, state, clock, contact, workspace, .. } = system;
-    let surface = SurfaceAtTick { model, state, clock, workspace };
+    let surface = SurfaceAtTick::new(model, state, clock, workspace);
     contact.query_gaps(&surface, surface.bodies(), reach);
     collect_stars(system);
     find_contact_limits(system);
@@ -126,7 +137,7 @@ pub(super) fn find_contact_points<const D: usize, P: Potential<D>>(system: &mut 
     points.clear();
     let tolerances = tolerances(system);
     let DiscreteSystem { model, state, clock, contact, workspace, .. } = system;
-    let surface = SurfaceAtTick { model, state, clock, workspace };
+    let surface = SurfaceAtTick::new(model, state, clock, workspace);
     contact.find_facets(&surface, surface.bodies(), tolerances);
     for body in 0..system.model.bodies.len() {
         let surface = SurfaceAtTick::of(system);

@@ -29,7 +29,7 @@ pub(super) fn derive_from_state<const D: usize, P: Potential<D>>(system: &mut Di
     derive_last_ticks(system);
     let place = |node: usize| embed(&system.position_at(NodeId(node as u32), now));
     system.contact.neighbours = NeighbourList::new(&system.model.gel.surface, now, speeds, place);
-    system.clock.knows_bodies = false;
+    system.contact.knows_bodies = false;
     update_step_range(system);
 }
 

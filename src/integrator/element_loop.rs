@@ -56,11 +56,11 @@ impl SplitWork for ElementLoopOutput<'_> {
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
-        let (responses, more_answers) = responses.split_at_mut(responses.len().min(middle * groups));
+        let (responses, more_responses) = responses.split_at_mut(responses.len().min(middle * groups));
         let (memory, more_memory) = memory.split_at_mut(memory.len().min(middle * rows));
         let own = Self { first, blocks, parts, stiffness, responses, memory, groups, rows };
         let (first, blocks, parts, stiffness) = (first + middle, more_blocks, more_parts, more_stiffness);
-        let (responses, memory) = (more_answers, more_memory);
+        let (responses, memory) = (more_responses, more_memory);
         (own, Self { first, blocks, parts, stiffness, responses, memory, groups, rows })
     }
 }

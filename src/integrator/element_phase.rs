@@ -2,7 +2,7 @@
 
 use super::blocks::MIN_SHARED_ELEMENTS;
 use super::element_loop::{ElementLoopInput, is_failure};
-use super::node_loop::find_active;
+use super::node_loop::find_active_nodes;
 use super::reference::{drift_group_nodes, evaluate_forces};
 use super::system::DiscreteSystem;
 use super::{StepError, SteppingSchedule};
@@ -33,7 +33,7 @@ pub(super) fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut Di
     let (stiffness, responses) = (system.state.stiffness.as_mut_slice(), system.workspace.responses.as_mut_slice());
     let pool = system.pool.as_deref().filter(|_| n_elements > MIN_SHARED_ELEMENTS);
     blocks.sweep(&input, stiffness, responses, pool);
-    find_active(system);
+    find_active_nodes(system);
 }
 
 /// Lists the active groups in ascending order (reference form).

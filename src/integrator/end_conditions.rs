@@ -19,6 +19,6 @@ pub(super) struct EndConditions {
 pub struct DistortionLimits {
     /// Least shape quality of each element, 1 being the best.
     pub quality: Vec<f64>,
-    /// Least measure, [`Potential::measure`], of each element.
+    /// Least measure, [`Potential::measure`](crate::fem::Potential::measure), of each element.
     pub least: Vec<f64>,
 }

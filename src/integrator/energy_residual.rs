@@ -26,8 +26,8 @@ impl SplitWork for ClockUpdate<'_> {
         let at = clocks.len().min(middle * groups);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (clocks, more_clocks) = clocks.split_at_mut(at);
-        let (responses, more_answers) = responses.split_at(at);
-        let more = Self { blocks: more_blocks, clocks: more_clocks, responses: more_answers, groups };
+        let (responses, more_responses) = responses.split_at(at);
+        let more = Self { blocks: more_blocks, clocks: more_clocks, responses: more_responses, groups };
         (Self { blocks, clocks, responses, groups }, more)
     }
 }

@@ -115,7 +115,7 @@ fn skip_quiet_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
         system.clock.quiet_until = None;
         return now;
     }
-    if !system.clock.knows_bodies {
+    if !system.contact.knows_bodies {
         place_bodies_in_list(system);
     }
     let quiet_until = system.clock.quiet_until.unwrap_or_else(|| {
@@ -139,12 +139,11 @@ fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSy
     let events = system.state.bodies.iter().map(|body| body.time);
     let time = events.fold(system.contact.neighbours.time(), f64::max);
     place_bodies(system, time);
-    system.contact.neighbours.go_on(time, &system.workspace.bodies_before);
-    system.clock.knows_bodies = true;
+    system.contact.follow_bodies(time, &system.workspace.bodies_before);
 }
 
 /// Finds the bodies that have left at this tick; returns true if the gel is put to rest with it.
-pub(super) fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> bool {
+fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> bool {
     let Some(rule) = system.clock.ends.exits else { return false };
     let (bodies, contacts) = (&system.model.bodies, &mut system.state.record.contacts);
     for (i, (body, at)) in bodies.iter().zip(&system.workspace.bodies_after).enumerate() {
@@ -166,7 +165,7 @@ pub(super) fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteS
 }
 
 /// Moves the bodies beside a gel at rest up to a tick: only the orientation steps of tumbling bodies remain.
-pub(super) fn advance_bodies<const D: usize, P: Potential<D>>(
+fn advance_bodies<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     end: Tick,
 ) -> Result<AdvanceOutcome, StepError> {

@@ -119,10 +119,12 @@ impl<const D: usize, P: Potential<D>> DiscreteGel<D, P> {
 }
 
 impl<const D: usize, P: Potential<D>> NodalMasses<D> for DiscreteGel<D, P> {
+    #[inline]
     fn mass(&self, node: NodeId) -> f64 {
         self.mass[node.index()]
     }
 
+    #[inline]
     fn free(&self, node: NodeId) -> Vector<D> {
         self.free(node.index())
     }

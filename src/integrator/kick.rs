@@ -153,24 +153,24 @@ fn note_speed<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>
 
 /// Finds the nodes with impulses of contact, symmetry planes or pressures, and their velocities before these.
 fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let mut carriers = std::mem::take(&mut system.workspace.impulse_nodes);
-    carriers.clear();
-    let met = system.workspace.symmetry_contacts.iter().map(|meeting| meeting.node);
+    let mut impulse_nodes = std::mem::take(&mut system.workspace.impulse_nodes);
+    impulse_nodes.clear();
+    let symmetric = system.workspace.symmetry_contacts.iter().map(|contact| contact.node);
     for node in system
         .workspace
         .contact_points
         .iter()
         .flat_map(ContactPoint::nodes)
         .copied()
-        .chain(met)
+        .chain(symmetric)
         .chain(loaded_nodes(system))
     {
         let (before, kicked) = (system.velocity_before(node), system.state.velocity[node.index()]);
-        carriers.push(ImpulseNode { node, before, kicked });
+        impulse_nodes.push(ImpulseNode { node, before, kicked });
     }
-    carriers.sort_unstable_by_key(|carrier| carrier.node);
-    carriers.dedup_by_key(|carrier| carrier.node);
-    system.workspace.impulse_nodes = carriers;
+    impulse_nodes.sort_unstable_by_key(|impulse_node| impulse_node.node);
+    impulse_nodes.dedup_by_key(|impulse_node| impulse_node.node);
+    system.workspace.impulse_nodes = impulse_nodes;
 }
 
 /// Accounts for the change of velocity by pressures and contact after the kicks. Returns their additional work,

@@ -25,8 +25,8 @@ pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
         let group = system.model.layout.group(loaded.behind);
         if is_group_active(system, group, tick) {
             let slot = system.model.layout.slot(loaded.behind);
-            let (pushed, added) = find_load(system, loaded, &now, group, tick).unzip();
-            system.workspace.facet_loads.extend(pushed);
+            let (load, added) = find_load(system, loaded, &now, group, tick).unzip();
+            system.workspace.facet_loads.extend(load);
             let (added, before) = (added.unwrap_or(0.0), system.state.stiffness[slot]);
             system.workspace.load_stiffness.push(LoadStiffness { facet, slot, added, before });
         }
@@ -72,19 +72,19 @@ fn is_group_active<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P
 pub(super) fn add_load_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let stiffness = &mut system.state.stiffness;
     if let Some(blocks) = &mut system.blocks {
-        for stiffer in &system.workspace.load_stiffness {
-            let (found, stored) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
-            if blocks.all[stiffer.slot / SLOTS].report.is_some() {
+        for load in &system.workspace.load_stiffness {
+            let (found, stored) = (&mut blocks.unloaded[load.facet], &mut stiffness[load.slot]);
+            if blocks.all[load.slot / SLOTS].report.is_some() {
                 *found = *stored;
             }
         }
-        let is_unswept = |stiffer: &&LoadStiffness| blocks.all[stiffer.slot / SLOTS].report.is_none();
-        for stiffer in system.workspace.load_stiffness.iter().filter(is_unswept) {
-            stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
+        let is_unswept = |load: &&LoadStiffness| blocks.all[load.slot / SLOTS].report.is_none();
+        for load in system.workspace.load_stiffness.iter().filter(is_unswept) {
+            stiffness[load.slot] = blocks.unloaded[load.facet];
         }
     }
-    for stiffer in &system.workspace.load_stiffness {
-        stiffness[stiffer.slot] += stiffer.added;
+    for load in &system.workspace.load_stiffness {
+        stiffness[load.slot] += load.added;
     }
     sum_nodal_stiffness(system);
 }
@@ -94,11 +94,11 @@ pub(super) fn add_load_stiffness<const D: usize, P: Potential<D>>(system: &mut D
 fn sum_nodal_stiffness<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let (Some(blocks), stiffness) = (&mut system.blocks, &system.state.stiffness) else { return };
     let mut stiffened = std::mem::take(&mut system.workspace.stiffened_blocks);
-    for stiffer in &system.workspace.load_stiffness {
-        let (block, behind) = (stiffer.slot / SLOTS, system.model.gel.loads.facets[stiffer.facet].behind);
+    for load in &system.workspace.load_stiffness {
+        let (block, behind) = (load.slot / SLOTS, system.model.gel.loads.facets[load.facet].behind);
         // A sweep leaves out the load stiffness of the tick before.
         let (is_at_rest, was_swept) = (!blocks.all[block].is_moving(), blocks.all[block].report.is_some());
-        if stiffness[stiffer.slot] == stiffer.before && !(is_at_rest && was_swept) {
+        if stiffness[load.slot] == load.before && !(is_at_rest && was_swept) {
             continue;
         }
         stiffened.push(block);
@@ -121,35 +121,35 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
     if system.workspace.facet_loads.is_empty() {
         return;
     }
-    let (gel, freedom, mut taken) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
-    let mut pushed = std::mem::take(&mut system.workspace.facet_loads);
-    for pushed in &mut pushed {
-        pushed.weight += 0.5 * system.model.grid.time(system.ahead(pushed.group, tick));
-        for (node, impulse) in pushed.impulses() {
+    let (gel, freedom, mut reaction) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
+    let mut load = std::mem::take(&mut system.workspace.facet_loads);
+    for load in &mut load {
+        load.weight += 0.5 * system.model.grid.time(system.ahead(load.group, tick));
+        for (node, impulse) in load.impulses() {
             let (a, push) = (node.index(), embed(&impulse));
             system.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
             let at = embed(&system.state.position[a]);
-            taken.add(&gel.free(a), freedom, at, push);
+            reaction.add(&gel.free(a), freedom, at, push);
             system.state.ledger.momentum.load += freedom.translation(&push);
             system.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
             system.state.record.pressed += push.norm();
         }
     }
-    taken.post(&mut system.state.ledger);
-    system.workspace.facet_loads = pushed;
+    reaction.post(&mut system.state.ledger);
+    system.workspace.facet_loads = load;
 }
 
 /// Iterates over the nodes of the loaded facets of this tick.
 pub(super) fn loaded_nodes<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
 ) -> impl Iterator<Item = NodeId> + '_ {
-    system.workspace.facet_loads.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
+    system.workspace.facet_loads.iter().flat_map(|load| load.nodes[..D].iter().copied())
 }
 
 /// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
 /// that was still is not active.
 fn velocity_before_loads<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> Vector<D> {
-    match system.workspace.impulse_nodes.binary_search_by_key(&node, |carrier| carrier.node) {
+    match system.workspace.impulse_nodes.binary_search_by_key(&node, |impulse_node| impulse_node.node) {
         Ok(at) if system.blocks.is_some() => system.workspace.impulse_nodes[at].before,
         _ => system.workspace.velocities_before[node.index()],
     }

@@ -50,15 +50,17 @@ fn has_leaked<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) ->
 /// nodes. It tests element by element before a tick; [`find_collapse`] tests block by block after the
 /// sweep. Roundings may differ between the two, and either ends the mesh.
 fn has_collapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> bool {
-    let is_short = |node: &NodeId| {
-        system.model.grid.ticks(
-            system.model.settings.cfl
-                * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, *node),
-        ) < 1.0
-    };
     let mut elements =
         finest_groups(system).flat_map(|group| system.model.layout.elements(system.model.layout.slots(group)));
-    system.can_be_distorted() && elements.any(|element| system.model.gel.potential.nodes(element).iter().any(is_short))
+    system.can_be_distorted()
+        && elements
+            .any(|element| system.model.gel.potential.nodes(element).iter().any(|node| is_step_short(system, *node)))
+}
+
+/// Returns true if the stable step at a node is shorter than a tick.
+fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> bool {
+    let (model, stiffness) = (&system.model, &system.state.stiffness);
+    model.grid.ticks(model.settings.cfl * nodal_limit(&model.gel, stiffness, &model.layout, node)) < 1.0
 }
 
 /// Finds the first group whose stable step is shorter than a tick.
@@ -75,17 +77,11 @@ pub(super) fn find_collapse<const D: usize, P: Potential<D>>(
 pub(super) fn stepless<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
 ) -> impl Iterator<Item = ElementId> + '_ {
-    let is_short = move |node: &NodeId| {
-        system.model.grid.ticks(
-            system.model.settings.cfl
-                * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, *node),
-        ) < 1.0
-    };
     let stiffness = |element: &ElementId| system.state.stiffness[system.model.layout.slot(*element)];
     let stiffest = move |node: NodeId| {
         system.model.gel.star.of(node).iter().copied().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
     };
-    (0..system.model.gel.mass.len() as u32).map(NodeId).filter(is_short).filter_map(stiffest)
+    (0..system.model.gel.mass.len() as u32).map(NodeId).filter(|node| is_step_short(system, *node)).filter_map(stiffest)
 }
 
 /// Returns the positions of the corners of the first such element, m.

@@ -36,7 +36,7 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
         let (last, more_last) = self.last.split_at_mut(at);
         let (limit, more_limit) = self.limit.split_at_mut(at);
         let (excess, more_excess) = self.excess.split_at_mut(at);
-        let (decay, more_fade) = self.decay.split_at_mut(at);
+        let (decay, more_decay) = self.decay.split_at_mut(at);
         let (sums, more_sums) = self.sums.split_at_mut(chunks);
         let more = Self {
             first: self.first + at,
@@ -46,7 +46,7 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
             last: more_last,
             limit: more_limit,
             excess: more_excess,
-            decay: more_fade,
+            decay: more_decay,
             sums: more_sums,
         };
         (Self { first: self.first, position, velocity, before, last, limit, excess, decay, sums }, more)

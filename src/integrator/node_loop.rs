@@ -47,7 +47,7 @@ impl<const D: usize> NodeChunks<'_, D> {
 }
 
 /// Collects the nodes of the active blocks that are not known to be at rest.
-pub(super) fn find_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+pub(super) fn find_active_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let Some(blocks) = &mut system.blocks else { return };
     let active = &mut system.workspace.active_nodes;
     active.clear();

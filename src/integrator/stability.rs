@@ -17,8 +17,8 @@ pub(super) fn stable_steps<const D: usize, P: Potential<D>>(
     let sum = |node| gel.star.of(node).iter().map(|element| stiffness[element.index()]).sum();
     let limit_of = |a: usize| cfl * nodal_step_limit(sum(NodeId(a as u32)), gel.mass[a]);
     let limits: Vec<f64> = (0..gel.mass.len()).map(limit_of).collect();
-    let least = |nodes: &[NodeId]| nodes.iter().map(|node| limits[node.index()]).fold(f64::INFINITY, f64::min);
-    (0..gel.potential.len() as u32).map(|element| least(gel.potential.nodes(ElementId(element)))).collect()
+    let least_limit = |nodes: &[NodeId]| nodes.iter().map(|node| limits[node.index()]).fold(f64::INFINITY, f64::min);
+    (0..gel.potential.len() as u32).map(|element| least_limit(gel.potential.nodes(ElementId(element)))).collect()
 }
 
 /// Returns the nodal stability limit 2/√λ_a, s, from Σ κ_K and m_a.

@@ -1,7 +1,7 @@
 //! Semi-discrete system: a gel and rigid bodies, their state, and the quantities derived from it.
 //!
-//! The phases of a tick are functions of this system. A quantity stands where it is known: constant in the model, stored
-//! in the state, derived in all others.
+//! The phases of a tick are functions of this system. The model is constant, the state is stored; clock, blocks and contact
+//! are derived from the state, and the workspace is of one tick.
 
 use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
@@ -101,8 +101,8 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
     /// Returns the position of a node drifted to time `t`, m.
     pub fn position_at(&self, node: NodeId, t: f64) -> Vector<D> {
-        let a = node.index();
-        self.state.position[a] + self.state.velocity[a] * (t - self.model.grid.time(self.clock.last_ticks[a]))
+        let last = self.model.grid.time(self.clock.last_ticks[node.index()]);
+        self.state.drifted(node.index(), t - last)
     }
 
     /// Returns the velocity of a node before the kicks of this tick, m/s.

@@ -96,8 +96,8 @@ fn choose_steps<const D: usize, P: Potential<D>>(
     collapsed
 }
 
-/// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses of
-/// Moreau's law; returns the work of the kicks less the change of the carried kick work Q (numerics A6), in joules.
+/// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
+/// returns the work of the kicks less the change of the carried kick work Q (numerics A6), in joules.
 fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,

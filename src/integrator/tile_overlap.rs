@@ -45,6 +45,7 @@ impl TileOverlap {
     }
 
     /// Returns the local numbers of the nodes in the block.
+    #[inline]
     pub fn numbers(self) -> Range<usize> {
         let first = usize::from(self.first);
         first..first + usize::from(self.n)

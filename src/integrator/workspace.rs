@@ -24,7 +24,7 @@ pub(super) struct Workspace<const D: usize> {
     pub node_limits: Vec<f64>,
     /// Stable limits by local number in one block, s.
     pub block_limits: Vec<f64>,
-    /// Contact limit of the steps at each node of `reached`.
+    /// Contact limit of the steps at each node of the queried nodes.
     pub contact_limits: Vec<ContactLimit>,
     /// Star of each surface node that a body was close to.
     pub surface_stars: Vec<NodeStar>,

@@ -19,9 +19,9 @@ const REFINED: [&str; 4] = ["mesh.size", "mesh.tree.slope", "remesh.smallest", "
 /// The laws: that of the scene; one that does not know the pressure; the pressure felt in a longer time, and up to a higher one, so less steeply;
 /// and a wave half as fast. And how many of the meshes each is run on.
 const LAWS: [(&str, &Keys, usize); 5] = [
-    ("as it comes", &[], 5),
+    ("scene unchanged", &[], 5),
     ("not confined", &[("gel.strength", SLOW)], 5),
-    ("felt in 12 µs", &[("gel.strength.confined.time", "12e-6")], 4),
+    ("delay of 12 µs", &[("gel.strength.confined.time", "12e-6")], 4),
     (
         "9.3 kPa, 25 times at 1 MPa",
         &[

@@ -49,7 +49,7 @@ fn head() {
     let times: Vec<String> = TIMES.iter().map(|t| format!(" {t} ms: mm, m/s |")).collect();
     let times = times.concat();
     println!(
-        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of the time | 1000 elements/s | CPU s |"
+        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | remeshing, % of the time | 1000 elements/s | CPU s |"
     );
     println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
 }
@@ -71,7 +71,7 @@ fn told(end: Result<(), StepError>) -> String {
 /// About an axis, by speed: whether the run reaches its end, and what it took.
 pub fn speeds() {
     println!(
-        "| m/s | cells, mm | depth, mm | at, ms | end | meshes | least J | broken off, % of the mass | splash, % of E₀ | remesh, % | integration, % | CPU s |"
+        "| m/s | cells, mm | depth, mm | at, ms | end | meshes | least J | eroded, % of the mass | eroded, % of E₀ | remesh, % | integration, % | CPU s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for speed in SPEEDS {

@@ -22,7 +22,7 @@ const STEEP: &str = "{ yield_stress = 66.5e3, reference_rate = 500.0, rate_expon
 
 /// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the law of the strength, then the speed.
 const RUNS: [(&str, &Keys); 28] = [
-    ("as it comes: R/8, growth 0.1", &[]),
+    ("scene unchanged: R/8, growth 0.1", &[]),
     ("cells of R/5", &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.2e-3")]),
     ("cells of R/12", &[("mesh.size", "0.18e-3"), ("remesh.smallest", "0.09e-3")]),
     ("growth 0.15", &[("remesh.growth", "0.15")]),
@@ -33,9 +33,9 @@ const RUNS: [(&str, &Keys); 28] = [
     ("sealed, nothing in the cavity", &[("load", "[{ on = \"z_max\", pressure = -101325.0, depth = 4.37e-3 }]")]),
     ("confined at 0.1 MPa", &[("gel.strength.confined.pressure", "0.1e6")]),
     ("confined at 1 MPa", &[("gel.strength.confined.pressure", "1e6")]),
-    ("felt at once", &[("gel.strength.confined.time", "0.0")]),
-    ("felt at once, wave of 1500 m/s", &[("gel.strength.confined.time", "0.0"), ("gel.bulk_modulus", "2317.5e6")]),
-    ("felt in 10 µs", &[("gel.strength.confined.time", "10e-6")]),
+    ("no delay", &[("gel.strength.confined.time", "0.0")]),
+    ("no delay, wave of 1500 m/s", &[("gel.strength.confined.time", "0.0"), ("gel.bulk_modulus", "2317.5e6")]),
+    ("delay of 10 µs", &[("gel.strength.confined.time", "10e-6")]),
     (
         "12.5 kPa, 12 times",
         &[
@@ -88,7 +88,7 @@ pub fn study() {
 pub fn head() {
     let times: Vec<String> = TIMES.iter().map(|time| format!(" {time} ms: mm |")).collect();
     println!(
-        "| |{} depth, mm | at, ms | cavity, mm | at, ms | at the end, mm | meshes | refused | elements | M updates | plastic, % of E₀ | damage | viscous | remesh | kinetic taken | integration | bias | splash | closure | CPU s | exchanging, s |",
+        "| |{} depth, mm | at, ms | cavity, mm | at, ms | at the end, mm | meshes | refused | elements | M updates | plastic, % of E₀ | damage | viscous | remesh | kinetic taken | integration | bias | eroded | closure | CPU s | remeshing, s |",
         times.concat()
     );
     println!(

@@ -4,7 +4,7 @@ use super::fbi_bb::{Keys, head, row};
 
 /// Scenes and names of the shots, and what is changed in each: in space, and about the axis on cells that grow as fast.
 const RUNS: [(&str, &str, &Keys); 5] = [
-    ("fbi-bb-3d", "in space, as it comes: R/5, growth 0.25", &[]),
+    ("fbi-bb-3d", "in space, scene unchanged: R/5, growth 0.25", &[]),
     (
         "fbi-bb-3d",
         "in space, R/3.6, growth 0.25",

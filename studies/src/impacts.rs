@@ -19,7 +19,7 @@ const MOTIONS: [Flight; 3] = [
 
 /// Closure of the books, and conservation without them; then single hits and the loss at first touch.
 pub fn study() {
-    println!("| body | impact | μ | contact, % | friction, % | P | L | P, books | L, books | E, books | defect |");
+    println!("| body | impact | μ | contact, % | friction, % | P | L | P, ledger | L, ledger | E, ledger | defect |");
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for body in BODIES {
         for motion in MOTIONS {

@@ -35,7 +35,7 @@ pub fn masses() -> Vec<Row> {
         let heavy = [1.0_f64, 1e2, 1e4, 1e6].map(|ratio| (1.0 - of(ratio)) / -(-1.0 / ratio).exp_m1());
         [
             Row::near(
-                format!("plate/column 1e-6 / 1e-4, {name}: v/v₀ after a transit, books closed"),
+                format!("plate/column 1e-6 / 1e-4, {name}: v/v₀ after a transit, balances closed"),
                 0.0,
                 1e-2,
                 &light,
@@ -72,7 +72,7 @@ pub fn slow() -> Vec<Row> {
         Row::near("speed 1e-6 / 1e-3 / 0.1 m/s: v/v₀ = exp(−m/M)", (-1.0_f64).exp(), 0.01, &got),
         Row::new(
             "speed 1e-160 / 1e-300 / 1e-310 / 5e-324 m/s, denormal numbers: v/v₀",
-            "0 to 1, books closed",
+            "0 to 1, balances closed",
             listed(&tiny, 3),
             met,
         ),
@@ -88,7 +88,7 @@ pub fn fast() -> Vec<Row> {
     };
     let row = |speed: f64| {
         let case = format!("ball of {speed} m/s on a fixed elastic mesh, wave of 27 m/s");
-        let expected = "stops, says why, says it again, books closed, goes back to a state";
+        let expected = "stops with a reason, repeats it, balances closed, an earlier state restored";
         match stopped(speed) {
             Ok(said) => Row::new(case, expected, shortened(&said), said.contains("element") || said.contains("leaks")),
             Err(wrong) => Row::new(case, expected, wrong, false),
@@ -109,8 +109,8 @@ pub fn supersonic() -> Vec<Row> {
     // v₀/v − 1 = ½ρAC v₀t/M for a drag that goes with the square of the speed.
     let ratio = -speed / seen.projectile().kinematics.velocity.z;
     let drag = (ratio - 1.0) * mass / (0.5 * 1030.0 * PI * radius * radius * speed * simulation.time());
-    let case = "fbi-bb at 1500 m/s, Mach 1.9, 30 µs: drag coefficient; books closed";
-    let expected = "between 0.3 and 1.2, or stops and says why";
+    let case = "fbi-bb at 1500 m/s, Mach 1.9, 30 µs: drag coefficient; balances closed";
+    let expected = "between 0.3 and 1.2, or stops with a reason";
     let got = match &outcome {
         Ok(()) => format!("{drag:.2}; {:.0e}", seen.energy.energy_error),
         Err(said) => format!("{drag:.2} until {}", shortened(said)),
@@ -188,7 +188,7 @@ pub fn two_million() -> Vec<Row> {
     ];
     let seen = struck(&keys, TRANSITS);
     let case = format!("{:.2} million tetrahedra, 0.3 transits: v/v₀ = exp(−0.3)", 1e-6 * seen.cost.elements as f64);
-    let books = "same: energy and momentum that no account explains";
+    let books = "same: imbalance of energy and momentum";
     vec![
         Row::near(case, (-TRANSITS).exp(), 0.01, &[remaining(&seen)]),
         Row::new(books, "< 1e-10, 1e-12", open(&seen), closes(&seen)),

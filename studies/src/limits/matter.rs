@@ -118,7 +118,7 @@ fn sliver(ratio: f64) -> Vec<Row> {
         rested((YOUNG, 0.45), &keys)
     });
     let case = format!("cells 1:{ratio}, slivers of that aspect, elastic / flowing: strain/(p/E′)");
-    let books = "same: energy and momentum that no account explains, of the energy and momentum that went through";
+    let books = "same: imbalance of energy and momentum, relative to their throughput";
     let errors = runs.each_ref().map(|(_, seen)| open(seen)).join(" / ");
     vec![
         Row::near(case, 1.0, TOLERANCE, &runs.each_ref().map(|(strain, _)| *strain)),

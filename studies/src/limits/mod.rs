@@ -1,4 +1,4 @@
-//! The component far from the ordinary: each case gives what is known beforehand, or stops and says why.
+//! The component far from the ordinary: each case gives what is known beforehand, or stops with a reason.
 
 mod gel;
 mod impact;

@@ -111,7 +111,7 @@ fn transits((n, size): (u32, &str), material: &[(&'static str, String)]) -> Row 
     let name = if material.is_empty() { "elastic" } else { "flowing, below its strength" };
     let case =
         format!("{n} transits of the wave in a free column, {name}: change of the energy since the first hundredth/E₀");
-    Row::new(case, "< 1e-3, books closed to 1e-10", format!("{worst:.1e}, {:.0e}", seen.energy.energy_error), met)
+    Row::new(case, "< 1e-3, balances closed to 1e-10", format!("{worst:.1e}, {:.0e}", seen.energy.energy_error), met)
 }
 
 /// Any number of threads gives the same bits.
@@ -153,7 +153,7 @@ pub fn gravity() -> Vec<Row> {
     let none = asked(&[("gel.gravity", "9.81".to_owned())]).map_or_else(|error| error.to_string(), |_| String::new());
     vec![
         Row::new("plate under external_force −Mg, 1 / 7 / 1000 steps: |z − (z₀ − ½gt²)|, m", "< 1e-12", got, met),
-        Row::said("gravity asked of the gel", "unknown key", &none),
+        Row::said("gravity on the gel", "unknown key", &none),
     ]
 }
 
@@ -179,7 +179,7 @@ pub fn pressed() -> Vec<Row> {
     if !closes(&seen) {
         row = Row::new(
             "plate that starts in contact",
-            "books closed",
+            "balances closed",
             format!("{:.0e}", seen.energy.energy_error),
             false,
         );
