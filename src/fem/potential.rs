@@ -73,7 +73,7 @@ pub trait Potential<const D: usize>: Send + Sync {
     fn measure_all(&self, x: &[Vector<D>], memory: &[HistoryVariables<D>]) -> ElementStates {
         measure_patches(self, x, memory)
     }
-    /// Returns the closing rate of an element, 1/s: 1 over the time until J reaches the margin [`TURNED`], 0 if never.
+    /// Returns the closing rate of an element, 1/s: 1 over the time until J reaches the margin of inversion, 0 if never.
     ///
     /// Arguments are its J and the positions, m, and velocities, m/s, of all nodes.
     fn closing(&self, _element: ElementId, _jacobian: f64, (_x, _v): (&[Vector<D>], &[Vector<D>])) -> f64 {
