@@ -210,11 +210,11 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
 }
 
 /// Where the boundary crossed itself for so long that an element was turned over, or the step of a young mesh collapsed, such runs ended
-/// between 7 and 16 ms. At which speeds no mesh is taken depends on last digits.
+/// between 7 and 16 ms. At which speeds no mesh is taken, and gel is eroded, depends on last digits: it is at all of these.
 #[test]
 fn what_no_mesh_can_follow_breaks_off_and_does_not_stop_a_run() {
     let mut broken = vec![];
-    for speed in [17.0, 19.0, 19.5, 20.5, 24.0] {
+    for speed in [18.1, 20.0, 20.4, 22.8, 24.5] {
         let scene = deep_round(2.5e-3, &[format!("projectile.velocity=[0.0, 0.0, {}]", -speed)]);
         let whole = run(&scene, (1, 1));
         let (seen, mass) = (whole.observe(), simulation(&scene, 1).frame().mass);
