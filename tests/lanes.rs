@@ -76,7 +76,7 @@ impl<const D: usize> Both<D> {
         let (mut energy, mut lost) = (0.0, 0.0);
         for e in 0..9 {
             let mut answers = [ElementResponse::default(); DEPTH];
-            let spent = self.simplices.advance(e, x, (elapsed, &mut self.memory), &mut answers);
+            let spent = self.simplices.advance(e, x, elapsed, &mut self.memory, &mut answers);
             energy += spent.energy;
             lost += spent.plastic + spent.viscous + spent.damage;
             let (slot, kappa) = (e / LANES * LANES + e % LANES, answers[0].stiffness);

@@ -32,7 +32,8 @@ pub trait Potential<const D: usize>: Send + Sync {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (_, memory): (f64, &mut [HistoryVariables<D>]),
+        _step: f64,
+        memory: &mut [HistoryVariables<D>],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
         Dissipation { energy: self.evaluate(patch, x, memory, answers), ..Dissipation::default() }
@@ -44,7 +45,8 @@ pub trait Potential<const D: usize>: Send + Sync {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (memory, _viscous): (&[HistoryVariables<D>], &[f64; DEPTH]),
+        memory: &[HistoryVariables<D>],
+        _viscous: &[f64; DEPTH],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         self.evaluate(patch, x, memory, answers)

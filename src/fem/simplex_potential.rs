@@ -79,14 +79,15 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         memory: &[HistoryVariables<D>],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
-        self.again(patch, x, (memory, &[0.0; DEPTH]), answers)
+        self.again(patch, x, memory, &[0.0; DEPTH], answers)
     }
 
     fn advance(
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (step, memory): (f64, &mut [HistoryVariables<D>]),
+        step: f64,
+        memory: &mut [HistoryVariables<D>],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
         let ids = self.patches.of(patch);
@@ -102,7 +103,8 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        (memory, viscous): (&[HistoryVariables<D>], &[f64; DEPTH]),
+        memory: &[HistoryVariables<D>],
+        viscous: &[f64; DEPTH],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         let ids = self.patches.of(patch);

@@ -75,8 +75,8 @@ pub(super) fn reevaluate_group<const D: usize, P: Potential<D>>(
     for patch in system.model.layout.patches(group) {
         let own = system.model.gel.potential.patches().of(*patch as usize);
         let (mut responses, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&system.model.layout, own));
-        let history = (system.state.memory.as_slice(), &viscous);
-        system.model.gel.potential.again(*patch as usize, &system.state.position, history, &mut responses);
+        let (x, memory) = (&system.state.position, &system.state.memory);
+        system.model.gel.potential.again(*patch as usize, x, memory, &viscous, &mut responses);
         elements.extend(own.iter().copied().zip(responses));
     }
 }

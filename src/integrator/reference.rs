@@ -83,9 +83,8 @@ pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
     let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
     for patch in system.model.layout.patches(group) {
         let mut responses = [ElementResponse::default(); DEPTH];
-        let history = (elapsed, system.state.memory.as_mut_slice());
-        let dissipation =
-            system.model.gel.potential.advance(*patch as usize, &system.state.position, history, &mut responses);
+        let (x, memory) = (&system.state.position, &mut system.state.memory);
+        let dissipation = system.model.gel.potential.advance(*patch as usize, x, elapsed, memory, &mut responses);
         sum.energy += dissipation.energy;
         system.state.ledger.energy.book_dissipation(&dissipation);
         for (element, response) in system.model.gel.potential.patches().of(*patch as usize).iter().zip(&responses) {

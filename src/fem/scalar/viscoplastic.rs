@@ -235,7 +235,7 @@ mod tests {
         let mut memory = vec![HistoryVariables::default(); 2];
         for step in 1..=50 {
             let x = waved(mesh, 0.004 * f64::from(step));
-            simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
+            simplices.advance(0, &x, 0.01, &mut memory, &mut [ElementResponse::default(); DEPTH]);
         }
         assert!(memory.iter().all(|memory| memory.plastic > 0.01), "{memory:?}");
         memory
@@ -318,7 +318,7 @@ mod tests {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let mut memory = flown(&mesh, &simplices);
         let x = waved(&mesh, 0.21);
-        simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
+        simplices.advance(0, &x, 0.01, &mut memory, &mut [ElementResponse::default(); DEPTH]);
         for (id, memory) in (0..).map(ElementId).zip(&memory) {
             assert!((det(&memory.inverse) * memory.out - 1.0).abs() < 1e-12);
             let (element, gel) = (simplices.rest_element(id), gel());
@@ -349,7 +349,7 @@ mod tests {
             for step in 0..=50 {
                 let shear = 0.01 * f64::from(step);
                 let x: Vec<_> = mesh.rest.iter().map(|x| (x + Vector::<3>::x() * shear * x[2]) * size).collect();
-                simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
+                simplices.advance(0, &x, 0.01, &mut memory, &mut [ElementResponse::default(); DEPTH]);
                 if step == 50 {
                     let (element, bears) =
                         (simplices.rest_element(ElementId(0)), confined * strength.at(memory[0].rate));
@@ -373,7 +373,7 @@ mod tests {
             let x = waved(&mesh, 0.25 * (std::f64::consts::PI * along).sin());
             let mut answers = [ElementResponse::default(); DEPTH];
             let time = if step == 0 { 0.0 } else { 1.0 / f64::from(steps) };
-            let spent = simplices.advance(0, &x, (time, &mut memory), &mut answers);
+            let spent = simplices.advance(0, &x, time, &mut memory, &mut answers);
             let mut forces = vec![Vector::<2>::zeros(); 4];
             for (element, answer) in answers[..2].iter().enumerate() {
                 let nodes = simplices.nodes(ElementId(element as u32));
@@ -397,7 +397,7 @@ mod tests {
         let (mut memory, mut left) = (vec![HistoryVariables::default(); 2], [1.0; 2]);
         for step in 1..=200 {
             let x = waved(&mesh, 0.25 * (f64::from(step) * 0.0314).sin());
-            simplices.advance(0, &x, (0.01, &mut memory), &mut [ElementResponse::default(); DEPTH]);
+            simplices.advance(0, &x, 0.01, &mut memory, &mut [ElementResponse::default(); DEPTH]);
             assert!(memory.iter().zip(left).all(|(memory, left)| memory.left <= left && memory.left > 0.05));
             left = [memory[0].left, memory[1].left];
         }

@@ -38,7 +38,7 @@ fn advance<const D: usize>(
     (step, memory): (f64, &mut [HistoryVariables<D>]),
 ) -> (Dissipation, ElementResponse<D>) {
     let mut answers = [ElementResponse::default(); DEPTH];
-    let spent = simplices.advance(0, x, (step, memory), &mut answers);
+    let spent = simplices.advance(0, x, step, memory, &mut answers);
     (spent, answers[0])
 }
 
