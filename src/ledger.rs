@@ -41,8 +41,8 @@ pub struct EnergyAccounts {
     pub load: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
-    /// Plastic dissipation at the remaining strength, negative (numerics 6.2).
-    pub plastic: f64,
+    /// Dissipation by bulk viscosity, negative (numerics 6.2).
+    pub bulk_viscous: f64,
     /// Viscous dissipation, negative: −Σ q ΔJ w of bulk viscosity, and the relaxed energy of the viscoelastic
     /// branches.
     pub viscous: f64,
@@ -128,16 +128,16 @@ impl EnergyAccounts {
     /// Books the dissipation of a patch, and adds it to the residual of its step, which is computed from the stored
     /// energy.
     pub fn book_dissipation(&mut self, spent: &Dissipation) {
-        self.plastic -= spent.plastic;
+        self.bulk_viscous -= spent.bulk;
         self.viscous -= spent.viscous;
         self.damage -= spent.damage;
-        self.integration += spent.plastic + spent.viscous + spent.damage;
+        self.integration += spent.bulk + spent.viscous + spent.damage;
     }
 
     /// Returns all accounts, J.
     fn accounts(&self) -> [f64; 13] {
         let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
-        let Self { remesh, load, damping, plastic, viscous, eroded, damage, .. } = *self;
+        let Self { remesh, load, damping, bulk_viscous, viscous, eroded, damage, .. } = *self;
         [
             contact,
             friction,
@@ -148,7 +148,7 @@ impl EnergyAccounts {
             remesh,
             load,
             damping,
-            plastic,
+            bulk_viscous,
             viscous,
             eroded,
             damage,
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn the_available_energy_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
         let books = EnergyAccounts { external: -3.0, load: 0.5, importer: -0.25, ..EnergyAccounts::default() };
-        let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, plastic: -9.0, ..books };
+        let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, bulk_viscous: -9.0, ..books };
         for books in [books, made] {
             assert_eq!((books.scale_of_work(-2.0), books.provided(-2.0)), (5.5, 5.75));
         }

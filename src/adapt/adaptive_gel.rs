@@ -3,6 +3,7 @@
 use super::gel_definition::GelDefinition;
 use super::record::RemeshRecord;
 use super::refusal::FailedRemesh;
+use crate::constitutive::ElasticAverage;
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::{HistoryVariables, Potential, Simplices};
 use crate::integrator::{DiscreteGel, Engine, UnusableStep};
@@ -65,9 +66,14 @@ impl<const D: usize> AdaptiveGel<D> {
         ordered_sum(mass.len(), 0.0, |i| mass[i])
     }
 
-    /// Returns true if the gel is viscoplastic.
-    pub(super) fn is_viscoplastic(&self) -> bool {
+    /// Returns true for a two-network gel.
+    pub(super) fn has_networks(&self) -> bool {
         self.engine.gel().potential.remembers()
+    }
+
+    /// Rule by which new elements of a two-network gel get their elastic state.
+    pub(super) fn elastic_average(&self) -> ElasticAverage {
+        self.definition.remesh.map(|settings| settings.average).unwrap_or_default()
     }
 
     /// Active bodies in their current states.

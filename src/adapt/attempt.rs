@@ -40,20 +40,20 @@ const PLANE_QUALITY: f64 = 0.3;
 const SPACE_QUALITY: f64 = 0.2;
 
 impl RemeshAttempt {
-    /// Attempts in this dimension; `is_viscoplastic` for a viscoplastic gel. In space there is the local method alone.
-    pub fn all<const D: usize>(method: RemeshMethod, is_viscoplastic: bool) -> [Self; 3] {
+    /// Attempts in this dimension; `has_networks` for a two-network gel. In space there is the local method alone.
+    pub fn all<const D: usize>(method: RemeshMethod, has_networks: bool) -> [Self; 3] {
         match D {
-            3 if is_viscoplastic => Self::VISCOPLASTIC,
+            3 if has_networks => Self::NETWORKS,
             3 => Self::ELASTIC,
-            _ => Self::in_plane(method, is_viscoplastic),
+            _ => Self::in_plane(method, has_networks),
         }
     }
 
     /// Attempts of a method in the plane.
-    pub fn in_plane(method: RemeshMethod, is_viscoplastic: bool) -> [Self; 3] {
+    pub fn in_plane(method: RemeshMethod, has_networks: bool) -> [Self; 3] {
         match method {
             RemeshMethod::Local => {
-                [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !is_viscoplastic })
+                [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !has_networks })
             }
             RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|size_factor| Self::Immersed { size_factor }),
         }
@@ -66,12 +66,12 @@ impl RemeshAttempt {
         Self::Retained { sag: 0.2, slide: 0.1, rests: true },
     ];
 
-    /// Attempts in space for a viscoplastic gel.
+    /// Attempts in space for a two-network gel.
     ///
     /// Its surface has no rest shape that tells how flat it was. A cavity in cells of a quarter of the ball's radius
     /// is flat to no more than 0.13 of a cell. Without sliding, an element of the calibration shot inverts after 11
     /// µs.
-    const VISCOPLASTIC: [Self; 3] = [
+    const NETWORKS: [Self; 3] = [
         Self::Retained { sag: 0.2, slide: 0.1, rests: false },
         Self::Retained { sag: 0.06, slide: 0.05, rests: false },
         Self::Retained { sag: 0.0, slide: 0.0, rests: false },

@@ -51,10 +51,10 @@ pub(super) struct RemeshInput<'a, const D: usize> {
     pub size: &'a [f64],
 }
 
-/// Tolerance for a viscoplastic gel. The wall of a wide cavity in coarsening cells exceeds
+/// Tolerance for a two-network gel. The wall of a wide cavity in coarsening cells exceeds
 /// [`MEASURE_TOLERANCE`]. At 210 m/s
 /// nodes were then no longer removed, came within 0.1 µm of each other on the axis, and cut the step to a thousandth.
-const VISCOPLASTIC_MEASURE_TOLERANCE: f64 = 1e-4;
+const NETWORK_MEASURE_TOLERANCE: f64 = 1e-4;
 /// Relative tolerance of mass conservation. Round-off leaves 2e-14 over a run with a hundred remeshings.
 const MASS_TOLERANCE: f64 = 1e-12;
 /// Greatest ratio of new to old kinetic energy: finer meshes hold a few per cent more of short waves.
@@ -94,7 +94,7 @@ pub(super) fn generate_candidate<const D: usize>(
     let bodies = gel.active_bodies();
     let (proposal, measure) = generator(attempt, moved, size, &|x| clear_of_bodies(&bodies, x))?;
     let worst = data.qualities.iter().copied().fold(f64::INFINITY, f64::min);
-    let measure = if gel.is_viscoplastic() { measure.max(VISCOPLASTIC_MEASURE_TOLERANCE) } else { measure };
+    let measure = if gel.has_networks() { measure.max(NETWORK_MEASURE_TOLERANCE) } else { measure };
     let acceptance = AcceptanceLimits { measure, quality: attempt.least_quality::<D>(worst) };
     let pairing = MeshCorrespondence::of(&old.mesh, &proposal);
     let qualities =
@@ -111,7 +111,7 @@ pub(super) fn generate_candidate<const D: usize>(
     let patches = gel.definition.build_patches(&mesh, &proposal.position, &adjacency);
     let (potential, memory) = (&gel.engine.gel().potential, &gel.engine.state().memory);
     let source = SourceMesh::new(potential, old, memory, moved.position);
-    let target = TargetMesh::by(&proposal, &new);
+    let target = TargetMesh::by(&proposal, &new, gel.elastic_average());
     let inherited = history::inherited(&source, moved.position, &target, &patches);
     let (references, memory) = inherited.ok_or(RemeshRefusal::Restless)?;
     let new_elements = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();

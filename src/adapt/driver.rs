@@ -18,6 +18,7 @@ use super::refusal::{FailedRemesh, RemeshRefusal};
 use super::settings::AdaptSettings;
 use super::sizes::target_sizes;
 use super::source_mesh::{SourceMesh, TargetMesh};
+use crate::constitutive::ElasticAverage;
 use crate::integrator::{BalanceTotals, StepError, UnusableStep};
 use crate::mesh::{ElementId, Mesh};
 use crate::remesh::{DeformedMesh, UnchangedElement};
@@ -144,7 +145,7 @@ fn replace_mesh<const D: usize>(
     let data = old_mesh_data(gel, &moved, adjacency);
     let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let mut reasons = vec![];
-    let attempts = RemeshAttempt::all::<D>(settings.method, gel.is_viscoplastic());
+    let attempts = RemeshAttempt::all::<D>(settings.method, gel.has_networks());
     for (attempt, number) in attempts.into_iter().zip(1..) {
         let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
         let candidate = match generate_candidate(gel, &input, generator, attempt) {
@@ -163,7 +164,7 @@ fn replace_mesh<const D: usize>(
             continue;
         }
         gel.engine.count_remesh();
-        if gel.is_viscoplastic() {
+        if gel.has_networks() {
             gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
         }
         let energy = gel.engine.state().ledger.energy.remesh - booked;
@@ -185,7 +186,14 @@ fn keep_mesh<const D: usize>(gel: &mut AdaptiveGel<D>, data: OldMeshData) -> Res
     let Mesh { rest, elements, .. } = &birth.mesh;
     let same: Vec<_> =
         (0..elements.len() as u32).map(|element| Some(UnchangedElement::in_order(ElementId(element)))).collect();
-    let target = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
+    let target = TargetMesh {
+        position: &birth.position,
+        rest,
+        elements,
+        same: &same,
+        sources: &[],
+        rule: ElasticAverage::default(),
+    };
     let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
     if let Some((references, recalled)) = inherited(&source, &state.position, &target, &patches) {
         (birth.references, memory) = (references, recalled);

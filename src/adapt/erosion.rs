@@ -3,6 +3,7 @@
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
 use super::history::inherited;
 use super::source_mesh::{SourceMesh, TargetMesh};
+use crate::constitutive::ElasticAverage;
 use crate::fem::Potential;
 use crate::integrator::UnusableStep;
 use crate::math::Vector;
@@ -77,7 +78,7 @@ pub(super) fn erode<const D: usize>(
     let properties = MeshProperties { patches, qualities, adjacency };
     let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
     let MeshInstance { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
-    let target = TargetMesh { position, rest, elements, same: &same, sources: &[], is_kept: false };
+    let target = TargetMesh { position, rest, elements, same: &same, sources: &[], rule: ElasticAverage::default() };
     let Some((references, memory)) = inherited(&source, &state.position, &target, &properties.patches) else {
         return Ok(false);
     };

@@ -82,11 +82,11 @@ impl GelDefinition {
             return ElementPatches::alone(mesh.elements.len());
         }
         match &self.material {
-            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => {
+            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => {
                 ElementPatches::grouped_at((&mesh.rest, &mesh.elements), adjacency)
             }
-            // After plastic flow the rest positions no longer tell which elements are neighbours in space.
-            Material::Flowing(_) => ElementPatches::grouped_at((position, &mesh.elements), adjacency),
+            // After viscous flow the rest positions no longer tell which elements are neighbours in space.
+            Material::TwoNetwork(_) => ElementPatches::grouped_at((position, &mesh.elements), adjacency),
         }
     }
 

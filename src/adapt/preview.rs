@@ -70,7 +70,7 @@ fn first_accepted(
     method: RemeshMethod,
 ) -> Result<PreviewMesh, RemeshRefusal> {
     let mut refused = None;
-    for (attempt, number) in RemeshAttempt::in_plane(method, gel.is_viscoplastic()).into_iter().zip(1..) {
+    for (attempt, number) in RemeshAttempt::in_plane(method, gel.has_networks()).into_iter().zip(1..) {
         match generate_candidate(gel, input, generate_mesh, attempt) {
             Ok(candidate) => return Ok(preview_mesh(gel, candidate, input.moved, number)),
             Err(why) => refused = Some(why),

@@ -71,10 +71,13 @@ pub(super) fn rests<const D: usize>(
 }
 
 /// Greatest relative error of J: the error that stores as much energy as a shear of 1. In a gel with K = 3900 μ, an
-/// element half outside the old gel had J = 1.7, and gained 70 % of a shot's energy at once. A viscoplastic gel
-/// limits tension, and thereby the effect of such errors.
+/// element half outside the old gel had J = 1.7, and gained 70 % of a shot's energy at once. A tension limit also
+/// limits the effect of such errors.
 fn most_strained(material: &Material) -> f64 {
-    if matches!(material, Material::Flowing(_)) { f64::INFINITY } else { material.shear_wave_ratio() }
+    match material {
+        Material::TwoNetwork(gel) if gel.state().has_tension_limit() => f64::INFINITY,
+        _ => material.shear_wave_ratio(),
+    }
 }
 
 /// Total rest measure of the old elements that were removed.
@@ -95,7 +98,7 @@ pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Overlap
 mod tests {
     use super::*;
     use crate::adapt::history::tests::{gel, instance};
-    use crate::constitutive::NeoHookean;
+    use crate::constitutive::{ElasticAverage, NeoHookean};
     use crate::fem::{HistoryVariables, Simplices};
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
     use crate::state::MeshInstance;
@@ -112,7 +115,7 @@ mod tests {
         let patches = if n > 1 { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(elements) };
         let simplices = Simplices::in_patches(&mesh, patches, (material, section));
         let position: Vec<_> = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt() + wave(x) * (n as f64 - 1.0)).collect();
-        (simplices, instance(mesh, &position, 1.0), vec![HistoryVariables::default(); elements])
+        (simplices, instance(mesh, &position, 1.0), vec![HistoryVariables::default(); elements * 2])
     }
 
     fn wave(x: &Vector<2>) -> Vector<2> {
@@ -126,7 +129,7 @@ mod tests {
     #[test]
     fn a_new_surface_keeps_pressures_equal_and_the_total_rest_measure() {
         let [soft, stiff] = [10.0, 4000.0].map(|bulk| Material::NeoHookean(NeoHookean::new(1.0, bulk)));
-        for material in [Material::Flowing(gel()), soft, stiff] {
+        for material in [Material::TwoNetwork(gel()), soft, stiff] {
             let (simplices, birth, memory) = body(1, Section::Planar { thickness: 1.0 }, material);
             let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
             let same: Vec<_> = (2..4).map(|e| Some(UnchangedElement::in_order(ElementId(e)))).collect();
@@ -140,7 +143,14 @@ mod tests {
                 now[tip] += (position[tip] - foot) * pulled;
                 let (rest, sources) = (&birth.mesh.rest, [whole(0, 0), whole(1, 1)]);
                 let elements = &birth.mesh.elements;
-                let new = TargetMesh { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
+                let new = TargetMesh {
+                    position: &now,
+                    rest,
+                    elements,
+                    same: &same,
+                    sources: &sources,
+                    rule: ElasticAverage::default(),
+                };
                 let rests = rests(&past, position, &new);
                 let [first, second] = [0, 1].map(|e| ReferenceShape::of(&now, &elements[e]).size(false) / rests[e]);
                 // Limits of growth and of strain, and of the spread correction.
@@ -159,13 +169,20 @@ mod tests {
 
     #[test]
     fn an_element_less_than_half_over_the_gel_has_no_sources() {
-        let (simplices, birth, memory) = body(1, Section::Planar { thickness: 1.0 }, Material::Flowing(gel()));
+        let (simplices, birth, memory) = body(1, Section::Planar { thickness: 1.0 }, Material::TwoNetwork(gel()));
         let (position, rest) = (&birth.position, &birth.mesh.rest);
         let elements = &birth.mesh.elements[..2];
         let past = SourceMesh::new(&simplices, &birth, &memory, position);
         let of = |part: f64| {
             let sources = [OverlapSource { part, ..whole(0, 0) }, whole(1, 1)];
-            let new = TargetMesh { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
+            let new = TargetMesh {
+                position,
+                rest,
+                elements,
+                same: &[None; 2],
+                sources: &sources,
+                rule: ElasticAverage::default(),
+            };
             rests(&past, position, &new)[0]
         };
         assert_eq!([1e-14, 0.4].map(of), [0.0; 2]);
@@ -177,8 +194,8 @@ mod tests {
     fn remeshing_conserves_the_total_rest_measure() {
         let plane = Section::Planar { thickness: 1.0 };
         let solid = Material::NeoHookean(NeoHookean::new(20e3, 2e6));
-        let flowing = Material::Flowing(gel());
-        for (section, material) in [(plane, flowing), (Section::Axisymmetric, flowing), (plane, solid)] {
+        let networks = Material::TwoNetwork(gel());
+        for (section, material) in [(plane, networks), (Section::Axisymmetric, networks), (plane, solid)] {
             let (simplices, birth, memory) = body(6, section, material);
             let position = &birth.position;
             let past = SourceMesh::new(&simplices, &birth, &memory, position);
@@ -191,8 +208,14 @@ mod tests {
             let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
             let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
             let rest = &birth.mesh.rest;
-            let new =
-                TargetMesh { position, rest, elements: &elements, same: &same, sources: &sources, is_kept: false };
+            let new = TargetMesh {
+                position,
+                rest,
+                elements: &elements,
+                same: &same,
+                sources: &sources,
+                rule: ElasticAverage::default(),
+            };
             let made: f64 = rests(&past, position, &new).iter().sum();
             let handed = |e: u32| past.rest(ElementId(e)) * past.shares[e as usize];
             let kept: f64 = (1..n).filter(|e| stays(*e)).map(handed).sum();

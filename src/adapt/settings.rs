@@ -1,5 +1,6 @@
 //! Settings of remeshing: method, criteria of distortion, and target edge lengths.
 
+use crate::constitutive::ElasticAverage;
 use serde::{Deserialize, Serialize};
 
 /// Method that makes a new mesh from an old one.
@@ -39,4 +40,6 @@ pub(crate) struct AdaptSettings {
     pub growth: f64,
     /// Thickness below which gel is eroded when the mesh is replaced, m.
     pub erosion_thickness: Option<f64>,
+    /// Rule by which new elements of a two-network gel get their elastic state.
+    pub average: ElasticAverage,
 }

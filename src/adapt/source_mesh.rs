@@ -1,8 +1,9 @@
 //! Source and target of a history transfer: the old elements, and the composition of the new ones.
 
 use super::patch_volume_share::shares;
-use crate::fem::{HistoryVariables, Section, Simplices};
-use crate::math::Vector;
+use crate::constitutive::ElasticAverage;
+use crate::fem::{HistoryVariables, ReferenceShape, Section, Simplices};
+use crate::math::{Tensor, Vector};
 use crate::mesh::{ElementId, Simplex};
 use crate::remesh::{OverlapSource, ProposedMesh, TransferredFields, UnchangedElement};
 use crate::state::MeshInstance;
@@ -27,9 +28,15 @@ impl<'a, const D: usize> SourceMesh<'a, D> {
         Self { potential, old, memory, shares: shares(potential, x) }
     }
 
-    /// History variables of an old element.
-    pub fn memory(&self, same: UnchangedElement) -> HistoryVariables<D> {
-        self.memory[same.element.index()]
+    /// Reference of an unchanged element, whose nodes may be permuted now.
+    pub fn kept_reference(&self, same: UnchangedElement) -> ReferenceShape<D> {
+        let reference = self.potential.reference(same.element);
+        if same == UnchangedElement::in_order(same.element) {
+            return reference;
+        }
+        let corner = |a: usize| if a == 0 { Vector::<D>::zeros() } else { reference.edges.column(a - 1).into_owned() };
+        let corners = same.turned(&[0, 1, 2, 3].map(|a| if a <= D { corner(a) } else { Vector::<D>::zeros() }));
+        ReferenceShape { edges: Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]), ..reference }
     }
 
     /// Area or volume, or area times radius of a ring, of an old element at rest.
@@ -49,15 +56,14 @@ pub(super) struct TargetMesh<'a, const D: usize> {
     pub same: &'a [Option<UnchangedElement>],
     /// Sources of the other elements, in order.
     pub sources: &'a [OverlapSource],
-    /// True for the old mesh itself, kept where no other was accepted: elements unchanged in their patch keep their
-    /// state.
-    pub is_kept: bool,
+    /// Rule of the averages of a two-network gel.
+    pub rule: ElasticAverage,
 }
 
 impl<'a, const D: usize> TargetMesh<'a, D> {
     /// Target mesh of a remeshing.
-    pub fn by(proposal: &'a ProposedMesh<D>, new: &'a TransferredFields<D>) -> Self {
+    pub fn by(proposal: &'a ProposedMesh<D>, new: &'a TransferredFields<D>, rule: ElasticAverage) -> Self {
         let TransferredFields { rest, same, sources, .. } = new;
-        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, is_kept: false }
+        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, rule }
     }
 }

@@ -2,9 +2,8 @@
 //! 4.6).
 
 use super::patch_volume_share::measure;
-use super::rest_volumes::rest_of;
 use super::source_mesh::SourceMesh;
-use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
+use crate::fem::{Potential, ReferenceShape, Section};
 use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
 use crate::remesh::OverlapSource;
@@ -12,8 +11,6 @@ use crate::remesh::OverlapSource;
 /// Relative tolerance of measure and distortion at rest, within which an element is compatible with its nodes' rest
 /// positions.
 const HOLDS: f64 = 1e-9;
-/// Invariant Ī₁ of an undistorted element.
-const UNDISTORTED: f64 = 3.0;
 /// Bisection steps for the deformation with the sources' distortion, and for a rotation.
 const HALVINGS: usize = 40;
 
@@ -24,15 +21,7 @@ pub(super) struct StateAverage<const D: usize> {
     distortion: f64,
     /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
-    /// Equivalent plastic strain ε_p.
-    plastic: f64,
-    /// Damage factor g.
-    left: f64,
-    /// Lagged pressure U′ that enters the yield stress.
-    felt: f64,
     is_ring: bool,
-    /// True for a viscoplastic gel: F is then the elastic part.
-    flows: bool,
 }
 
 /// Deformation gradient F and the stretch out of the plane.
@@ -43,15 +32,9 @@ struct ElementStrain<const D: usize> {
 }
 
 impl<const D: usize> ElementStrain<D> {
-    /// Deformation of an old element, or its elastic part in a viscoplastic gel; the identity for an inverted elastic
-    /// part.
+    /// Deformation of an old element.
     fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
-        let (f, out) = match past.memory.get(element.index()) {
-            Some(memory) => {
-                past.potential.elastic(element, x, memory).unwrap_or_else(|| (Tensor::<D>::identity(), 1.0))
-            }
-            None => past.potential.deformation_gradient(element, x),
-        };
+        let (f, out) = past.potential.deformation_gradient(element, x);
         Self { f, out }
     }
 
@@ -70,6 +53,11 @@ impl<const D: usize> ElementStrain<D> {
     /// Linear interpolation from this strain to another.
     fn between(&self, other: &Self, part: f64) -> Self {
         Self::zero().plus(self, 1.0 - part).plus(other, part)
+    }
+
+    /// Rotation of this strain without its distortion.
+    fn undistorted(&self) -> Self {
+        Self { f: rotation(&self.f), out: 1.0 }
     }
 
     /// Strain (F Fᵀ F, λ³): the same axes with cubed stretches.
@@ -120,14 +108,6 @@ impl<const D: usize> SourceStrains<D> {
 }
 
 impl<const D: usize> StateAverage<D> {
-    /// Average of one old element alone.
-    pub fn alone(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
-        let mass = past.old.corner_mass[element.index()].iter().sum();
-        let source = OverlapSource { new: element, old: element, mass, part: 1.0 };
-        let rest = rest_of(past, &source);
-        Self::of(past, x, &SourceStrains::default(), &[source], rest)
-    }
-
     /// Average of parts of old elements, with this measure at rest.
     pub fn of(
         past: &SourceMesh<'_, D>,
@@ -138,45 +118,24 @@ impl<const D: usize> StateAverage<D> {
     ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut mass) = (ElementStrain::zero(), 0.0, 0.0);
-        let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
             let (own, own_distortion) = strains.at(past, x, source.old);
-            let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
             // Sources created outside the gel have no mass: their average is by volume.
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
-            plastic += memory.plastic * weight;
-            left += memory.left * weight;
-            felt += memory.felt * weight;
             strain = strain.plus(&own, weight);
             distortion += own_distortion * weight;
             mass += weight;
-            stored += (own_distortion - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
         }
-        let flows = past.potential.remembers();
-        let left = left / mass;
-        // Average by stored energy, not by mass: the two differ where patches hand on volumes other than the elements'.
-        let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
         let strain = ElementStrain::zero().plus(&strain, 1.0 / mass);
-        Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
-    }
-
-    /// Rest shape for the current shape, and history variables.
-    pub fn again(&self, now: &ReferenceShape<D>) -> Option<(ReferenceShape<D>, HistoryVariables<D>)> {
-        Some((self.made(now, now)?, self.recalled()))
-    }
-
-    /// History variables of the new element.
-    pub fn recalled(&self) -> HistoryVariables<D> {
-        HistoryVariables { plastic: self.plastic, left: self.left, felt: self.felt, ..HistoryVariables::default() }
+        Self { strain, distortion: distortion / mass, rest, is_ring }
     }
 
     /// Returns true if the nodes' rest positions give the sources' measure and distortion.
     pub fn is_told(&self, told: &ReferenceShape<D>, now: &ReferenceShape<D>) -> bool {
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
-        !self.flows
-            && holds(told.size(self.is_ring), self.rest)
+        holds(told.size(self.is_ring), self.rest)
             && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
     }
 
@@ -184,9 +143,7 @@ impl<const D: usize> StateAverage<D> {
     fn said(&self, told: &ReferenceShape<D>, now: &ReferenceShape<D>) -> Option<ElementStrain<D>> {
         let out = if self.is_ring { now.radius / told.radius } else { 1.0 };
         let outside = out > 0.0 && out.is_finite();
-        inverse(&told.edges)
-            .filter(|_| outside && !self.flows)
-            .map(|inverse| ElementStrain { f: now.edges * inverse, out })
+        inverse(&told.edges).filter(|_| outside).map(|inverse| ElementStrain { f: now.edges * inverse, out })
     }
 
     /// Rest shape with the rest measure of the sources and their mean distortion, found by bisection.
@@ -207,9 +164,9 @@ impl<const D: usize> StateAverage<D> {
         // A deformation between two upright ones may be inverted.
         let told = self.said(told, now).filter(|told| self.reaches(told, now));
         let (from, aim) = match mean {
-            Some(fit) if fit.1 > self.distortion => (self.undistorted(&self.strain), self.strain),
+            Some(fit) if fit.1 > self.distortion => (self.strain.undistorted(), self.strain),
             Some(_) => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
-            None => told.map_or((ElementStrain::rest(), ElementStrain::rest()), |told| (self.undistorted(&told), told)),
+            None => told.map_or((ElementStrain::rest(), ElementStrain::rest()), |told| (told.undistorted(), told)),
         };
         let (mut less, mut more) = (0.0, 1.0);
         for _ in 0..HALVINGS {
@@ -219,12 +176,6 @@ impl<const D: usize> StateAverage<D> {
         // Without information the current shape is at rest.
         let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&ElementStrain::rest(), now));
         fit.map(|fit| fit.0)
-    }
-
-    /// Rotation of this strain without its distortion. The elastic part of a viscoplastic gel is triangular, and its
-    /// rotation is taken as the identity.
-    fn undistorted(&self, strain: &ElementStrain<D>) -> ElementStrain<D> {
-        if self.flows { ElementStrain::rest() } else { ElementStrain { f: rotation(&strain.f), out: 1.0 } }
     }
 
     /// Returns true if an element with this F, scaled to the measure at rest, has at least the mean distortion, or is
@@ -273,7 +224,7 @@ fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adapt::history::tests::{gel, instance};
+    use crate::adapt::history::tests::instance;
     use crate::constitutive::{Material, NeoHookean};
     use crate::fem::Simplices;
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, block};
@@ -323,30 +274,5 @@ mod tests {
         let other = nalgebra::Rotation3::from_euler_angles(1.0, 0.5, 0.1).into_inner();
         let stretch = other * Tensor::<3>::from_diagonal(&Vector::<3>::new(4.0, 0.3, 1e-6)) * other.transpose();
         assert!((rotation::<3>(&(stretch * turn)) - turn).amax() < 1e-9);
-    }
-
-    #[test]
-    fn an_element_without_sources_passes_on_its_own_state() {
-        let planes = [[0.0, 1.0]; 3].map(Vec::from);
-        let mesh = block::<3>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
-        let material = (Material::Flowing(gel()), Section::Spatial);
-        let simplices = Simplices::in_patches(&mesh, ElementPatches::alone(mesh.elements.len()), material);
-        let memory = vec![
-            HistoryVariables { plastic: 0.7, left: 0.4, felt: -3.0, ..HistoryVariables::default() };
-            mesh.elements.len()
-        ];
-        let position = mesh.rest.clone();
-        let birth = instance(mesh, &position, 0.0);
-        let past = SourceMesh::new(&simplices, &birth, &memory, &position);
-        let source = OverlapSource { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
-        let rest = rest_of(&past, &source);
-        let mean = StateAverage::of(&past, &position, &SourceStrains::default(), &[source], rest);
-        assert!(
-            (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15 && (mean.felt + 3.0).abs() < 1e-14,
-            "{} {}",
-            mean.plastic,
-            mean.left
-        );
-        assert!((mean.distortion - UNDISTORTED).abs() < 1e-12 && mean.rest > 0.0);
     }
 }

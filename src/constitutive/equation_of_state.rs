@@ -43,6 +43,12 @@ impl EquationOfState {
         self.bulk
     }
 
+    /// Returns true if voids open at a limited tension.
+    #[must_use]
+    pub fn has_tension_limit(&self) -> bool {
+        self.tension.is_finite()
+    }
+
     /// Returns U and its derivatives at J; branch-free, for vector units.
     #[must_use]
     #[inline(always)]

@@ -159,8 +159,7 @@ impl<const D: usize> ElementBatches<D> {
     fn evaluate_by_law<const N: usize>(&self, cache: &NodeCache, memory: &mut [HistoryLanes]) -> BatchStates {
         match self.law() {
             BatchLaw::NeoHookean(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
-            BatchLaw::Viscoplastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
-            BatchLaw::Viscoelastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
+            BatchLaw::TwoNetwork(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
         }
     }
 
@@ -227,8 +226,7 @@ fn evaluate_space(lanes: &ElementBatches<3>, cache: &NodeCache, memory: &mut [Hi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{BulkViscosity, EquationOfState, Material, MaxwellBranch, NeoHookean};
-    use crate::constitutive::{Viscoelastic, Viscoplastic, YieldLaw};
+    use crate::constitutive::{Branch, BulkViscosity, Dashpot, EquationOfState, Material, NeoHookean, TwoNetwork};
     use crate::fem::potential::measure_patches;
     use crate::fem::{Potential, ReferenceShape, Section};
     use crate::math::Tensor;
@@ -255,7 +253,7 @@ mod tests {
         let all = simplices::<D>(material, section, is_grouped);
         let mut memory = vec![HistoryVariables::default(); all.memories() * all.len()];
         for (e, memory) in memory.iter_mut().enumerate() {
-            (memory.left, memory.plastic) = (1.0 - 0.1 * (e % 3) as f64, 0.1 * (e % 5) as f64);
+            memory.damage = 0.1 * (e % 3) as f64;
         }
         for size in [0.0, 0.02, 0.1] {
             let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
@@ -263,7 +261,7 @@ mod tests {
             let x: Vec<Vector<D>> = all.rest().iter().enumerate().map(moved).collect();
             let one = measure_patches(&all, &x, &memory);
             let eight = all.measure_all(&x, &memory);
-            if !is_grouped && !matches!(material, Material::Flowing(_)) {
+            if !is_grouped {
                 assert_eq!((&eight.jacobian, &eight.stiffness), (&one.jacobian, &one.stiffness), "{section:?} {size}");
             }
             let close = |found: &[f64], wanted: &[f64], part: f64| {
@@ -286,17 +284,10 @@ mod tests {
 
     #[test]
     fn lanes_agree_with_the_scalar_elements() {
-        let flowing = Viscoplastic {
-            shear_modulus: 4.8,
-            state: EquationOfState::new(60.0, 0.0, 20.0),
-            strength: Some(YieldLaw::new(0.3, 0.2, 1.6)),
-            softening: None,
-            viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
-            density: 1.0,
-        };
-        let slow = MaxwellBranch { shear_modulus: 2.0, time: 1e-3 };
-        let relaxing = Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(3.0, 40.0), &[slow]));
-        for material in [NeoHookean::new(3.0, 40.0).into(), Material::Flowing(flowing), relaxing] {
+        let branches = [Branch::new(2.0, Dashpot::linear(1e-3)), Branch::new(4.8, Dashpot::power_law(0.3, 0.8))];
+        let viscosity = BulkViscosity { linear: 0.1, quadratic: 1.0 };
+        let gel = |n: usize| TwoNetwork::new(3.0, &branches[..n], EquationOfState::new(60.0, 0.0, 20.0), 1.0);
+        for material in [NeoHookean::new(3.0, 40.0).into(), gel(0).with_viscosity(viscosity).into(), gel(2).into()] {
             for is_grouped in [false, true] {
                 check::<2>(&material, Section::Planar { thickness: 0.7 }, is_grouped);
                 check::<2>(&material, Section::Axisymmetric, is_grouped);

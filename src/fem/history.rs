@@ -3,34 +3,29 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use crate::constitutive::Viscoelastic;
+use crate::constitutive::TwoNetwork;
 use crate::math::{Number, SymmetricTensor, Tensor};
 
-/// History variables of a viscoplastic element, or of one branch of a viscoelastic element.
+/// Record of the history variables of a two-network element: of its elastic network, of its deformation at the last
+/// tick, or of a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HistoryVariables<const D: usize> {
-    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of unit determinant together with `out`, initially 1; C̄_i⁻¹ of a branch.
+    /// Tensor of unit determinant together with `out`, initially 1: A of the elastic network, C̄⁻¹ at the last tick, or
+    /// C̄_i⁻¹ of a branch.
     pub inverse: Tensor<D>,
-    /// Out-of-plane component of C̄_p⁻¹; 1 in space.
+    /// Out-of-plane component of the tensor; 1 in space.
     pub out: f64,
-    /// Equivalent plastic strain ε_p.
-    pub plastic: f64,
-    /// J at the last tick of the patch.
+    /// J at the last tick of the patch (first record).
     pub jacobian: f64,
-    /// Rate of ε_p at the last plastic step, 1/s.
-    pub rate: f64,
-    /// Damage factor g of the shear stress.
-    pub left: f64,
-    /// Equivalent stress q of the undamaged material at the last tick, Pa.
+    /// Damage d of the elastic network, 0 to 1 (first record).
+    pub damage: f64,
+    /// Equivalent stress q at the last tick, Pa (branch of a power law).
     pub stress: f64,
-    /// Time-filtered U′ of the yield law, Pa.
-    pub felt: f64,
 }
 
 impl<const D: usize> Default for HistoryVariables<D> {
     fn default() -> Self {
-        let inverse = Tensor::<D>::identity();
-        Self { inverse, out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0, stress: 0.0, felt: 0.0 }
+        Self { inverse: Tensor::<D>::identity(), out: 1.0, jacobian: 1.0, damage: 0.0, stress: 0.0 }
     }
 }
 
@@ -38,16 +33,15 @@ impl<const D: usize> HistoryVariables<D> {
     /// Returns true if all variables are finite.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
-        let numbers = [out, plastic, jacobian, rate, left, stress, felt];
-        inverse.iter().chain(numbers).all(|number| number.is_finite())
+        let Self { inverse, out, jacobian, damage, stress } = self;
+        inverse.iter().chain([out, jacobian, damage, stress]).all(|number| number.is_finite())
     }
 }
 
-/// Most records of an element: of a viscoelastic one C̄⁻¹ and J at its last tick, then C̄_i⁻¹ of each branch.
-pub(crate) const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
-/// Most history rows of an element.
-pub(crate) const MOST_ROWS: usize = 1 + MOST_MEMORIES * shape_rows::<3>();
+/// Most records of an element.
+pub(crate) const MOST_MEMORIES: usize = 2 + TwoNetwork::MOST_BRANCHES;
+/// Most history rows of an element: a tensor and three more numbers of each record.
+pub(crate) const MOST_ROWS: usize = MOST_MEMORIES * (shape_rows::<3>() + 3);
 
 /// One history variable of the k-th elements of eight patches; of one element where `L` is a number.
 #[derive(Debug, Clone, Copy, Default)]
@@ -68,6 +62,8 @@ pub(crate) trait HistoryLayout<const D: usize> {
     fn viscous(&self, _rows: &[f64]) -> f64 {
         0.0
     }
+    /// Sets the viscous part of U′ of an element for a re-evaluation at its last tick, Pa.
+    fn hold_viscous(&self, _rows: &mut [f64], _viscous: f64) {}
 }
 
 /// Returns the number of rows of C̄⁻¹: the components i ≤ j, and in the plane the out-of-plane component.

@@ -8,10 +8,10 @@ use crate::math::Vector;
 pub struct Dissipation {
     /// Energy V, J.
     pub energy: f64,
-    /// Plastic dissipation, J.
-    pub plastic: f64,
-    /// Viscous dissipation, of bulk viscosity or of branches, J.
+    /// Dissipation by the dashpots of branches, J.
     pub viscous: f64,
+    /// Dissipation by bulk viscosity, J.
+    pub bulk: f64,
     /// Stored energy released by damage, J.
     pub damage: f64,
 }
@@ -19,8 +19,8 @@ pub struct Dissipation {
 impl std::ops::AddAssign for Dissipation {
     fn add_assign(&mut self, other: Self) {
         self.energy += other.energy;
-        self.plastic += other.plastic;
         self.viscous += other.viscous;
+        self.bulk += other.bulk;
         self.damage += other.damage;
     }
 }

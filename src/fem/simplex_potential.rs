@@ -43,18 +43,13 @@ impl<const D: usize> Simplices<D> {
         viscous: &[f64; DEPTH],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
-        if let Material::Flowing(gel) = &self.material {
-            let own = own.first_chunk_mut().expect("a record for each element");
-            return self.evaluate_viscoplastic((gel, ids), x, (step, own, viscous), answers);
-        }
         let memory = &mut own[..ids.len() * self.records()];
         // A fused multiply-add is one instruction of AVX2, and a call without it.
         on!(narrow Level::new(), _simd => match &self.material {
-            Material::NeoHookean(gel) => self.evaluate_patch(gel, ids, x, step, memory, answers),
-            Material::MooneyRivlin(gel) => self.evaluate_patch(gel, ids, x, step, memory, answers),
-            Material::Ogden(gel) => self.evaluate_patch(gel, ids, x, step, memory, answers),
-            Material::Viscoelastic(gel) => self.evaluate_patch(gel, ids, x, step, memory, answers),
-            Material::Flowing(_) => unreachable!("a viscoplastic gel has a form of its own"),
+            Material::NeoHookean(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
+            Material::MooneyRivlin(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
+            Material::Ogden(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
+            Material::TwoNetwork(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
         })
     }
 }

@@ -279,7 +279,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::EnergyRemesh => scalar(model.books().energy.remesh),
         Observed::EnergyLoad => scalar(model.books().energy.load),
         Observed::EnergyDamping => scalar(model.books().energy.damping),
-        Observed::EnergyPlastic => scalar(model.books().energy.plastic),
+        Observed::EnergyBulkViscous => scalar(model.books().energy.bulk_viscous),
         Observed::EnergyViscous => scalar(model.books().energy.viscous),
         Observed::EnergyEroded => scalar(model.books().energy.eroded),
         Observed::EnergyDamage => scalar(model.books().energy.damage),

@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::Number;
+use super::{Number, diagonalise};
 
 /// Most Newton iterations for a unit determinant; a ninefold stretch takes 12 (from θ = 27 the first ones each remove
 /// a third).
@@ -155,6 +155,25 @@ impl<const D: usize, V: Number> SymmetricTensor<D, V> {
             + b[x][z] * (b[x][y] * b[y][z] - b[y][y] * b[x][z])
     }
 
+    /// Returns an upper bound of the eigenvalues, θ + √(2/3) |d| with θ a third of the trace and d the deviator.
+    #[inline(always)]
+    pub fn eigenvalue_bound(&self) -> V {
+        let deviator = self.deviator();
+        (deviator.dot(&deviator) * (2.0 / 3.0)).root() + self.trace() * (1.0 / 3.0)
+    }
+
+    /// Returns the greatest eigenvalue.
+    #[inline(always)]
+    pub fn greatest_eigenvalue(&self) -> V {
+        let b = &self.inner;
+        if D == 2 {
+            let (mean, half) = ((b[0][0] + b[1][1]) * 0.5, (b[0][0] - b[1][1]) * 0.5);
+            return ((half * half + b[0][1] * b[0][1]).root() + mean).or_greater(self.out);
+        }
+        let (values, _) = diagonalise(self.rows());
+        values[0].or_greater(values[1]).or_greater(values[2 % D])
+    }
+
     /// Returns the inverse of a tensor of unit determinant.
     #[inline(always)]
     pub fn inverse(&self) -> Self {
@@ -198,7 +217,7 @@ impl<const D: usize, V: Number> SymmetricTensor<D, V> {
 
     /// Returns the linear combination `part` · self + `other_part` · other.
     #[inline(always)]
-    pub fn combined(&self, part: f64, other: &Self, other_part: V) -> Self {
+    pub fn combined(&self, part: V, other: &Self, other_part: V) -> Self {
         let mut all = *self;
         for i in 0..D {
             for j in i..D {

@@ -53,7 +53,7 @@ const COLUMNS: [HistoryColumn; 69] = [
     ("energy_remesh_J", |o| o.energy.remesh),
     ("energy_load_J", |o| o.energy.load),
     ("energy_damping_J", |o| o.energy.damping),
-    ("energy_plastic_J", |o| o.energy.plastic),
+    ("energy_bulk_viscous_J", |o| o.energy.bulk_viscous),
     ("energy_viscous_J", |o| o.energy.viscous),
     ("energy_eroded_J", |o| o.energy.eroded),
     ("energy_damage_J", |o| o.energy.damage),

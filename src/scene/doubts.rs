@@ -63,7 +63,7 @@ fn is_turned_away(scene: &Scene, body: &ProjectileSpec) -> bool {
 fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     shape.volume()?;
     let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
-    let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::Flowing;
+    let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::TwoNetwork;
     (held && along > LONG * calibre(shape)).then(|| {
         "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth is 30 to 60 % too \
          great; use a spatial scene with an initial yaw and gel.symmetry = \"half\""
@@ -73,7 +73,7 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
 
 /// Doubt about a shot outside the range that the preset was fitted to or checked with.
 fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) -> Option<String> {
-    let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::Flowing)?;
+    let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::TwoNetwork)?;
     shape.volume()?;
     let ShotRange { speed, calibre: sizes, source } = preset.shots();
     let found = (Vector3::from(body.velocity) - Vector3::from(scene.gel.velocity)).norm();
@@ -155,7 +155,7 @@ mod tests {
             doubts_with("sphere-block", &[capsule, "projectile.mass=0.08", "projectile.position=[0, 0, 0.015]"])
                 .is_empty()
         );
-        let quarter = ["gel.symmetry=quarter", "gel.preset=gelatin-10", "gel.material=flowing"];
+        let quarter = ["gel.symmetry=quarter", "gel.preset=gelatin-10", "gel.material=two-network"];
         let found = doubts_with("bullet-yaw", &[quarter[0], "projectile.orientation=[1, 0, 0, 0]"]);
         assert!(found.iter().any(|doubt| doubt.contains("cannot yaw")), "{found:?}");
     }

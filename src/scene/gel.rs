@@ -1,8 +1,6 @@
 //! Tables of the gel, and its extent at rest. The field docs are the descriptions that an editor shows; units are SI.
 
-use super::{
-    BranchSpec, ConstantsSpec, MaterialModel, Preset, SofteningSpec, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
-};
+use super::{BranchSpec, ConstantsSpec, DamageSpec, MaterialModel, Preset, TermSpec, ViscositySpec, VolumeSpec};
 use crate::constitutive::OgdenTerm;
 use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
@@ -17,25 +15,26 @@ pub struct GelSpec {
     /// Named gel, whose values fill the keys of this table that the scene does not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
-    /// Material model; with a preset `flowing` if absent.
+    /// Material model; with a preset `two-network` if absent.
     pub material: MaterialModel,
     /// Mass density at rest, kg/m3.
     pub density: f64,
-    /// Shear modulus at rest, Pa. With Maxwell branches it is the long-term modulus. For `mooney-rivlin` and `ogden`
-    /// it follows from their constants.
+    /// Shear modulus at rest, Pa. Of a `two-network` gel it is that of the elastic network, which is the long-term
+    /// modulus; 0 for none. For `mooney-rivlin` and `ogden` it follows from their constants.
     pub shear_modulus: f64,
     /// Bulk modulus at rest, Pa.
     pub bulk_modulus: f64,
-    /// Yield stress in shear (`flowing` only); without it the gel never yields.
+    /// Damage of the elastic network (`two-network` only); none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub strength: Option<StrengthSpec>,
-    /// Softening by plastic strain (`flowing` only); none if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub softening: Option<SofteningSpec>,
-    /// Equation of state: pressure as a function of volume (`flowing` only).
+    pub damage: Option<DamageSpec>,
+    /// Factor on all moduli and dashpot stresses of the networks together (`two-network` only); 1 if absent. Relaxation
+    /// times remain.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub strength_scale: f64,
+    /// Equation of state: pressure as a function of volume (`two-network` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<VolumeSpec>,
-    /// Bulk viscosity, which spreads shocks over elements (`flowing` only); none if absent.
+    /// Bulk viscosity, which spreads shocks over elements (`two-network` only); none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<ViscositySpec>,
     /// Mooney-Rivlin constants C1 and C2 (`mooney-rivlin` only).
@@ -44,7 +43,7 @@ pub struct GelSpec {
     /// Ogden terms in powers of the principal stretches (`ogden` only): 1 to 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<TermSpec>,
-    /// Maxwell branches, which stiffen the gel at high strain rate (`viscoelastic` only): 1 to 3.
+    /// Viscous branches, which stiffen the gel at high strain rate (`two-network` only): none to 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub branches: Vec<BranchSpec>,
     /// Supports of the faces; a face that is not named is free.
@@ -59,6 +58,15 @@ pub struct GelSpec {
     /// Initial velocity of the whole gel, m/s.
     #[serde(default)]
     pub velocity: [f64; 3],
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_one(number: &f64) -> bool {
+    *number == 1.0
 }
 
 impl GelSpec {

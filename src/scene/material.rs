@@ -1,6 +1,6 @@
 //! Tables of the material parameters of a gel.
 
-use crate::constitutive::{OgdenTerm, PressureHardening, YieldLaw};
+use crate::constitutive::{Branch, Dashpot, OgdenTerm};
 use serde::{Deserialize, Serialize};
 
 /// Constitutive model.
@@ -14,10 +14,8 @@ pub enum MaterialModel {
     MooneyRivlin,
     /// Compressible Ogden: one to three powers of the principal stretches.
     Ogden,
-    /// Viscoplastic: neo-Hookean in shear up to a rate-dependent yield stress, pressure by an equation of state.
-    Flowing,
-    /// Viscoelastic: neo-Hookean in the long run, with Maxwell branches whose stress relaxes.
-    Viscoelastic,
+    /// Two networks in parallel: elastic (with delayed damage), and viscous branches; pressure by an equation of state.
+    TwoNetwork,
 }
 
 /// Constants of a Mooney-Rivlin gel: the shear modulus at rest is 2 (c1 + c2).
@@ -43,98 +41,60 @@ pub struct TermSpec {
     pub exponent: f64,
 }
 
-/// Maxwell branch of a viscoelastic gel.
+/// Branch of a two-network gel: a shear spring in series with a dashpot, which is given by either `time` or `power_law`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct BranchSpec {
     /// Contribution to the instantaneous shear modulus, Pa.
     pub shear_modulus: f64,
-    /// Relaxation time: at a held strain the stress of the branch falls to 1/e within it, s.
-    pub time: f64,
-}
-
-/// Yield law of a viscoplastic gel: Y = Y0 (plastic strain rate / reference rate)^exponent, at least Y0 and at most
-/// the cap.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct StrengthSpec {
-    /// Yield stress Y0 at the reference rate and below, as an equivalent stress, Pa.
-    pub yield_stress: f64,
-    /// Reference rate of plastic strain, up to which the yield stress is Y0, 1/s; 1 if absent.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    pub reference_rate: f64,
-    /// Exponent of the plastic strain rate, 0 to 1.
-    #[serde(default)]
-    pub rate_exponent: f64,
-    /// Greatest yield stress at any rate without pressure, Pa.
-    pub cap: f64,
-    /// Increase of the yield stress with pressure; none if absent.
+    /// Relaxation time of a linear dashpot: at a held strain the stress of the branch falls to 1/e within it, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub confined: Option<ConfinedSpec>,
+    pub time: Option<f64>,
+    /// Power-law dashpot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power_law: Option<PowerLawSpec>,
 }
 
-/// Increase of the yield stress with pressure: `factor` times as much at `pressure` and above, in proportion below.
-/// The pressure is lagged by `time`.
+/// Power-law dashpot: it bears the equivalent stress `stress` (rate in 1/s)^`exponent`, without a yield stress.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct ConfinedSpec {
-    /// Pressure at and above which the yield stress is greatest, Pa.
-    pub pressure: f64,
-    /// Ratio of the greatest yield stress to that without pressure, 1 to 1000.
-    pub factor: f64,
-    /// Time lag of the pressure that enters the yield stress, s; 0 if absent.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub time: f64,
+pub struct PowerLawSpec {
+    /// Equivalent stress at a rate of 1/s, Pa.
+    pub stress: f64,
+    /// Exponent of the rate, above 0, to 1.
+    pub exponent: f64,
 }
 
-impl StrengthSpec {
-    /// Yield law with these parameters.
+impl BranchSpec {
+    /// Branch with these parameters.
     ///
     /// # Panics
     /// If a value is outside its domain; those of a scene that was read are not.
     #[must_use]
-    pub fn law(self) -> YieldLaw {
-        let strength =
-            YieldLaw::new(self.yield_stress, self.rate_exponent, self.cap).with_reference_rate(self.reference_rate);
-        self.confined.map_or(strength, |ConfinedSpec { pressure, factor, time }| {
-            strength.with_confinement(PressureHardening { pressure, factor, time })
-        })
+    pub fn branch(self) -> Branch {
+        let dashpot = match (self.time, self.power_law) {
+            (_, Some(PowerLawSpec { stress, exponent })) => Dashpot::power_law(stress, exponent),
+            (time, None) => Dashpot::linear(time.expect("a checked branch has a dashpot")),
+        };
+        Branch::new(self.shear_modulus, dashpot)
     }
 }
 
-fn one() -> f64 {
-    1.0
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
-fn is_one(number: &f64) -> bool {
-    *number == 1.0
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
-}
-
-/// Softening of a viscoplastic gel. Shear modulus and yield stress are multiplied by r + (1 - r)/(1 + (plastic
-/// strain/strain)^2).
+/// Damage of the elastic network of a two-network gel. It grows at the rate (stretch/critical stretch - 1)/delay where
+/// the greatest stretch exceeds the critical one; fully damaged, the network bears nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct SofteningSpec {
-    /// Plastic strain at which half of the final loss has occurred.
-    pub strain: f64,
-    /// Residual fraction r of stiffness and strength: above 0, to 1.
-    pub residual: f64,
-    /// Relaxation time of the loss (to 1/e), s; immediate if absent.
-    #[serde(default)]
-    pub time: f64,
+pub struct DamageSpec {
+    /// Greatest principal stretch that does no damage, above 1.
+    pub critical_stretch: f64,
+    /// Time in which a network at twice the critical stretch breaks, s.
+    pub delay: f64,
 }
 
-/// Equation of state of a viscoplastic gel: p = K (1/J - 1), unless a shock slope is given.
+/// Equation of state of a two-network gel: p = K (1/J - 1), unless a shock slope is given.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
@@ -146,7 +106,7 @@ pub struct VolumeSpec {
     pub tension_limit: Option<f64>,
 }
 
-/// Bulk viscosity of a viscoplastic gel.
+/// Bulk viscosity of a two-network gel.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]

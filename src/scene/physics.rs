@@ -1,8 +1,8 @@
 //! Lists the physics that a scene models, and the physics that it leaves out.
 
 use super::{
-    BodyShape, CellLattice, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSymmetry,
-    MaterialModel, RemeshMethod, Scene, ScheduleKind, StrengthSpec, SupportSpec, body_name, numbered,
+    BodyShape, CellLattice, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSpec, GelSymmetry,
+    MaterialModel, RemeshMethod, Scene, ScheduleKind, SupportSpec, body_name, numbered,
 };
 use crate::geometry::{ShapeGeometry, SignedDistance, TriangulatedBody};
 use crate::integrator::fixed;
@@ -25,7 +25,7 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
             "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }
     });
-    let general = general.into_iter().chain(remeshing).chain(describe_flow(scene).into_iter().flatten());
+    let general = general.into_iter().chain(remeshing).chain(describe_networks(scene).into_iter().flatten());
     let bodies = (0..scene.n_bodies()).flat_map(|body| describe_body(scene, body));
     let part = match scene.gel.symmetry {
         GelSymmetry::None => None,
@@ -143,24 +143,32 @@ fn describe_material(scene: &Scene) -> &'static str {
         MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic shear and pressure waves",
         MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic with two constants",
         MaterialModel::Ogden => "material: compressible Ogden, elastic in powers of the principal stretches",
-        MaterialModel::Viscoelastic => {
-            "material: viscoelastic, neo-Hookean long-term response, Maxwell branches in shear"
-        }
-        MaterialModel::Flowing => "material: neo-Hookean in shear, pressure from an equation of state",
+        MaterialModel::TwoNetwork if is_fluid(&scene.gel) => "material: a fluid, pressure from an equation of state",
+        MaterialModel::TwoNetwork => "material: two networks, elastic and viscous; pressure from an equation of state",
     }
 }
 
-/// Describes the viscoplastic extras of a gel: yield, confinement, damage, equation of state, viscosity, erosion.
-fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
+/// Returns true for a two-network gel without an elastic network and without branches.
+fn is_fluid(gel: &GelSpec) -> bool {
+    gel.shear_modulus == 0.0 && gel.branches.is_empty()
+}
+
+/// Describes the networks, the equation of state, bulk viscosity and erosion of a two-network gel.
+fn describe_networks(scene: &Scene) -> [Option<&'static str>; 8] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
+    let has_networks = gel.material == MaterialModel::TwoNetwork;
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
     [
-        gel.strength.is_some().then_some("strength: viscoplastic flow above a rate-dependent yield stress"),
-        gel.strength.and_then(describe_confinement),
-        gel.softening
-            .is_some()
-            .then_some("softening: damage by accumulated plastic strain reduces stiffness and strength"),
+        (has_networks && gel.shear_modulus > 0.0).then_some("elastic network: neo-Hookean, closes what a shot opens"),
+        gel.damage.is_some().then_some("damage: of the elastic network, by stretch and with a delay"),
+        gel.branches.iter().any(|branch| branch.power_law.is_some()).then_some(
+            "viscous branches: springs in series with power-law dashpots, without a yield stress and independent of pressure",
+        ),
+        gel.branches
+            .iter()
+            .any(|branch| branch.time.is_some())
+            .then_some("viscous branches: springs in series with linear dashpots (Maxwell)"),
         shocks.then_some("pressure: shock Hugoniot, the shock speed rises with the particle velocity"),
         voids.then_some("tension: limited, voids open and close again"),
         gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over some elements"),
@@ -168,17 +176,6 @@ fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
             .is_some_and(|remesh| remesh.erosion_thickness.is_some())
             .then_some("erosion: thin sheets are removed with their mass and energy"),
     ]
-}
-
-/// Describes the pressure dependence of the yield stress. Warns where it is too steep for depths to converge under
-/// refinement (numerics 6.2).
-fn describe_confinement(strength: StrengthSpec) -> Option<&'static str> {
-    strength.confined?;
-    let law = strength.law();
-    let is_steep = law.steepest_friction() > law.stable_friction();
-    let steep =
-        "confinement: the yield stress rises with pressure, too steeply for depths to converge under refinement";
-    Some(if is_steep { steep } else { "confinement: the yield stress rises with pressure" })
 }
 
 fn describe_elements(scene: &Scene) -> &'static str {
@@ -230,12 +227,11 @@ fn describe_contact(law: ContactLaw) -> &'static str {
 /// Returns one short sentence for each piece of physics that a scene does not compute.
 #[must_use]
 pub fn switched_off(scene: &Scene) -> Vec<String> {
-    let flows = scene.gel.strength.is_some();
     let mut off = vec![
-        if flows {
-            "failure: none, the gel yields but does not crack"
+        if scene.gel.damage.is_some() {
+            "cracks: none, the elastic network is damaged but the gel does not tear"
         } else {
-            "strength and failure: none, the gel does not tear"
+            "damage and failure: none, the gel does not tear"
         },
         "gravity: none",
         "self-contact of the gel: none, except at an axis or a plane of symmetry",
@@ -254,16 +250,7 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
 
 /// Names the missing viscosity of a gel whose stress does not depend on the rate.
 fn omitted_viscosity(scene: &Scene) -> Option<&'static str> {
-    match scene.gel.material {
-        MaterialModel::Viscoelastic => None,
-        MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden | MaterialModel::Flowing => {
-            Some(if scene.gel.strength.is_some() {
-                "viscosity in shear: none except the rate dependence of the yield stress"
-            } else {
-                "viscosity: none, the gel is elastic at all rates"
-            })
-        }
-    }
+    scene.gel.branches.is_empty().then_some("viscosity: none, the gel is elastic at all rates")
 }
 
 /// Names the missing effects of the pressure law, and missing erosion where the gel is remeshed.

@@ -30,7 +30,7 @@ pub struct PresetValue {
     pub source: &'static str,
 }
 
-/// Range of shots that the `flowing` values of a preset were fitted to or checked with.
+/// Range of shots that the `two-network` values of a preset were fitted to or checked with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShotRange {
     /// Least and greatest speed, m/s.
@@ -46,14 +46,10 @@ pub struct ShotRange {
 pub enum ApplicableModels {
     /// All models.
     All,
-    /// `neo-hookean`, and `viscoelastic` in the long run: slow and shallow contact.
-    Slow,
-    /// `neo-hookean`.
+    /// `neo-hookean`: slow and shallow contact.
     NeoHookean,
-    /// `viscoelastic`.
-    Viscoelastic,
-    /// `flowing`: penetration.
-    Flowing,
+    /// `two-network`: penetration.
+    TwoNetwork,
 }
 
 impl ApplicableModels {
@@ -62,10 +58,8 @@ impl ApplicableModels {
     pub fn includes(self, model: &str) -> bool {
         match self {
             Self::All => true,
-            Self::Slow => Self::NeoHookean.includes(model) || Self::Viscoelastic.includes(model),
             Self::NeoHookean => model == "neo-hookean",
-            Self::Viscoelastic => model == "viscoelastic",
-            Self::Flowing => model == "flowing",
+            Self::TwoNetwork => model == "two-network",
         }
     }
 }
@@ -90,7 +84,7 @@ impl Preset {
         Self::ALL.into_iter().find(|preset| preset.name() == name)
     }
 
-    /// Range of shots that the `flowing` values were fitted to or checked with.
+    /// Range of shots that the `two-network` values were fitted to or checked with.
     #[must_use]
     pub fn shots(self) -> ShotRange {
         let calibre = [4.37e-3; 2];
@@ -124,174 +118,138 @@ const fn fact(key: &'static str, value: &'static str, of: ApplicableModels, sour
 
 const MATERIAL: PresetValue = fact(
     "gel.material",
-    "\"flowing\"",
+    "\"two-network\"",
     ApplicableModels::All,
-    "the only material model here that a projectile can penetrate",
+    "the material model that a projectile can penetrate: it is damaged, flows and springs back",
 );
-const SHEAR: &str = "fitted with the yield stress: 461.5 of it, as in gelatin-10";
 const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";
-const CAP: &str = "fitted with the yield stress: 15.38 of it, as in gelatin-10";
-const PRESSURE: &str = "fitted with the yield stress: 28.85 of it, as in gelatin-10";
-const EXPONENT: PresetValue = fact(
-    "gel.strength.rate_exponent",
-    "0.23",
-    ApplicableModels::Flowing,
-    "[D] proposed: 0.1 MPa at 1/s, 1.15 MPa at 40 000/s around a BB",
+const ELASTIC: PresetValue = fact(
+    "gel.shear_modulus",
+    "0.08e6",
+    ApplicableModels::TwoNetwork,
+    "elastic network: fitted to the temporary cavity of a steel sphere of 720 m/s, 58 ± 8 mm [R12, D], in sphere-720",
 );
-const FACTOR: PresetValue = fact(
-    "gel.strength.confined.factor",
-    "15.0",
-    ApplicableModels::Flowing,
-    "fitted, in gelatin-10, to a temporary cavity of the BB of 14 to 15 mm [D] at its depth",
+const BRANCH: PresetValue = fact(
+    "gel.branches",
+    "[{ shear_modulus = 4.8e6, power_law = { stress = 640.0, exponent = 0.80 } }]",
+    ApplicableModels::TwoNetwork,
+    "stress and exponent: fitted to 85 mm of a BB of 179.8 m/s [R1] and to how its depth grows from 165 to 195 m/s, \
+     0.46 to 0.56 mm per m/s [D], in fbi-bb; modulus: assumed, no data read",
 );
-const TIME: PresetValue = fact(
-    "gel.strength.confined.time",
-    "3e-6",
-    ApplicableModels::Flowing,
-    "assumed: a quarter of the time in which the BB passes its radius; less makes the depth depend on the speed of sound",
+const STRETCH: PresetValue = fact(
+    "gel.damage.critical_stretch",
+    "3.0",
+    ApplicableModels::TwoNetwork,
+    "assumed: gelatin fails at 1.5 to 2.5 when slow [M-L], at more when fast; no data read",
+);
+const DELAY: PresetValue = fact(
+    "gel.damage.delay",
+    "10e-6",
+    ApplicableModels::TwoNetwork,
+    "assumed, no data read: about the time in which a BB passes its radius",
 );
 const TENSION: PresetValue = fact(
     "gel.volume.tension_limit",
     "5e6",
-    ApplicableModels::Flowing,
+    ApplicableModels::TwoNetwork,
     "assumed, not measured: it acts in shocks only; cavities in gels open at less, 0.1 to 0.3 MPa [D] proposed",
 );
 const LINEAR: PresetValue =
-    fact("gel.viscosity.linear", "0.05", ApplicableModels::Flowing, "of the method: damps ringing; 0.06 is usual");
+    fact("gel.viscosity.linear", "0.05", ApplicableModels::TwoNetwork, "of the method: damps ringing; 0.06 is usual");
 const QUADRATIC: PresetValue =
-    fact("gel.viscosity.quadratic", "1.2", ApplicableModels::Flowing, "of the method: 1.2 to 1.5 are usual");
+    fact("gel.viscosity.quadratic", "1.2", ApplicableModels::TwoNetwork, "of the method: 1.2 to 1.5 are usual");
 
-const GELATIN_10: [PresetValue; 18] = [
+const GELATIN_10: [PresetValue; 13] = [
     MATERIAL,
     fact("gel.density", "1030.0", ApplicableModels::All, "[M-H: Wen 2013]"),
     fact(
         "gel.shear_modulus",
         "20e3",
-        ApplicableModels::Slow,
+        ApplicableModels::NeoHookean,
         "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]",
     ),
     fact("gel.bulk_modulus", "2e6", ApplicableModels::NeoHookean, SOFT),
-    fact(
-        "gel.bulk_modulus",
-        "33e6",
-        ApplicableModels::Viscoelastic,
-        "of the method: 100 times all shear moduli together",
-    ),
-    fact(
-        "gel.branches",
-        "[{ shear_modulus = 30e3, time = 1e-3 }, { shear_modulus = 80e3, time = 1e-4 }, \
-             { shear_modulus = 200e3, time = 1e-5 }]",
-        ApplicableModels::Viscoelastic,
-        "[D] proposed, not measured",
-    ),
-    fact(
-        "gel.shear_modulus",
-        "4.8e6",
-        ApplicableModels::Flowing,
-        "[D] proposed: three times 1.6 MPa, a strength at high rates",
-    ),
+    ELASTIC,
+    STRETCH,
+    DELAY,
+    BRANCH,
     fact(
         "gel.bulk_modulus",
         "2.38e9",
-        ApplicableModels::Flowing,
+        ApplicableModels::TwoNetwork,
         "C1 of the pressure [M-H: Wen 2013], a sound speed of 1520 m/s",
     ),
     fact(
         "gel.volume.hugoniot_slope",
         "2.0",
-        ApplicableModels::Flowing,
+        ApplicableModels::TwoNetwork,
         "shocks of 1520 m/s + 2.0 u [M-M: Nagayama 2006]",
     ),
     TENSION,
-    fact(
-        "gel.strength.yield_stress",
-        "10.4e3",
-        ApplicableModels::Flowing,
-        "fitted to 85 mm of a BB of 179.8 m/s [R1], in the scene fbi-bb",
-    ),
-    EXPONENT,
-    fact(
-        "gel.strength.cap",
-        "0.16e6",
-        ApplicableModels::Flowing,
-        "[D] proposed: 15 times the strength at 1/s; under pressure 2.4 MPa",
-    ),
-    fact(
-        "gel.strength.confined.pressure",
-        "0.3e6",
-        ApplicableModels::Flowing,
-        "fitted to how the depth of the BB grows from 165 to 195 m/s, 0.48 to 0.56 mm per m/s [D]; from 0.1 to 1 MPa it changes little",
-    ),
-    FACTOR,
-    TIME,
     LINEAR,
     QUADRATIC,
 ];
 
-const GELATIN_20: [PresetValue; 16] = [
+const GELATIN_20: [PresetValue; 14] = [
     MATERIAL,
     fact("gel.density", "1060.0", ApplicableModels::All, "1060, or 1070 [R11]"),
     fact(
         "gel.shear_modulus",
         "60e3",
-        ApplicableModels::Slow,
+        ApplicableModels::NeoHookean,
         "assumed: the end at 10 °C of 25 to 60 kPa; 26 kPa at room temperature [R10→D]",
     ),
-    fact("gel.bulk_modulus", "6e6", ApplicableModels::Slow, SOFT),
-    fact("gel.shear_modulus", "9.984e6", ApplicableModels::Flowing, SHEAR),
+    fact("gel.bulk_modulus", "6e6", ApplicableModels::NeoHookean, SOFT),
+    ELASTIC,
+    STRETCH,
+    DELAY,
+    BRANCH,
+    fact(
+        "gel.strength_scale",
+        "2.08",
+        ApplicableModels::TwoNetwork,
+        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
+    ),
     fact(
         "gel.bulk_modulus",
         "2.61e9",
-        ApplicableModels::Flowing,
+        ApplicableModels::TwoNetwork,
         "a sound speed of 1570 m/s: gelatin of 25 % [M-M: Shepherd 2009]",
     ),
     fact(
         "gel.volume.hugoniot_slope",
         "1.77",
-        ApplicableModels::Flowing,
+        ApplicableModels::TwoNetwork,
         "shocks of 1570 m/s + 1.77 u: gelatin of 25 % [M-M: Shepherd 2009]",
     ),
     TENSION,
-    fact(
-        "gel.strength.yield_stress",
-        "21.632e3",
-        ApplicableModels::Flowing,
-        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
-    ),
-    EXPONENT,
-    fact("gel.strength.cap", "0.3328e6", ApplicableModels::Flowing, CAP),
-    fact("gel.strength.confined.pressure", "0.624e6", ApplicableModels::Flowing, PRESSURE),
-    FACTOR,
-    TIME,
     LINEAR,
     QUADRATIC,
 ];
 
-const SYNTHETIC_CLEAR: [PresetValue; 16] = [
+const SYNTHETIC_CLEAR: [PresetValue; 14] = [
     MATERIAL,
     fact("gel.density", "880.0", ApplicableModels::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
-    fact("gel.shear_modulus", "50e3", ApplicableModels::Slow, "assumed: 30 to 100 kPa are in use for such gels"),
-    fact("gel.bulk_modulus", "5e6", ApplicableModels::Slow, SOFT),
-    fact("gel.shear_modulus", "14.02e6", ApplicableModels::Flowing, SHEAR),
-    fact("gel.bulk_modulus", "1.82e9", ApplicableModels::Flowing, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
+    fact("gel.shear_modulus", "50e3", ApplicableModels::NeoHookean, "assumed: 30 to 100 kPa are in use for such gels"),
+    fact("gel.bulk_modulus", "5e6", ApplicableModels::NeoHookean, SOFT),
+    ELASTIC,
+    STRETCH,
+    DELAY,
+    BRANCH,
+    fact(
+        "gel.strength_scale",
+        "2.92",
+        ApplicableModels::TwoNetwork,
+        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
+    ),
+    fact("gel.bulk_modulus", "1.82e9", ApplicableModels::TwoNetwork, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
     fact(
         "gel.volume.hugoniot_slope",
         "1.92",
-        ApplicableModels::Flowing,
+        ApplicableModels::TwoNetwork,
         "assumed: that of water [M-H: Marsh]; that of Perma-Gel [R16] could not be read",
     ),
     TENSION,
-    fact(
-        "gel.strength.yield_stress",
-        "30.368e3",
-        ApplicableModels::Flowing,
-        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
-    ),
-    EXPONENT,
-    fact("gel.strength.cap", "0.4672e6", ApplicableModels::Flowing, CAP),
-    fact("gel.strength.confined.pressure", "0.876e6", ApplicableModels::Flowing, PRESSURE),
-    FACTOR,
-    TIME,
     LINEAR,
     QUADRATIC,
 ];

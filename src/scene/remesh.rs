@@ -1,5 +1,6 @@
 //! Table of the criteria and sizes of remeshing.
 
+use crate::constitutive::ElasticAverage;
 use serde::{Deserialize, Serialize};
 
 pub use crate::adapt::RemeshMethod;
@@ -39,6 +40,14 @@ pub struct RemeshSpec {
     /// gel thinner than a hundredth of the least edge, or gel that no mesh can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub erosion_thickness: Option<f64>,
+    /// Rule by which a new element of a two-network gel gets its elastic state from the matter that it is made of.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub elastic_average: ElasticAverage,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_usual(average: &ElasticAverage) -> bool {
+    *average == ElasticAverage::default()
 }
 
 impl Default for RemeshSpec {
@@ -54,6 +63,7 @@ impl Default for RemeshSpec {
             curvature_angle: 15.0,
             growth: 0.3,
             erosion_thickness: None,
+            elastic_average: ElasticAverage::default(),
         }
     }
 }

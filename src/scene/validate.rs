@@ -8,6 +8,7 @@ mod load;
 mod motion;
 mod sensor;
 mod shape;
+mod two_network;
 
 use super::{
     CellLattice, ContactLaw, ContactSpec, Dimension, FidelityLevels, GelShape, GradingSpec, IntegratorSpec,

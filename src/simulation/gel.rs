@@ -3,13 +3,10 @@
 use super::loads;
 use crate::adapt::{AdaptSettings, GelDefinition};
 use crate::constitutive::{
-    BulkViscosity, DamageLaw, EquationOfState, Material, MaxwellBranch, MooneyRivlin, NeoHookean, Ogden, Viscoelastic,
-    Viscoplastic,
+    Branch, BulkViscosity, EquationOfState, Material, MooneyRivlin, NeoHookean, Ogden, StretchDamage, TwoNetwork,
 };
 use crate::fem::Section;
-use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, MaterialModel, RemeshSpec, Scene, StrengthSpec,
-};
+use crate::scene::{ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, MaterialModel, RemeshSpec, Scene};
 
 /// Defines the gel of a scene.
 pub(super) fn define_gel(scene: &Scene) -> GelDefinition {
@@ -50,6 +47,16 @@ fn adapt_settings(scene: &Scene, rules: &RemeshSpec) -> AdaptSettings {
         curvature_angle: rules.curvature_angle.to_radians(),
         growth: rules.growth,
         erosion_thickness: rules.erosion_thickness,
+        average: rules.elastic_average,
+    }
+}
+
+/// Scales the moduli and dashpot stresses of the networks; relaxation times remain.
+fn scale_networks(gel: &mut GelSpec, factor: f64) {
+    gel.shear_modulus *= factor;
+    for branch in &mut gel.branches {
+        branch.shear_modulus *= factor;
+        branch.power_law.iter_mut().for_each(|law| law.stress *= factor);
     }
 }
 
@@ -58,17 +65,11 @@ fn scale_by_copies(gel: &GelSpec) -> GelSpec {
     let copies = gel.symmetry.copies();
     let mut scaled = gel.clone();
     scaled.density *= copies;
-    scaled.shear_modulus *= copies;
+    scale_networks(&mut scaled, copies * gel.strength_scale);
     scaled.bulk_modulus *= copies;
-    if let Some(strength) = &mut scaled.strength {
-        strength.yield_stress *= copies;
-        strength.cap *= copies;
-        strength.confined.iter_mut().for_each(|confined| confined.pressure *= copies);
-    }
     if let Some(tension) = scaled.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
         *tension *= copies;
     }
-    scaled.branches.iter_mut().for_each(|branch| branch.shear_modulus *= copies);
     scaled.terms.iter_mut().for_each(|term| term.modulus *= copies);
     if let Some(constants) = &mut scaled.constants {
         (constants.c1, constants.c2) = (copies * constants.c1, copies * constants.c2);
@@ -85,43 +86,42 @@ pub(super) fn build_material(gel: &GelSpec) -> Material {
             Material::MooneyRivlin(MooneyRivlin::new([c1, c2], gel.bulk_modulus))
         }
         MaterialModel::Ogden => Material::Ogden(Ogden::new(&gel.ogden_terms(), gel.bulk_modulus)),
-        MaterialModel::Viscoelastic => {
-            let branches: Vec<MaxwellBranch> =
-                gel.branches.iter().map(|b| MaxwellBranch { shear_modulus: b.shear_modulus, time: b.time }).collect();
-            let equilibrium = NeoHookean::new(gel.shear_modulus, gel.bulk_modulus);
-            Material::Viscoelastic(Viscoelastic::new(equilibrium, &branches))
-        }
-        MaterialModel::Flowing => {
-            let volume = gel.volume.unwrap_or_default();
-            let viscosity = gel.viscosity.unwrap_or_default();
-            Material::Flowing(Viscoplastic {
-                shear_modulus: gel.shear_modulus,
-                state: EquationOfState::new(
-                    gel.bulk_modulus,
-                    volume.hugoniot_slope,
-                    volume.tension_limit.unwrap_or(f64::INFINITY),
-                ),
-                strength: gel.strength.map(StrengthSpec::law),
-                softening: gel.softening.map(|s| DamageLaw::new(s.strain, s.residual, s.time)),
-                viscosity: BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic },
-                density: gel.density,
-            })
-        }
+        MaterialModel::TwoNetwork => build_networks(gel).into(),
+    }
+}
+
+/// Two-network gel.
+fn build_networks(gel: &GelSpec) -> TwoNetwork {
+    let volume = gel.volume.unwrap_or_default();
+    let tension = volume.tension_limit.unwrap_or(f64::INFINITY);
+    let state = EquationOfState::new(gel.bulk_modulus, volume.hugoniot_slope, tension);
+    let branches: Vec<Branch> = gel.branches.iter().map(|branch| branch.branch()).collect();
+    let viscosity = gel.viscosity.unwrap_or_default();
+    let bulk = BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic };
+    let networks = TwoNetwork::new(gel.shear_modulus, &branches, state, gel.density).with_viscosity(bulk);
+    match gel.damage {
+        Some(damage) => networks.with_damage(StretchDamage::new(damage.critical_stretch, damage.delay)),
+        None => networks,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ConfinedSpec, builtin, read};
+    use crate::scene::{builtin, read};
 
     #[test]
-    fn four_copies_have_four_times_the_strength_and_confining_pressure() {
+    fn four_copies_have_four_times_the_moduli_and_stresses_of_all_networks() {
         let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
-        let strength = gel.strength.as_mut().unwrap();
-        strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0, time: 2e-6 });
-        let (one, four) = (strength.yield_stress, scale_by_copies(&gel).strength.unwrap());
-        assert_eq!((four.yield_stress, four.cap), (4.0 * one, 4.0 * gel.strength.unwrap().cap));
-        assert_eq!(four.confined, Some(ConfinedSpec { pressure: 30e6, factor: 6.0, time: 2e-6 }));
+        gel.strength_scale = 1.5;
+        let scaled = scale_by_copies(&gel);
+        assert_eq!(gel.symmetry.copies(), 4.0);
+        let (one, four) = (gel.branches[0], scaled.branches[0]);
+        assert_eq!(scaled.shear_modulus, 6.0 * gel.shear_modulus);
+        assert_eq!(four.shear_modulus, 6.0 * one.shear_modulus);
+        let [one, four] = [one, four].map(|branch| branch.power_law.unwrap());
+        assert_eq!((four.stress, four.exponent), (6.0 * one.stress, one.exponent));
+        assert_eq!((scaled.bulk_modulus, scaled.density), (4.0 * gel.bulk_modulus, 4.0 * gel.density));
+        assert_eq!(scaled.damage, gel.damage);
     }
 }

@@ -98,7 +98,7 @@ impl MeshSize {
 fn has_history(material: MaterialModel) -> bool {
     match material {
         MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden => false,
-        MaterialModel::Flowing | MaterialModel::Viscoelastic => true,
+        MaterialModel::TwoNetwork => true,
     }
 }
 

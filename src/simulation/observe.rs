@@ -174,8 +174,8 @@ pub struct EnergyReport {
     pub load: f64,
     /// Work of the damping: negative is dissipated.
     pub damping: f64,
-    /// Dissipation by plastic flow: negative.
-    pub plastic: f64,
+    /// Dissipation by bulk viscosity: negative.
+    pub bulk_viscous: f64,
     /// Dissipation by bulk viscosity: negative.
     pub viscous: f64,
     /// Energy of eroded gel: negative if it has left with energy.

@@ -207,7 +207,7 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         remesh: books.remesh,
         load: books.load,
         damping: books.damping,
-        plastic: books.plastic,
+        bulk_viscous: books.bulk_viscous,
         viscous: books.viscous,
         eroded: books.eroded,
         damage: books.damage,

@@ -154,19 +154,19 @@ impl FixedBytes for GroupAlarm {
 }
 
 impl<const D: usize> FixedBytes for HistoryVariables<D> {
-    const SIZE: usize = 8 * (D * D + 7);
+    const SIZE: usize = 8 * (D * D + 4);
 
     fn encode(&self, to: &mut [u8]) {
-        let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
-        let own = inverse.iter().chain([out, plastic, jacobian, rate, left, stress, felt]);
+        let Self { inverse, out, jacobian, damage, stress } = self;
+        let own = inverse.iter().chain([out, jacobian, damage, stress]);
         to.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.encode(to));
     }
 
     fn decode(from: &[u8]) -> Self {
         let number = |i: usize| f64::decode(&from[8 * i..]);
         let inverse = Tensor::<D>::from_fn(|row, column| number(column * D + row));
-        let [out, plastic, jacobian, rate, left, stress, felt] = [0, 1, 2, 3, 4, 5, 6].map(|i| number(D * D + i));
-        Self { inverse, out, plastic, jacobian, rate, left, stress, felt }
+        let [out, jacobian, damage, stress] = [0, 1, 2, 3].map(|i| number(D * D + i));
+        Self { inverse, out, jacobian, damage, stress }
     }
 }
 

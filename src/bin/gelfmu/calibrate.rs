@@ -24,7 +24,7 @@ pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, Co
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
     }
     console.note(&words::headline(&task));
-    let mut search = StrengthSearch::new(options.depth, task.strength.yield_stress, task.strength.cap);
+    let mut search = StrengthSearch::new(options.depth, task.strength, 1e3 * task.strength);
     let end = fit_strength(&task, &mut search, console)?;
     console.result(&words::to_json(&task, &search, &end), &words::table_and_lines(&task, &search));
     Ok(match end {

@@ -66,7 +66,7 @@ pub(crate) struct ElementForces<const D: usize, V> {
     pub stiffness: V,
     /// Stored energy without the volumetric part, J.
     pub energy: V,
-    /// Dissipation by plastic flow, viscosity and damage, J.
+    /// Dissipation by dashpots and by bulk viscosity, and energy released by damage, J.
     pub lost: [V; 3],
 }
 

@@ -16,6 +16,7 @@ use std::fmt::Debug;
 pub(crate) struct ShapeGradients<const D: usize, L = [f64; 8]>([[L; D]; D]);
 
 /// Nodal sums of the gradients g_a = ∇N_a.
+#[derive(Clone, Copy)]
 pub(crate) struct GradientSums<const D: usize, V> {
     /// Σ g_a ⊗ g_a, 1/m², with the hoop parts as the out-of-plane component.
     pub metric: SymmetricTensor<D, V>,

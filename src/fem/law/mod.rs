@@ -5,5 +5,4 @@ pub(super) mod isotropic;
 pub(super) mod kinematics;
 pub(super) mod neo_hookean;
 pub(super) mod rest_geometry;
-pub(super) mod viscoelastic;
-pub(super) mod viscoplastic;
+pub(super) mod two_network;

@@ -11,9 +11,8 @@ impl<const D: usize> Simplices<D> {
     /// compression.
     ///
     /// U′ is the sum of the patch part at J̄ and the element part at J. A hyperelastic material has
-    /// σ = ∂ψ_s/∂F Fᵀ/J + U′ 1, so p = −U′ − ∂ψ_s/∂F:F/(3J), neo-Hookean −U′ − μ I₁/(3J). Viscoplastic shear is
-    /// deviatoric, so p = −U′. Maxwell branches are deviatoric, so p is the pressure of the equilibrium solid. Bulk
-    /// viscosity, which only spreads shocks, is left out.
+    /// σ = ∂ψ_s/∂F Fᵀ/J + U′ 1, so p = −U′ − ∂ψ_s/∂F:F/(3J), neo-Hookean −U′ − μ I₁/(3J). The networks of a
+    /// two-network gel are deviatoric, so p = −U′. Bulk viscosity, which only spreads shocks, is left out.
     #[must_use]
     pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
         let strained = |id: ElementId| {
@@ -32,9 +31,8 @@ impl<const D: usize> Simplices<D> {
             Material::NeoHookean(gel) => hyperelastic_pressure(gel, &strain, shared),
             Material::MooneyRivlin(gel) => hyperelastic_pressure(gel, &strain, shared),
             Material::Ogden(gel) => hyperelastic_pressure(gel, &strain, shared),
-            Material::Viscoelastic(gel) => hyperelastic_pressure(gel.equilibrium(), &strain, shared),
-            Material::Flowing(gel) if alone => -gel.volumetric(jacobian).slope,
-            Material::Flowing(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
+            Material::TwoNetwork(gel) if alone => -gel.volumetric(jacobian).slope,
+            Material::TwoNetwork(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
         }
     }
 }
@@ -59,30 +57,20 @@ fn hyperelastic_pressure<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{
-        BulkViscosity, EquationOfState, MaxwellBranch, MooneyRivlin, Ogden, OgdenTerm, Viscoelastic, Viscoplastic,
-    };
+    use crate::constitutive::{Branch, Dashpot, EquationOfState, MooneyRivlin, Ogden, OgdenTerm, TwoNetwork};
     use crate::fem::{DEPTH, ElementResponse, HistoryVariables, Potential, Section};
     use crate::mesh::{ElementPatches, Mesh};
 
-    fn gels() -> [Material; 5] {
+    fn gels() -> [Material; 4] {
         let rest = NeoHookean::new(3.0, 40.0);
-        let flowing = Viscoplastic {
-            shear_modulus: 3.0,
-            state: EquationOfState::new(40.0, 2.0, f64::INFINITY),
-            strength: None,
-            softening: None,
-            viscosity: BulkViscosity { linear: 0.0, quadratic: 0.0 },
-            density: 1.0,
-        };
-        let branch = MaxwellBranch { shear_modulus: 2.0, time: 1.0 };
+        let branch = Branch::new(2.0, Dashpot::linear(1.0));
+        let state = EquationOfState::new(40.0, 2.0, f64::INFINITY);
         let terms = [OgdenTerm { modulus: 1.0, exponent: 4.0 }, OgdenTerm { modulus: -1.0, exponent: -2.0 }];
         [
             rest.into(),
             Material::MooneyRivlin(MooneyRivlin::new([1.0, 0.5], 40.0)),
             Material::Ogden(Ogden::new(&terms, 40.0)),
-            Material::Viscoelastic(Viscoelastic::new(rest, &[branch])),
-            Material::Flowing(flowing),
+            TwoNetwork::new(3.0, &[branch], state, 1.0).into(),
         ]
     }
 

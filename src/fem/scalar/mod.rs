@@ -4,4 +4,3 @@ pub(super) mod element_pressure;
 pub(super) mod one_lane;
 pub(super) mod rest_element;
 pub(super) mod simplices;
-pub(super) mod viscoplastic;

@@ -21,7 +21,7 @@ impl<const D: usize> Simplices<D> {
     /// Evaluates a patch `elapsed` s after its last tick: its energy, J, its dissipation, and the responses.
     ///
     /// `memory` holds the history variables of the elements of the patch, element by element; a step above 0 s updates
-    /// them.
+    /// them. At step 0 the viscous part of U′ of each element is `viscous`, Pa.
     #[inline(always)]
     pub(crate) fn evaluate_patch<G: ElementLaw<D>>(
         &self,
@@ -30,6 +30,7 @@ impl<const D: usize> Simplices<D> {
         x: &[Vector<D>],
         elapsed: f64,
         memory: &mut [HistoryVariables<D>],
+        viscous: &[f64; DEPTH],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
         let mut strains = [ElementDeformation::at_rest(0.0); DEPTH];
@@ -49,6 +50,7 @@ impl<const D: usize> Simplices<D> {
             let memory = &mut memory[k * records..(k + 1) * records];
             let mut rows = [0.0; MOST_ROWS];
             gel.store_history(&mut rows[..gel.rows()], memory);
+            gel.hold_viscous(&mut rows[..gel.rows()], viscous[k]);
             let mut history = rows.map(HistoryLanes);
             let LoneElement { volume, scale, rest } = element;
             let history_rows = &mut history[..gel.rows()];
@@ -56,8 +58,8 @@ impl<const D: usize> Simplices<D> {
             let forces = gel.evaluate(self.section, input, &strains[k], &slopes[k]);
             gel.load_history(&history.map(|row| row.0)[..gel.rows()], memory);
             sum.energy += forces.energy * strained;
-            let [plastic, viscous, damage] = forces.lost;
-            sum += Dissipation { energy: 0.0, plastic, viscous, damage };
+            let [viscous, bulk, damage] = forces.lost;
+            sum += Dissipation { energy: 0.0, viscous, bulk, damage };
             let kicks = forces.nodal_kicks(strained).map(|kick| Vector::<D>::from_fn(|i, _| kick[i]));
             answers[k] = ElementResponse { stiffness: forces.stiffness, jacobian: strains[k].jacobian(), ..answers[k] };
             answers[k].forces[..=D].copy_from_slice(&kicks[..=D]);

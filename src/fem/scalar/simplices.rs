@@ -1,7 +1,7 @@
 use super::rest_element::{DeformationGradient, RestElement};
 use crate::constitutive::Material;
 use crate::fem::{ReferenceShape, Section, max_patch_size};
-use crate::math::{Tensor, Vector, cofactor, det};
+use crate::math::{Tensor, Vector, det};
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
@@ -35,8 +35,6 @@ pub struct Simplices<const D: usize> {
     reference_index: Vec<Option<u32>>,
     references: Vec<ReferenceShape<D>>,
     pub(crate) patches: ElementPatches,
-    /// Rest geometry of all elements of a viscoplastic material; else empty.
-    pub(crate) rest_elements: Vec<RestElement<D>>,
 }
 
 impl<const D: usize> Simplices<D> {
@@ -58,9 +56,8 @@ impl<const D: usize> Simplices<D> {
     ) -> Self {
         assert!(patches.largest() <= max_patch_size(D), "a patch has at most {} elements", max_patch_size(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let (material, reference_index, references, rest_elements) = (material.into(), vec![], vec![], vec![]);
-        Self { material, section, elements, rest, reference_index, references, patches, rest_elements }
-            .with_rest_elements()
+        let (material, reference_index, references) = (material.into(), vec![], vec![]);
+        Self { material, section, elements, rest, reference_index, references, patches }
     }
 
     /// Returns the elements with the reference shapes of the incompatible elements.
@@ -78,14 +75,7 @@ impl<const D: usize> Simplices<D> {
             self.reference_index[element.index()] = Some(index);
             self.references.push(*reference);
         }
-        self.with_rest_elements()
-    }
-
-    /// Caches the rest geometry for a viscoplastic material, which needs it at every update.
-    fn with_rest_elements(self) -> Self {
-        let n = if matches!(self.material, Material::Flowing(_)) { self.elements.len() as u32 } else { 0 };
-        let rest_elements = (0..n).map(|e| self.rest_element_of(ElementId(e))).collect();
-        Self { rest_elements, ..self }
+        self
     }
 
     /// Returns the kinematic model.
@@ -122,8 +112,7 @@ impl<const D: usize> Simplices<D> {
     pub(crate) fn records(&self) -> usize {
         match &self.material {
             Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => 0,
-            Material::Flowing(_) => 1,
-            Material::Viscoelastic(gel) => 1 + gel.branches().len(),
+            Material::TwoNetwork(gel) => gel.records(),
         }
     }
 
@@ -180,13 +169,8 @@ impl<const D: usize> Simplices<D> {
         self.rest_element(element).volume
     }
 
-    /// Returns the rest geometry of an element, cached or computed.
-    pub(crate) fn rest_element(&self, id: ElementId) -> RestElement<D> {
-        self.rest_elements.get(id.index()).copied().unwrap_or_else(|| self.rest_element_of(id))
-    }
-
     /// Computes the rest geometry of an element from its reference shape.
-    fn rest_element_of(&self, id: ElementId) -> RestElement<D> {
+    pub(crate) fn rest_element(&self, id: ElementId) -> RestElement<D> {
         let nodes = &self.elements[id.index()];
         let element = RestElement::new(&self.reference(id), self.section);
         if self.is_compatible(id) {
@@ -226,7 +210,7 @@ impl<const D: usize> Simplices<D> {
         }
         f += element.rest_f;
         let out = if self.section == Section::Axisymmetric { element.rest_stretch + radii * element.hoop } else { 1.0 };
-        DeformationGradient { f, cofactor: cofactor(&f), out, det_f: det(&f) }
+        DeformationGradient { f, out, det_f: det(&f) }
     }
 }
 

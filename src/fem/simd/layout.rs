@@ -11,7 +11,7 @@
 use super::batch::{ElementBatch, LANES, LaneArray, load_lanes, on};
 use super::node_cache::{NodeAccumulator, NodeRows, number_of, row_of};
 use super::transpose::gather;
-use crate::constitutive::{Material, NeoHookean, Viscoelastic, Viscoplastic};
+use crate::constitutive::{Material, NeoHookean, TwoNetwork};
 use crate::fem::history::{HistoryLanes, HistoryLayout, MOST_MEMORIES, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw};
 use crate::fem::law::kinematics::ShapeGradients;
@@ -96,8 +96,7 @@ pub type SweepInput<'a> = (Range<usize>, GroupKicks<'a>, ReportPower);
 #[derive(Debug, Clone)]
 pub(crate) enum BatchLaw<const D: usize> {
     NeoHookean(NeoHookean, Vec<ShearStiffness<D>>),
-    Viscoplastic(Viscoplastic, Vec<ShapeGradients<D>>),
-    Viscoelastic(Viscoelastic, Vec<ShapeGradients<D>>),
+    TwoNetwork(TwoNetwork, Vec<ShapeGradients<D>>),
 }
 
 impl<const D: usize> BatchLaw<D> {
@@ -105,8 +104,7 @@ impl<const D: usize> BatchLaw<D> {
     fn history_layout(&self) -> &dyn HistoryLayout<D> {
         match self {
             Self::NeoHookean(gel, _) => gel,
-            Self::Viscoplastic(gel, _) => gel,
-            Self::Viscoelastic(gel, _) => gel,
+            Self::TwoNetwork(gel, _) => gel,
         }
     }
 }
@@ -136,8 +134,7 @@ impl<const D: usize> ElementBatches<D> {
         let n = n_slots / LANES;
         let law = match material {
             Material::NeoHookean(gel) => BatchLaw::NeoHookean(*gel, vec![ShearStiffness::default(); n]),
-            Material::Flowing(gel) => BatchLaw::Viscoplastic(*gel, vec![ShapeGradients::default(); n]),
-            Material::Viscoelastic(gel) => BatchLaw::Viscoelastic(*gel, vec![ShapeGradients::default(); n]),
+            Material::TwoNetwork(gel) => BatchLaw::TwoNetwork(*gel, vec![ShapeGradients::default(); n]),
             Material::MooneyRivlin(_) | Material::Ogden(_) => return None,
         };
         Some(Self { batches: vec![ElementBatch::default(); n], incompatible: vec![], depth, law, section })
@@ -153,10 +150,7 @@ impl<const D: usize> ElementBatches<D> {
             BatchLaw::NeoHookean(gel, law) => {
                 on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
             }
-            BatchLaw::Viscoplastic(gel, law) => {
-                on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
-            }
-            BatchLaw::Viscoelastic(gel, law) => {
+            BatchLaw::TwoNetwork(gel, law) => {
                 on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
             }
         }
@@ -235,7 +229,7 @@ impl<const D: usize> ElementBatches<D> {
     pub fn bytes(&self) -> usize {
         let law_size = match &self.law {
             BatchLaw::NeoHookean(_, rest) => size_of_val(rest.as_slice()),
-            BatchLaw::Viscoplastic(_, rest) | BatchLaw::Viscoelastic(_, rest) => size_of_val(rest.as_slice()),
+            BatchLaw::TwoNetwork(_, rest) => size_of_val(rest.as_slice()),
         };
         law_size + size_of_val(self.batches.as_slice()) + size_of_val(self.incompatible.as_slice())
     }

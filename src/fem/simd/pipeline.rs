@@ -123,8 +123,7 @@ impl<const D: usize> ElementBatches<D> {
     ) {
         match self.law() {
             BatchLaw::NeoHookean(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
-            BatchLaw::Viscoplastic(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
-            BatchLaw::Viscoelastic(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
+            BatchLaw::TwoNetwork(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
         }
     }
 
@@ -273,8 +272,8 @@ impl<const D: usize> ElementBatches<D> {
             record_jacobian(&mut answer, k, jacobian);
         }
         (answer.energy, answer.power) = (sum_lanes(energy), sum_lanes(power));
-        let [plastic, viscous, damage] = [sum_lanes(lost[0]), sum_lanes(lost[1]), sum_lanes(lost[2])];
-        (answer, Dissipation { energy: answer.energy, plastic, viscous, damage })
+        let [viscous, bulk, damage] = [sum_lanes(lost[0]), sum_lanes(lost[1]), sum_lanes(lost[2])];
+        (answer, Dissipation { energy: answer.energy, viscous, bulk, damage })
     }
 
     /// Returns the closing rates of eight elements at their J, 1/s.

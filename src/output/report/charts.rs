@@ -109,7 +109,7 @@ fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
         "remesh",
         "load",
         "damping",
-        "plastic",
+        "bulk_viscous",
         "viscous",
         "eroded",
         "damage",

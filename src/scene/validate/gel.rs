@@ -1,8 +1,7 @@
 //! Validation of the gel: shape, material and supports are consistent with the dimension and each other.
 
-use super::domain::{CheckResult, all_finite, finite, positive, require, within};
-use super::hyperelastic;
-use crate::constitutive::Viscoelastic;
+use super::domain::{CheckResult, all_finite, finite, positive, require};
+use super::{hyperelastic, two_network};
 use crate::scene::{Dimension, FaceSupport, GelShape, GelSpec, GelSymmetry, MaterialModel, Scene, SceneError};
 
 const LENGTH: &str = "a positive length, m";
@@ -11,8 +10,6 @@ pub(super) fn check(scene: &Scene) -> CheckResult {
     let (gel, dimension) = (&scene.gel, scene.scene.dimension);
     check_shape(&gel.shape, dimension)?;
     check_material(gel)?;
-    check_branches(gel)?;
-    check_remeshing(scene)?;
     check_supports(gel, dimension)?;
     check_symmetry(scene)?;
     check_thickness(gel.thickness, dimension)?;
@@ -127,94 +124,16 @@ fn check_beam_width(width: Option<f64>, dimension: Dimension) -> CheckResult {
 fn check_material(gel: &GelSpec) -> CheckResult {
     positive("gel.density", gel.density, "a positive density, kg/m3")?;
     hyperelastic::check_belonging(gel)?;
-    if gel.material == MaterialModel::Flowing {
-        return check_viscoplastic(gel);
+    if gel.material == MaterialModel::TwoNetwork {
+        return two_network::check(gel);
     }
-    let tables = [
-        ("strength", gel.strength.is_some()),
-        ("softening", gel.softening.is_some()),
-        ("volume", gel.volume.is_some()),
-        ("viscosity", gel.viscosity.is_some()),
-    ];
-    for (table, given) in tables {
-        let expected = "nothing: only a gel of material \"flowing\" has it";
-        require(!given, &format!("gel.{table}"), || "a table".to_owned(), expected)?;
-    }
+    two_network::check_absent(gel)?;
     hyperelastic::check(gel)?;
     positive("gel.shear_modulus", gel.shear_modulus, "a positive modulus, Pa")?;
     positive("gel.bulk_modulus", gel.bulk_modulus, "a positive modulus, Pa")?;
     let least = 2.0 / 3.0 * gel.shear_modulus;
     let expected = format!("more than 2/3 of gel.shear_modulus, {least:?} Pa: Poisson's ratio must be positive");
     require(gel.bulk_modulus > least, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
-}
-
-fn check_branches(gel: &GelSpec) -> CheckResult {
-    let (n, most) = (gel.branches.len(), Viscoelastic::MOST_BRANCHES);
-    let found = || format!("{n} of them");
-    if gel.material != MaterialModel::Viscoelastic {
-        let expected = "nothing: only a gel of material \"viscoelastic\" has branches";
-        return require(n == 0, "gel.branches", found, expected);
-    }
-    let expected = format!("1 to {most} tables {{ shear_modulus, time }}");
-    require((1..=most).contains(&n), "gel.branches", found, &expected)?;
-    gel.branches.iter().try_for_each(|branch| {
-        positive("gel.branches.shear_modulus", branch.shear_modulus, "a positive modulus, Pa")?;
-        positive("gel.branches.time", branch.time, "a positive time, s")
-    })?;
-    let fast = gel.shear_modulus + gel.branches.iter().map(|branch| branch.shear_modulus).sum::<f64>();
-    let expected = format!("more than 2/3 of all shear moduli together, {:?} Pa", 2.0 / 3.0 * fast);
-    require(gel.bulk_modulus > 2.0 / 3.0 * fast, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
-}
-
-fn check_remeshing(scene: &Scene) -> CheckResult {
-    let is_remeshed = scene.remesh.is_some() && scene.gel.material == MaterialModel::Viscoelastic;
-    let expected =
-        "no such table: history variables of the material \"viscoelastic\" cannot be transferred to a new mesh";
-    require(!is_remeshed, "remesh", || "a table".to_owned(), expected)
-}
-
-/// Checks a viscoplastic gel; it may be a fluid, without a shear modulus and a yield stress.
-fn check_viscoplastic(gel: &GelSpec) -> CheckResult {
-    let fluid = gel.shear_modulus == 0.0;
-    require(
-        fluid || gel.shear_modulus > 0.0 && gel.shear_modulus.is_finite(),
-        "gel.shear_modulus",
-        || format!("{:?}", gel.shear_modulus),
-        "a modulus of 0 (a fluid) or more, Pa",
-    )?;
-    positive("gel.bulk_modulus", gel.bulk_modulus, "a positive modulus, Pa")?;
-    if let Some(strength) = gel.strength {
-        require(!fluid, "gel.strength", || "the strength of a fluid".to_owned(), "a gel.shear_modulus above 0")?;
-        positive("gel.strength.yield_stress", strength.yield_stress, "a positive stress, Pa")?;
-        positive("gel.strength.reference_rate", strength.reference_rate, "a positive rate, 1/s")?;
-        let exponent = strength.rate_exponent;
-        let good = (0.0..1.0).contains(&exponent);
-        require(good, "gel.strength.rate_exponent", || format!("{exponent:?}"), "a number from 0 to less than 1")?;
-        let least = format!("at least gel.strength.yield_stress, {:?} Pa", strength.yield_stress);
-        let good = strength.cap >= strength.yield_stress && strength.cap.is_finite();
-        require(good, "gel.strength.cap", || format!("{:?}", strength.cap), &least)?;
-        if let Some(confined) = strength.confined {
-            positive("gel.strength.confined.pressure", confined.pressure, "a positive pressure, Pa")?;
-            within("gel.strength.confined.factor", confined.factor, 1.0..=1000.0)?;
-            within("gel.strength.confined.time", confined.time, 0.0..=1.0)?;
-        }
-    }
-    if let Some(softening) = gel.softening {
-        let expected = "a gel.strength: only a viscoplastic gel softens";
-        require(gel.strength.is_some(), "gel.softening", || "softening without a strength".to_owned(), expected)?;
-        positive("gel.softening.strain", softening.strain, "a positive plastic strain")?;
-        positive("gel.softening.residual", softening.residual, "a part above 0, to 1")?;
-        within("gel.softening.residual", softening.residual, 0.0..=1.0)?;
-        within("gel.softening.time", softening.time, 0.0..=1.0)?;
-    }
-    let volume = gel.volume.unwrap_or_default();
-    within("gel.volume.hugoniot_slope", volume.hugoniot_slope, 0.0..=10.0)?;
-    if let Some(tension) = volume.tension_limit {
-        positive("gel.volume.tension_limit", tension, "a positive stress, Pa")?;
-    }
-    let viscosity = gel.viscosity.unwrap_or_default();
-    within("gel.viscosity.linear", viscosity.linear, 0.0..=1.0)?;
-    within("gel.viscosity.quadratic", viscosity.quadratic, 0.0..=10.0)
 }
 
 fn check_supports(gel: &GelSpec, dimension: Dimension) -> CheckResult {

@@ -4,17 +4,17 @@ use super::trial;
 use crate::failure::CommandError;
 use crate::options::{CalibrateOptions, DEFAULT_SCENE};
 use crate::source::{self, SceneSource};
-use ballistic_gel::scene::{Override, Scene, StrengthSpec};
+use ballistic_gel::scene::{MaterialModel, Override, Scene};
 
 /// Scene key of the fitted value.
-pub const FITTED_KEY: &str = "gel.strength.yield_stress";
+pub const FITTED_KEY: &str = "gel.strength_scale";
 
 /// Calibration problem: the scene with its initial strength, and the target depth in the options, m.
 pub struct CalibrationTask<'a> {
     pub name: &'a str,
     pub overrides: Vec<Override>,
     pub scene: Scene,
-    pub strength: StrengthSpec,
+    pub strength: f64,
     pub options: &'a CalibrateOptions,
 }
 
@@ -52,13 +52,11 @@ impl<'a> CalibrationTask<'a> {
         }
         let scene = source::load(name, &overrides)?.scene;
         let refuse = |key: &str, why: &str| CommandError::BadInput(format!("scene {name}: {key}: {why}"));
-        let Some(strength) = scene.gel.strength else {
-            let example = "{ yield_stress = 10e3, rate_exponent = 0.23, cap = 0.16e6, confined = { pressure = 0.3e6, factor = 15.0, time = 3e-6 } }";
-            let why = format!(
-                "found none, expected gel.material = \"flowing\" with the strength to begin with, such as gel.strength = {example}"
-            );
-            return Err(refuse("gel.strength", &why));
-        };
+        if scene.gel.material != MaterialModel::TwoNetwork {
+            let why = "found another one, expected \"two-network\", whose moduli and dashpot stresses are scaled";
+            return Err(refuse("gel.material", why));
+        }
+        let strength = scene.gel.strength_scale;
         if let Some(why) = options.speed.and_then(explain_excess_speed) {
             return Err(CommandError::BadInput(format!("--speed: {why}")));
         }

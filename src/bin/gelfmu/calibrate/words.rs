@@ -22,7 +22,7 @@ pub fn trial_line(number: usize, trial: &StrengthTrial) -> String {
 
 /// Formats a stress in kPa.
 pub fn in_kilopascals(value: f64) -> String {
-    format!("{:.3} kPa", 1e-3 * value)
+    format!("strength scale {value:.4}")
 }
 
 fn in_millimetres(depth: f64) -> String {
@@ -62,15 +62,7 @@ pub fn table_and_lines(task: &CalibrationTask, search: &StrengthSearch) -> Strin
 
 /// Returns the lines for the scene file: the fitted strength, and the velocity if it was an option.
 fn scene_lines(task: &CalibrationTask, best: &StrengthTrial) -> String {
-    let (strength, fitted) = (task.strength, best.yield_stress);
-    let confined = strength.confined.map_or(String::new(), |confined| {
-        let time = if confined.time > 0.0 { format!(", time = {:?}", confined.time) } else { String::new() };
-        format!(", confined = {{ pressure = {:?}, factor = {:?}{time} }}", confined.pressure, confined.factor)
-    });
-    let strength = format!(
-        "[gel]\nstrength = {{ yield_stress = {fitted:?}, reference_rate = {:?}, rate_exponent = {:?}, cap = {:?}{confined} }}",
-        strength.reference_rate, strength.rate_exponent, strength.cap
-    );
+    let strength = format!("[gel]\nstrength_scale = {:?}", best.yield_stress);
     let velocity = |_| format!("\n\n[projectile]\nvelocity = {:?}", task.scene.projectile.velocity);
     strength + &task.options.speed.map_or(String::new(), velocity)
 }

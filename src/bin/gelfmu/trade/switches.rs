@@ -54,10 +54,13 @@ fn unused_options(scene: &Scene) -> Vec<OptionSwitch> {
     if scene.gel.material == MaterialModel::NeoHookean {
         let branch = "gel.branches=[{shear_modulus=1.0, time=1e-2}]";
         all.push(new_switch("a viscous branch", None, &["gel.material=\"viscoelastic\"", branch]));
-        let flows = ["gel.material=\"flowing\"", "gel.strength={yield_stress=1e9, rate_exponent=0.0, cap=2e9}"];
-        all.push(new_switch("strength, not reached", None, &flows));
+        let flows = [
+            "gel.material=\"two-network\"",
+            "gel.branches=[{shear_modulus=1.0, power_law={stress=1e9, exponent=1.0}}]",
+        ];
+        all.push(new_switch("a stiff branch", None, &flows));
         all.push(new_switch(
-            "bulk viscosity, and that strength",
+            "bulk viscosity, and that branch",
             None,
             &[flows[0], flows[1], "gel.viscosity={linear=0.1}"],
         ));

@@ -1,0 +1,264 @@
+//! Transfer of the history of a two-network gel to a new mesh (numerics 4.6): spatial tensors b̄ are averaged, and
+//! pulled back to the reference of each new element.
+
+use super::patch_volume_share::stays;
+use super::rest_volumes::{rest_of, rests};
+use super::source_mesh::{SourceMesh, TargetMesh};
+use crate::constitutive::{
+    ElasticAverage, IsochoricDeformation, IsochoricShape, LeftCauchyGreen, TwoNetwork, WeightedElastic, average_elastic,
+};
+use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
+use crate::math::{SymmetricTensor, Tensor, Vector, array, cofactor, det};
+use crate::mesh::{ElementId, ElementPatches};
+use crate::remesh::{OverlapSource, UnchangedElement};
+
+/// Most networks: the elastic one and the branches.
+const MOST_NETWORKS: usize = 1 + TwoNetwork::MOST_BRANCHES;
+/// Part of the elastic network that is left, below which its rest state is free: it stores nothing.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// New elements with their rest shapes, and their history variables.
+pub(super) struct NetworkHistory<const D: usize> {
+    /// Rest shapes of the elements whose nodes' rest positions do not give them, in order.
+    pub references: Vec<(ElementId, ReferenceShape<D>)>,
+    /// Records of all elements.
+    pub memory: Vec<HistoryVariables<D>>,
+}
+
+/// Spatial state of an element: b̄ of the elastic network, then of each branch, and the damage.
+#[derive(Clone, Copy)]
+struct SpatialState<const D: usize> {
+    networks: [LeftCauchyGreen<D>; MOST_NETWORKS],
+    damage: f64,
+}
+
+/// Transfer from an old mesh with its nodes at `x`.
+struct NetworkTransfer<'a, const D: usize> {
+    gel: &'a TwoNetwork,
+    past: &'a SourceMesh<'a, D>,
+    x: &'a [Vector<D>],
+    rule: ElasticAverage,
+    /// States of the old elements that were asked for; `None` inside for an inverted element.
+    known: Vec<Option<Option<Box<SpatialState<D>>>>>,
+}
+
+/// Transfers the history of a two-network gel; `None` if an element has no valid rest shape.
+///
+/// Elements unchanged in an unchanged patch keep their reference. Another unchanged element keeps b̄ and its damage, and
+/// takes the J of its patch. A new element gets the mean b̄ of its sources, and its damage by mass. References other
+/// than those of the nodes are the present shape, scaled to the rest measure.
+pub(super) fn inherit_networks<const D: usize>(
+    gel: &TwoNetwork,
+    past: &SourceMesh<'_, D>,
+    x: &[Vector<D>],
+    new: &TargetMesh<'_, D>,
+    patches: &ElementPatches,
+) -> Option<NetworkHistory<D>> {
+    let n = gel.records();
+    let known = vec![None; past.old.mesh.elements.len()];
+    let mut transfer = NetworkTransfer { gel, past, x, rule: new.rule, known };
+    let mut memory = vec![HistoryVariables::default(); new.elements.len() * n];
+    let mut references = vec![];
+    let (stays, rests) = (stays(past.potential.patches(), patches, new.same), rests(past, x, new));
+    let mut sources = new.sources.chunk_by(|a, b| a.new == b.new).peekable();
+    for (element, nodes) in (0..).map(ElementId).zip(new.elements) {
+        let now = ReferenceShape::of(new.position, nodes);
+        let own = sources.next_if(|sources| sources[0].new == element).unwrap_or_default();
+        let records = &mut memory[element.index() * n..(element.index() + 1) * n];
+        let (kept, rest) = (new.same[element.index()], rests[element.index()]);
+        let stays = kept.is_some_and(|same| stays[element.index()] || past.shares[same.element.index()] == 1.0);
+        let reference = match kept {
+            Some(same) if stays => transfer.keep(same, 1.0, &now, records),
+            Some(same) => transfer.take_patch_volume(same, &now, records),
+            None if rest > 0.0 => transfer.blend(own, rest, &now, records),
+            None => now,
+        };
+        if transfer.is_ring() && reference.radius <= 0.0 {
+            return None;
+        }
+        let is_told = stays && kept.is_some_and(|same| past.potential.is_compatible(same.element));
+        if !is_told {
+            references.push((element, reference));
+        }
+    }
+    Some(NetworkHistory { references, memory })
+}
+
+impl<const D: usize> NetworkTransfer<'_, D> {
+    fn is_ring(&self) -> bool {
+        self.past.potential.section() == Section::Axisymmetric
+    }
+
+    /// Returns the records of an old element.
+    fn records(&self, element: ElementId) -> &[HistoryVariables<D>] {
+        let n = self.gel.records();
+        &self.past.memory[element.index() * n..(element.index() + 1) * n]
+    }
+
+    /// Keeps the reference of an unchanged element, of `part` of its measure, and its tensors.
+    fn keep(
+        &self,
+        same: UnchangedElement,
+        part: f64,
+        now: &ReferenceShape<D>,
+        records: &mut [HistoryVariables<D>],
+    ) -> ReferenceShape<D> {
+        let reference = self.past.kept_reference(same).scaled(part);
+        records.copy_from_slice(self.records(same.element));
+        if let Some(at) = self.deformation(&reference, now) {
+            let networks = self.networks(&at, records);
+            self.note_tick(&at, networks.as_ref(), records);
+        }
+        reference
+    }
+
+    /// Keeps b̄ of an unchanged element, and gives it the J of its patch; an inverted one keeps its reference.
+    fn take_patch_volume(
+        &mut self,
+        same: UnchangedElement,
+        now: &ReferenceShape<D>,
+        records: &mut [HistoryVariables<D>],
+    ) -> ReferenceShape<D> {
+        let share = self.past.shares[same.element.index()];
+        match self.state(same.element) {
+            Some(state) => self.rebase(&state, self.past.rest(same.element) * share, now, records),
+            None => self.keep(same, share, now, records),
+        }
+    }
+
+    /// Gives a new element the mean of its sources.
+    fn blend(
+        &mut self,
+        sources: &[OverlapSource],
+        rest: f64,
+        now: &ReferenceShape<D>,
+        records: &mut [HistoryVariables<D>],
+    ) -> ReferenceShape<D> {
+        let states: Vec<_> = sources.iter().map(|source| self.state(source.old)).collect();
+        // Sources created outside the gel have no mass: their average is by volume.
+        let is_massive = sources.iter().any(|source| source.mass > 0.0);
+        let mass = |source: &OverlapSource| if is_massive { source.mass } else { rest_of(self.past, source) };
+        let of_records = |source: &OverlapSource| self.records(source.old)[0].damage;
+        let whole: f64 = sources.iter().map(mass).sum();
+        let damage = sources.iter().map(|source| mass(source) * of_records(source)).sum::<f64>() / whole;
+        let mut networks = [LeftCauchyGreen::undistorted(); MOST_NETWORKS];
+        for (k, network) in networks.iter_mut().enumerate().take(1 + self.gel.branches().len()) {
+            let left = |damage: f64| if k == 0 { 1.0 - damage } else { 1.0 };
+            if left(damage) < NEGLIGIBLE {
+                continue;
+            }
+            let parts = sources.iter().zip(&states).filter_map(|(source, state)| {
+                let state = state.as_ref()?;
+                Some(WeightedElastic {
+                    weight: rest_of(self.past, source) * left(state.damage),
+                    elastic: &state.networks[k],
+                })
+            });
+            let parts: Vec<_> = parts.collect();
+            let stored: f64 = parts.iter().map(|part| part.weight * part.elastic.distortion()).sum();
+            *network = average_elastic(&parts, stored / (rest * left(damage)), self.rule);
+        }
+        self.rebase(&SpatialState { networks, damage }, rest, now, records)
+    }
+
+    /// Returns the state of an old element; `None` if it is inverted.
+    fn state(&mut self, element: ElementId) -> Option<SpatialState<D>> {
+        if self.known[element.index()].is_none() {
+            self.known[element.index()] = Some(self.find_state(element).map(Box::new));
+        }
+        self.known[element.index()].as_ref().and_then(|state| state.as_deref().copied())
+    }
+
+    fn find_state(&self, element: ElementId) -> Option<SpatialState<D>> {
+        let (f, out) = self.past.potential.deformation_gradient(element, self.x);
+        let det_f = det(&f);
+        if !(det_f > 0.0 && out > 0.0) {
+            return None;
+        }
+        let records = self.records(element);
+        let networks = self.networks(&IsochoricDeformation::new(&array::rows(&f), out, det_f), records)?;
+        Some(SpatialState { networks, damage: records[0].damage })
+    }
+
+    /// Returns b̄ of all networks; `None` if one is not positive definite.
+    fn networks(
+        &self,
+        at: &IsochoricDeformation<D, f64>,
+        records: &[HistoryVariables<D>],
+    ) -> Option<[LeftCauchyGreen<D>; MOST_NETWORKS]> {
+        let mut networks = [LeftCauchyGreen::undistorted(); MOST_NETWORKS];
+        let own = records.iter().take(1).chain(&records[self.gel.first_branch()..]);
+        for (k, (network, record)) in networks.iter_mut().zip(own).enumerate() {
+            // A network that stores nothing has a free rest state.
+            if k > 0 || self.gel.shear_modulus() > 0.0 && 1.0 - record.damage >= NEGLIGIBLE {
+                let own = symmetric(record);
+                *network = LeftCauchyGreen::of(&at.elastic(&at.times_inverse_shape(&own), own.out))?;
+            }
+        }
+        Some(networks)
+    }
+
+    /// Gives an element the present shape, scaled to the measure `rest`, as its reference, with these b̄.
+    fn rebase(
+        &self,
+        state: &SpatialState<D>,
+        rest: f64,
+        now: &ReferenceShape<D>,
+        records: &mut [HistoryVariables<D>],
+    ) -> ReferenceShape<D> {
+        let reference = now.scaled(rest / now.size(self.is_ring()));
+        let Some(at) = self.deformation(&reference, now) else { return reference };
+        let tensors = state.networks.iter().map(|network| at.pull_back(&network.tensor));
+        let first = self.gel.first_branch();
+        for (k, tensor) in tensors.enumerate().take(1 + self.gel.branches().len()) {
+            store(&mut records[if k == 0 { 0 } else { first + k - 1 }], &tensor);
+        }
+        records[0].damage = state.damage;
+        self.note_tick(&at, Some(&state.networks), records);
+        reference
+    }
+
+    /// Notes the present deformation and stresses as those of the last tick.
+    fn note_tick(
+        &self,
+        at: &IsochoricDeformation<D, f64>,
+        networks: Option<&[LeftCauchyGreen<D>; MOST_NETWORKS]>,
+        records: &mut [HistoryVariables<D>],
+    ) {
+        records[0].jacobian = if D == 2 { at.det_f * at.out } else { at.det_f };
+        let first = self.gel.first_branch();
+        if first > 1 {
+            store(&mut records[1], &IsochoricShape::now(at).inverse);
+        }
+        for (k, branch) in self.gel.branches().iter().enumerate() {
+            if let Some(networks) = networks {
+                let deviator = networks[k + 1].tensor.deviator();
+                records[first + k].stress = branch.shear_modulus() * (1.5 * deviator.dot(&deviator)).sqrt();
+            }
+        }
+    }
+
+    /// Returns the deformation from a reference to the present shape; `None` if it is inverted.
+    fn deformation(
+        &self,
+        reference: &ReferenceShape<D>,
+        now: &ReferenceShape<D>,
+    ) -> Option<IsochoricDeformation<D, f64>> {
+        let whole = det(&reference.edges);
+        let f = now.edges * (cofactor(&reference.edges).transpose() / whole);
+        let out = if self.is_ring() { now.radius / reference.radius } else { 1.0 };
+        let det_f = det(&f);
+        (whole > 0.0 && det_f > 0.0 && out > 0.0).then(|| IsochoricDeformation::new(&array::rows(&f), out, det_f))
+    }
+}
+
+/// Returns the tensor of a record.
+fn symmetric<const D: usize>(record: &HistoryVariables<D>) -> SymmetricTensor<D, f64> {
+    SymmetricTensor { inner: array::rows(&record.inverse), out: if D == 2 { record.out } else { 0.0 } }
+}
+
+/// Stores a tensor in a record.
+fn store<const D: usize>(record: &mut HistoryVariables<D>, tensor: &SymmetricTensor<D, f64>) {
+    record.inverse = Tensor::<D>::from_fn(|i, j| tensor.of(i, j));
+    record.out = if D == 2 { tensor.out } else { 1.0 };
+}
