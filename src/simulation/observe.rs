@@ -295,6 +295,8 @@ pub struct FrameCells {
     pub jacobian: Vec<f64>,
     /// Stored energy density, J/m³ of rest volume.
     pub energy_density: Vec<f64>,
+    /// Damage, 0 to 1; 0 in a gel without damage.
+    pub damage: Vec<f64>,
     /// Boundary facets by node index, `dimension` used, outward oriented.
     pub facets: Vec<[u32; 3]>,
 }
