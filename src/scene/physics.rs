@@ -325,7 +325,7 @@ mod tests {
     #[test]
     fn physics_without_a_key_is_listed_as_switched_off() {
         let off = off("sphere-block");
-        for physics in ["friction", "viscosity", "strength and failure", "gravity", "remeshing", "locking-free"] {
+        for physics in ["friction", "viscosity", "damage and failure", "gravity", "remeshing", "locking-free"] {
             assert!(off.iter().any(|line| line.starts_with(physics)), "{physics} is not in {off:?}");
         }
     }
