@@ -16,7 +16,8 @@ const SHOT: [&str; 5] = [
     "remesh.smallest=3.5e-4",
     "scene.communication_step=1e-5",
 ];
-const IN_THE_PLANE: [&str; 3] = ["scene.dimension=planar", "gel.shape={block={size=[0.06,0.03]}}", "gel.thickness=0.01"];
+const IN_THE_PLANE: [&str; 3] =
+    ["scene.dimension=planar", "gel.shape={block={size=[0.06,0.03]}}", "gel.thickness=0.01"];
 /// A quarter of a block, on cells of R/2.
 const IN_SPACE: [&str; 7] = [
     "scene.end_time=1e-3",
@@ -79,9 +80,7 @@ fn void_volume(frame: &MeshFrame, scene: &Scene) -> f64 {
 /// Flux −∫ a (x, y, 0)·n/2 dA through a triangle with a corner and two edges, by the middles of 20² parts.
 fn flux_in_space([a, u, v]: [Vector3; 3], weight: &impl Fn(&Vector3) -> f64) -> f64 {
     let (n, area) = (20, u.cross(&v) / 2.0);
-    let at = |i: i32, j: i32, third: f64| {
-        a + (u * (f64::from(i) + third) + v * (f64::from(j) + third)) / f64::from(n)
-    };
+    let at = |i: i32, j: i32, third: f64| a + (u * (f64::from(i) + third) + v * (f64::from(j) + third)) / f64::from(n);
     let upright = (0..n).flat_map(|i| (0..n - i).map(move |j| at(i, j, 1.0 / 3.0)));
     let turned = (0..n - 1).flat_map(|i| (0..n - 1 - i).map(move |j| at(i, j, 2.0 / 3.0)));
     let points = upright.chain(turned);

@@ -16,6 +16,7 @@ mod fast_ball;
 mod fbi_bb;
 mod fbi_bb_3d;
 mod gain;
+mod gel;
 mod hydro_drag;
 mod impacts;
 mod l_beam;
@@ -38,7 +39,8 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 23] = [
+const STUDIES: [Study; 24] = [
+    ("gel", "the two-network gel: refinement, fit, validation, forces, sensitivities, air, space", gel::study),
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
