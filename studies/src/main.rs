@@ -78,7 +78,11 @@ const STUDIES: [Study; 24] = [
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
     ),
-    ("bb-limit", "depth and forces of fbi-bb on finer and finer meshes, by the law of the strength", bb_limit::study),
+    (
+        "bb-limit",
+        "depth and forces of fbi-bb on finer and finer meshes, by damage and rule of transfer",
+        bb_limit::study,
+    ),
     (
         "behind-plate",
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",
