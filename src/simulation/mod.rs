@@ -2,7 +2,7 @@
 //!
 //! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
 //! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
-//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`) and `doubts` about them.
+//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`) and `doubts` about them; `rest`: rest depth from reports.
 //! - `saved`: a state as a value and as bytes; `memory`: bytes needed, before they are.
 //!
 //! Nothing here reads a file, the environment or the clock.
@@ -19,6 +19,7 @@ mod memory;
 mod model;
 mod observe;
 mod report_queries;
+mod rest;
 mod run;
 mod saved;
 mod sensors;
@@ -34,5 +35,6 @@ pub use observe::{
     BalanceReport, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, FrameCells, MeshFrame,
     Observation, RemeshPreview, SensorReport,
 };
+pub use rest::{PeakDepth, RestDepth, RestDetector};
 pub use run::Simulation;
 pub use saved::{SavedSimulation, SavedState};
