@@ -56,7 +56,7 @@ impl CavityProfile {
     }
 
     /// Returns the greatest diameter, m, below one projectile length; the diameter above belongs to the entry crater.
-    fn diameter(&self, line: &ShotLine) -> f64 {
+    pub(super) fn diameter(&self, line: &ShotLine) -> f64 {
         let deep = self.curve().into_iter().filter(|(depth, _)| *depth > line.projectile_length);
         2.0 * deep.map(|(_, radius)| radius).fold(0.0, f64::max)
     }

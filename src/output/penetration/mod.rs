@@ -2,11 +2,13 @@
 //! behind it.
 
 mod cavity;
+mod gauge;
 mod opening;
 mod shot_line;
 mod track;
 
 pub(super) use cavity::{CavityFigures, CavityProfile};
+pub use gauge::CavityGauge;
 pub(super) use shot_line::ShotLine;
 pub(super) use track::{ProjectileTrack, TrackPoint};
 
