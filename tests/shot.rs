@@ -50,7 +50,14 @@ fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
     let rest = vec![Vector3::zeros(); 7];
     let mut bodies = stage::frame(scene, t).bodies;
     bodies[0].kinematics = observation(scene, t, part).bodies[0].kinematics;
-    let cells = FrameCells { nodes, step: vec![1e-6; 5], jacobian: vec![1.0; 5], energy_density: vec![0.0; 5], facets };
+    let cells = FrameCells {
+        nodes,
+        step: vec![1e-6; 5],
+        jacobian: vec![1.0; 5],
+        energy_density: vec![0.0; 5],
+        damage: vec![0.0; 5],
+        facets,
+    };
     MeshFrame { time: t, dimension: 2, mass: 1.0, points, velocities: rest.clone(), displacements: rest, cells, bodies }
 }
 

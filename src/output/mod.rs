@@ -14,6 +14,7 @@ mod report;
 mod sensors;
 mod summary;
 mod vtu;
+mod wound;
 
 use crate::scene::Scene;
 use crate::simulation::{MeshFrame, Observation, Simulation};
@@ -21,15 +22,16 @@ use std::path::Path;
 
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
-pub use penetration::CavityGauge;
+pub use penetration::{CavityCoursePoint, CavityGauge};
 pub use picture::model_picture;
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 pub use sensors::{DentFigures, SensorFigures};
 pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SummaryAccount, rebound};
+pub use wound::WoundFigures;
 
 use frames::FrameSeries;
 use history::HistoryFile;
-use penetration::{CavityProfile, PenetrationRecord, ShotLine};
+use penetration::{CavityProfile, PenetrationRecord, PermanentTrack, ShotLine};
 use report::ReportData;
 use summary::RunInfo;
 
@@ -54,7 +56,7 @@ pub const RUN: &str = "run";
 /// File name of the history table.
 const HISTORY: &str = "history.csv";
 /// File names of the summary, the report and the tables of a shot.
-const FILES: [&str; 4] = ["summary.json", "report.html", "shot.csv", "cavity.csv"];
+const FILES: [&str; 5] = ["summary.json", "report.html", "shot.csv", "cavity.csv", "track.csv"];
 
 /// Returns the names of all files that a recorder can write for a scene.
 #[must_use]
@@ -165,8 +167,8 @@ impl RunRecorder {
         self.frames.rewind(time, &mut self.folder)
     }
 
-    /// Writes `series.pvd`, `summary.json` and `report.html`, and for a shot `shot.csv` and `cavity.csv`. `failure`
-    /// is the diagnosis of a run that stopped early.
+    /// Writes `series.pvd`, `summary.json` and `report.html`, and for a shot `shot.csv`, `cavity.csv` and `track.csv`.
+    /// `failure` is the diagnosis of a run that stopped early.
     ///
     /// # Errors
     /// [`OutputError`] if a file cannot be written.
@@ -184,9 +186,11 @@ impl RunRecorder {
     pub fn conclude(&mut self, ending: &FinalState) -> Result<RunSummary, OutputError> {
         self.begin_results()?;
         self.record_cavity(ending.frame);
-        let penetration = self.evaluate_penetration()?;
+        let penetration = self.evaluate_penetration(ending.frame)?;
+        let rest = wound::projectile_rest(&self.history)?.filter(|_| ending.observation.projectile().exit.is_none());
+        let wound = WoundFigures::of(penetration.as_ref(), rest);
         let sensors = sensors::figures(&self.run.scene, &self.history)?;
-        let summary = RunSummary { sensors, ..RunSummary::of(&self.run, ending, penetration.as_ref()) };
+        let summary = RunSummary { sensors, wound, ..RunSummary::of(&self.run, ending, penetration.as_ref()) };
         if summary.ended_by != EndCause::EndTime {
             self.frames.append_last(ending.frame, &self.run.scene, &mut self.folder)?;
         }
@@ -214,9 +218,10 @@ impl RunRecorder {
     }
 
     /// Evaluates the penetration and writes the tables of a shot; returns `None` without a shot.
-    fn evaluate_penetration(&mut self) -> Result<Option<PenetrationRecord>, OutputError> {
+    fn evaluate_penetration(&mut self, end: &MeshFrame) -> Result<Option<PenetrationRecord>, OutputError> {
         let Some(line) = &self.shot_line else { return Ok(None) };
-        let penetration = PenetrationRecord::of(line, &self.history, &self.cavities)?;
+        let damage = PermanentTrack::of(line, &self.run.scene, end);
+        let penetration = PenetrationRecord::of(line, &self.history, &self.cavities, damage)?;
         if let Some(penetration) = &penetration {
             penetration.write(&mut self.folder)?;
         }

@@ -3,6 +3,7 @@
 use super::overlap;
 use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
+use super::wound::WoundFigures;
 use crate::math::Vector3;
 use crate::scene::{self, Dimension, FidelityKind, Scene};
 use crate::simulation::{self, BodyReport, EnergyReport, MeshFrame, Observation};
@@ -129,14 +130,18 @@ pub struct RunSummary {
     pub force_window: f64,
     /// Contact impulse on the projectile, N·s.
     pub total_impulse: [f64; 3],
-    /// Greatest diameter of the cavity below one projectile length, m. This figure and the next three need a
-    /// penetration along −z beyond the length of the projectile.
+    /// Greatest diameter of the cavity between one projectile diameter below the entry and the rear of the projectile,
+    /// m. This figure and the next two need a penetration along −z by which the rear is that deep.
     pub greatest_cavity_diameter: Option<f64>,
     /// Time of the greatest diameter, s.
     pub time_of_greatest_cavity: Option<f64>,
-    /// Greatest diameter of the cavity at the end, m.
+    /// Greatest diameter of the cavity at the end, m, without the hole that the projectile fills.
     pub final_cavity_diameter: Option<f64>,
-    /// Energy given to the gel in each centimetre of depth, J; the last centimetre ends at the greatest depth.
+    /// Rest of the projectile, course of the cavity and permanent track.
+    #[serde(flatten)]
+    pub wound: WoundFigures,
+    /// Energy given to the gel in each centimetre of depth, J; the last centimetre ends at the greatest depth. Needs a
+    /// penetration along −z beyond the length of the projectile.
     pub energy_per_centimetre: Option<Vec<f64>>,
     /// Figures of each fragment.
     pub fragments: Vec<FragmentFigures>,
@@ -269,6 +274,7 @@ impl RunSummary {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
+        let greatest_cavity = penetration.and_then(|shot| shot.cavity.course.greatest());
         let (doubts, ended_by) = (run.doubts(ending.observation), EndCause::of(ending, run.scene.scene.end_time));
         Self {
             scene: run.scene.scene.name.clone(),
@@ -304,9 +310,10 @@ impl RunSummary {
             peak_force: contact.peak_force,
             force_window: run.scene.force_window(),
             total_impulse: contact.total_impulse.into(),
-            greatest_cavity_diameter: penetration.map(|shot| shot.cavity.greatest_diameter),
-            time_of_greatest_cavity: penetration.map(|shot| shot.cavity.time_of_greatest),
-            final_cavity_diameter: penetration.map(|shot| shot.cavity.last_diameter),
+            greatest_cavity_diameter: greatest_cavity.map(|greatest| greatest.diameter),
+            time_of_greatest_cavity: greatest_cavity.map(|greatest| greatest.time),
+            final_cavity_diameter: penetration.and_then(|shot| shot.cavity.last_diameter),
+            wound: WoundFigures::default(),
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
             sensors: vec![],
@@ -358,7 +365,7 @@ fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -
 }
 
 /// Returns every energy account in the order of the report.
-fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
+fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 19] {
     let account = |name, value, meaning| SummaryAccount { name, value, meaning };
     [
         account("initial", energy.initial, "total energy at the start"),
@@ -373,6 +380,7 @@ fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
         account("importer", energy.importer, "energy of state jumps of the bodies made by the importer"),
         account("remesh", energy.remesh, "change of kinetic and stored energy by remeshing"),
         account("load", energy.load, "work of the pressures on faces"),
+        account("air", energy.air, "work of the air in a sealed cavity"),
         account("damping", energy.damping, "work of the damping; negative is dissipated"),
         account("bulk_viscous", energy.bulk_viscous, "dissipated by bulk viscosity, which spreads shocks"),
         account("viscous", energy.viscous, "dissipated by the viscous branches of the gel"),

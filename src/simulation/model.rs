@@ -7,7 +7,7 @@ use super::saved::{EraseDimension, SavedState};
 use super::sensors::{LocatedSensor, locate_sensors};
 use crate::adapt::{AdaptiveGel, FailedRemesh, RemeshDriver, RemeshRecord, RestoreError};
 use crate::contact::{BodyState, ImpulseExchange, RigidBody, SurfaceNode};
-use crate::fem::Potential;
+use crate::fem::{HistoryVariables, Potential};
 use crate::integrator::{AdvanceOutcome, BalanceTotals, DiscreteGel, StepError};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, restrict};
@@ -142,6 +142,11 @@ pub(super) fn is_centre_in_gel<const D: usize>(
     body.gap(at, &at.position).distance < 0.0 && remesh::is_inside(x, elements, &centre)
 }
 
+/// Returns the damage of an element from its first record of history variables.
+fn damage_of<const D: usize>(first: &HistoryVariables<D>) -> f64 {
+    first.damage
+}
+
 /// Fraction of an element's size within which a node counts as in contact.
 const TOUCHING: f64 = 0.1;
 
@@ -161,8 +166,18 @@ impl<const D: usize> GelModel<D> {
             step: self.gel.engine.steps(),
             jacobian: measured.jacobian,
             energy_density,
+            damage: self.damage(),
             facets: self.gel.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
         }
+    }
+
+    /// Returns the damage of each element, 0 to 1.
+    fn damage(&self) -> Vec<f64> {
+        let potential = &self.gel.engine.gel().potential;
+        let records = self.gel.engine.state().memory.chunks(potential.memories().max(1));
+        let mut damage: Vec<f64> = records.map(|records| damage_of(&records[0])).collect();
+        damage.resize(potential.len(), 0.0);
+        damage
     }
 
     fn longest_step(&self, node: NodeId) -> f64 {

@@ -140,7 +140,14 @@ pub fn frame(scene: &Scene, time: f64) -> MeshFrame {
         points: rest.iter().zip(&displacements).map(|(p, u)| p + u).collect(),
         velocities: rest.iter().map(|p| rate * dent(p) * Vector3::z()).collect(),
         displacements,
-        cells: FrameCells { nodes, step, jacobian: vec![0.9; cells], energy_density: vec![12.5; cells], facets },
+        cells: FrameCells {
+            nodes,
+            step,
+            jacobian: vec![0.9; cells],
+            energy_density: vec![12.5; cells],
+            damage: vec![0.0; cells],
+            facets,
+        },
         bodies: vec![BodyPose { kinematics: ball(scene, time), bulge: None, active: true }],
     }
 }

@@ -8,7 +8,8 @@ use std::path::Path;
 pub fn describe(summary: &Value, folder: &Path) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    for (name, text) in summary_rows(summary).into_iter().chain(cavity_row(summary)).chain(overlap_row(summary)) {
+    let shot = [cavity_row(summary), course_row(summary), track_row(summary), overlap_row(summary)];
+    for (name, text) in summary_rows(summary).into_iter().chain(shot.into_iter().flatten()) {
         table.add_row([name, &text]);
     }
     format!("{table}\n{}", list_files(folder))
@@ -25,6 +26,7 @@ fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
         ("element updates", describe_updates(s)),
         ("greatest depth", describe_peak_depth(s)),
         ("depth at the end", format_depth(&s["final_depth"])),
+        ("rest depth", describe_rest(s)),
         ("speed at the end", format_quantity(&s["final_velocity"], "m/s")),
         ("rebound velocity", describe_rebound(s)),
         ("energy deposited", format_quantity(&s["energy_deposited"], "J")),
@@ -59,6 +61,24 @@ fn cavity_row(s: &Value) -> Option<(&'static str, String)> {
     Some(("cavity", format!("{greatest} wide at {time}, {last} at the end{still}")))
 }
 
+/// Returns the row of the collapse and the pulsation of the cavity.
+fn course_row(s: &Value) -> Option<(&'static str, String)> {
+    s["time_of_cavity_collapse"].as_f64()?;
+    let collapse = format!("below 40 % of its diameter at {}", format_quantity(&s["time_of_cavity_collapse"], "s"));
+    let pulsation = s["cavity_pulsation_diameter"].as_f64().map(|_| {
+        let [diameter, time] = [("cavity_pulsation_diameter", "m"), ("time_of_cavity_pulsation", "s")]
+            .map(|(key, unit)| format_quantity(&s[key], unit));
+        format!(", again {diameter} wide at {time}")
+    });
+    Some(("collapse of the cavity", collapse + &pulsation.unwrap_or_default()))
+}
+
+/// Returns the row of the permanent track in a damaged gel.
+fn track_row(s: &Value) -> Option<(&'static str, String)> {
+    s["greatest_track_diameter"].as_f64().filter(|diameter| *diameter > 0.0)?;
+    Some(("permanent track", format!("{} wide at most", format_quantity(&s["greatest_track_diameter"], "m"))))
+}
+
 /// Returns a row that marks a run in which the gel overlaps itself.
 fn overlap_row(s: &Value) -> Option<(&'static str, String)> {
     let volume = s["overlapped_volume"].as_f64().filter(|volume| *volume > 0.0)?;
@@ -82,6 +102,14 @@ fn describe_perforation(s: &Value) -> String {
 
 fn describe_peak_depth(s: &Value) -> String {
     format!("{} at {}", format_depth(&s["peak_depth"]), format_quantity(&s["time_of_peak_depth"], "s"))
+}
+
+/// Describes the rest of the projectile in the gel.
+fn describe_rest(s: &Value) -> String {
+    match s["rest_depth"].as_f64() {
+        Some(_) => format!("{} from {}", format_depth(&s["rest_depth"]), format_quantity(&s["time_of_rest"], "s")),
+        None => "none: the nose moves by 0.2 mm or more in the last millisecond, or is not in the gel".to_owned(),
+    }
 }
 
 /// Formats a depth, or the height above the entry surface if it is negative.
@@ -155,12 +183,13 @@ fn format_small(value: &Value) -> String {
 }
 
 fn list_files(folder: &Path) -> String {
-    const FILES: [(&str, &str); 6] = [
+    const FILES: [(&str, &str); 7] = [
         ("report.html", "the report, for a browser"),
         ("series.pvd", "the frames, for ParaView"),
         ("history.csv", "one row per communication step"),
         ("shot.csv", "speed, force and energy by depth"),
-        ("cavity.csv", "radius of the cavity by time and depth"),
+        ("cavity.csv", "radius and diameter of the cavity by time and depth"),
+        ("track.csv", "permanent track and energy per centimetre by depth"),
         ("summary.json", "the figures above"),
     ];
     let written = FILES.into_iter().filter(|(name, _)| folder.join(name).exists());

@@ -1,5 +1,6 @@
 //! Cavity behind a projectile: radius against time and depth.
 
+use super::course::{CavityCourse, CavityCoursePoint};
 use super::opening::{DepthGrid, GelSection, void_radii};
 use super::shot_line::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
 use crate::output::files::format_cell;
@@ -14,6 +15,8 @@ pub(in crate::output) struct CavityProfile {
     pub(in crate::output) time: f64,
     /// Number of depths per metre: 1000, fewer in a very deep gel.
     per_metre: f64,
+    /// Depth of the rear of the projectile, m; infinite if the projectile fills no part of the cavity.
+    rear: f64,
     /// Radius at each depth, m, the first depth one interval below the entry. A radius of 0 means gel on the shot
     /// line, `None` a void without gel all around.
     radii: Vec<Option<f64>>,
@@ -22,12 +25,10 @@ pub(in crate::output) struct CavityProfile {
 /// Cavity figures of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::output) struct CavityFigures {
-    /// Greatest diameter, m.
-    pub(in crate::output) greatest_diameter: f64,
-    /// Time of the greatest diameter, s.
-    pub(in crate::output) time_of_greatest: f64,
-    /// Greatest diameter at the end, m.
-    pub(in crate::output) last_diameter: f64,
+    /// Greatest diameter over the depth by time.
+    pub(in crate::output) course: CavityCourse,
+    /// Greatest diameter at the end, m; `None` where the rear of the projectile is above the first depth that counts.
+    pub(in crate::output) last_diameter: Option<f64>,
     /// Temporary cavity: depth, m, and greatest radius of the run at this depth, m.
     pub(in crate::output) temporary: Vec<(f64, f64)>,
     /// Cavity at the time of the greatest diameter: depth, m, and radius, m.
@@ -42,23 +43,31 @@ impl CavityProfile {
         let per_metre = depths_per_metre(line.gel_depth);
         let depths = DepthGrid { n: (line.gel_depth * per_metre) as usize, per_metre };
         let gel = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
-        Self { time: frame.time, per_metre, radii: void_radii(gel, frame, &line.origin, depths) }
+        let rear = ShotLine::rear_depth(scene, frame);
+        Self { time: frame.time, per_metre, rear, radii: void_radii(gel, frame, &line.origin, depths) }
     }
 
     /// Returns the part of the void behind the projectile, from the entry to the first depth closed by gel. The part
-    /// ends at `depth`, m, the greatest depth reached by the foremost point. A deeper void was not opened by the
-    /// projectile, and a void below a closure is not connected with the entry.
+    /// ends at the rear of the projectile: deeper, the projectile itself fills the void. It ends at the latest at
+    /// `depth`, m, the greatest depth reached by the foremost point. A deeper void was not opened by the projectile, and
+    /// a void below a closure is not connected with the entry.
     pub(super) fn behind_projectile(&self, depth: f64) -> Self {
-        let is_behind = |k: usize| (k + 1) as f64 <= depth * self.per_metre * (1.0 + f64::EPSILON);
+        let end = depth.min(self.rear);
+        let is_behind = |k: usize| (k + 1) as f64 <= end * self.per_metre * (1.0 + f64::EPSILON);
         let closure = self.radii.iter().position(|radius| *radius == Some(0.0)).unwrap_or(self.radii.len());
         let radii = self.radii.iter().enumerate().map(|(k, radius)| radius.filter(|_| k <= closure && is_behind(k)));
         Self { radii: radii.collect(), ..*self }
     }
 
-    /// Returns the greatest diameter, m, below one projectile length; the diameter above belongs to the entry crater.
-    pub(super) fn diameter(&self, line: &ShotLine) -> f64 {
-        let deep = self.curve().into_iter().filter(|(depth, _)| *depth > line.projectile_length);
-        2.0 * deep.map(|(_, radius)| radius).fold(0.0, f64::max)
+    /// Returns the greatest diameter below one projectile diameter; the diameter above belongs to the entry crater.
+    /// `None` while the rear is not that deep; the diameter is 0 where the cavity is closed above that depth.
+    pub(super) fn widest(&self, line: &ShotLine) -> Option<CavityCoursePoint> {
+        let first = line.projectile_width;
+        let point = |(depth, radius): (f64, f64)| CavityCoursePoint { time: self.time, diameter: 2.0 * radius, depth };
+        let deep = self.curve().into_iter().filter(|(depth, _)| *depth > first).map(point);
+        let closed = CavityCoursePoint { time: self.time, diameter: 0.0, depth: first };
+        let is_closed = self.rear > first + 1.0 / self.per_metre && self.radii.contains(&Some(0.0));
+        deep.reduce(|a, b| if b.diameter > a.diameter { b } else { a }).or(is_closed.then_some(closed))
     }
 
     /// Returns depth, m, and radius, m, down to the end of the cavity, at the depths enclosed by gel.
@@ -71,16 +80,17 @@ impl CavityProfile {
 
 impl CavityFigures {
     pub(super) fn of(line: &ShotLine, profiles: &[CavityProfile]) -> Self {
-        let diameters: Vec<f64> = profiles.iter().map(|profile| profile.diameter(line)).collect();
-        let widest = (0..profiles.len()).reduce(|a, b| if diameters[b] > diameters[a] { b } else { a });
-        let curve = |i: Option<usize>| i.map_or(vec![], |i| profiles[i].curve());
+        let widest: Vec<Option<CavityCoursePoint>> = profiles.iter().map(|profile| profile.widest(line)).collect();
+        let last_diameter = widest.last().copied().flatten().map(|point| point.diameter);
+        let course = CavityCourse(widest.into_iter().flatten().collect());
+        let time = course.greatest().map(|greatest| greatest.time);
+        let at_greatest = profiles.iter().find(|profile| Some(profile.time) == time);
         Self {
-            greatest_diameter: widest.map_or(0.0, |i| diameters[i]),
-            time_of_greatest: widest.map_or(0.0, |i| profiles[i].time),
-            last_diameter: diameters.last().copied().unwrap_or(0.0),
+            last_diameter,
             temporary: envelope(profiles).curve(),
-            widest: curve(widest),
-            last: curve(profiles.len().checked_sub(1)),
+            widest: at_greatest.map_or(vec![], CavityProfile::curve),
+            last: profiles.last().map_or(vec![], CavityProfile::curve),
+            course,
         }
     }
 }
@@ -94,16 +104,16 @@ fn envelope(profiles: &[CavityProfile]) -> CavityProfile {
     let n = profiles.iter().map(|profile| profile.radii.len()).max().unwrap_or(0);
     let radius = |i: usize| profiles.iter().map(|profile| profile.radii.get(i).copied().flatten()).fold(None, wider);
     let per_metre = profiles.first().map_or(DEPTHS_PER_METRE, |profile| profile.per_metre);
-    CavityProfile { time: 0.0, per_metre, radii: (0..n).map(radius).collect() }
+    CavityProfile { time: 0.0, per_metre, rear: f64::INFINITY, radii: (0..n).map(radius).collect() }
 }
 
 /// Returns the text of `cavity.csv`: each profile down to the end of the cavity.
 pub(super) fn csv(profiles: &[CavityProfile]) -> String {
-    let mut text = String::from("time_s,depth_m,radius_m\n");
+    let mut text = String::from("time_s,depth_m,radius_m,diameter_m\n");
     for profile in profiles {
         for (depth, radius) in profile.curve() {
-            writeln!(text, "{},{},{}", format_cell(profile.time), format_cell(depth), format_cell(radius))
-                .expect("a string grows");
+            let row = [profile.time, depth, radius, 2.0 * radius].map(format_cell);
+            writeln!(text, "{}", row.join(",")).expect("a string grows");
         }
     }
     text
@@ -112,12 +122,32 @@ pub(super) fn csv(profiles: &[CavityProfile]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vector3;
 
     #[test]
     fn a_void_below_a_closure_is_not_connected_with_the_entry() {
-        let radii = [Some(0.004), Some(0.002), Some(0.0), Some(0.003), Some(0.003), None];
-        let profile = CavityProfile { time: 0.0, per_metre: DEPTHS_PER_METRE, radii: radii.to_vec() };
+        let radii = [Some(0.004), Some(0.002), Some(0.0), Some(0.003), Some(0.003), None].to_vec();
+        let profile = CavityProfile { time: 0.0, per_metre: DEPTHS_PER_METRE, rear: f64::INFINITY, radii };
         assert_eq!(profile.behind_projectile(0.01).radii, [Some(0.004), Some(0.002), Some(0.0), None, None, None]);
         assert_eq!(profile.behind_projectile(0.001).radii, [Some(0.004), None, None, None, None, None]);
+    }
+
+    #[test]
+    fn the_hole_that_the_projectile_fills_is_no_cavity() {
+        let line =
+            ShotLine { origin: Vector3::zeros(), projectile_length: 0.002, projectile_width: 0.002, gel_depth: 0.006 };
+        // A cavity closed behind a ball 4 to 6 mm deep, and one that is open from the entry to the ball.
+        let ball = [Some(0.001); 2];
+        let radii = |behind: [f64; 4]| behind.map(Some).into_iter().chain(ball).collect();
+        let profile =
+            |behind, rear| CavityProfile { time: 0.0, per_metre: DEPTHS_PER_METRE, rear, radii: radii(behind) };
+        let widest = |behind, rear| profile(behind, rear).behind_projectile(0.006).widest(&line);
+        let closed = widest([0.003, 0.0, 0.0, 0.0], 0.004).unwrap();
+        assert_eq!(closed.diameter, 0.0);
+        let open = widest([0.003, 0.002, 0.0015, 0.0005], 0.004).unwrap();
+        assert_eq!((open.diameter, open.depth), (0.003, 0.003));
+        assert_eq!(widest([0.003, 0.002, 0.0015, 0.0005], 0.002), None);
+        // A projectile that has left through the entry fills nothing.
+        assert_eq!(widest([0.0005; 4], f64::INFINITY).unwrap().diameter, 0.002);
     }
 }

@@ -26,7 +26,7 @@ impl CavityGauge {
     pub fn measure(&mut self, scene: &Scene, frame: &MeshFrame, depth: f64) {
         self.deepest = self.deepest.max(depth.min(self.line.gel_depth));
         let behind = CavityProfile::of(&self.line, scene, frame).behind_projectile(self.deepest);
-        self.greatest = self.greatest.max(behind.diameter(&self.line));
+        self.greatest = behind.widest(&self.line).map_or(self.greatest, |widest| self.greatest.max(widest.diameter));
     }
 
     /// Returns the greatest diameter so far, m.

@@ -1,13 +1,18 @@
-//! Terminal ballistics of a shot: deceleration of the projectile along its path through the gel, and the cavity
-//! behind it.
+//! Terminal ballistics of a shot: deceleration of the projectile along its path through the gel, the cavity
+//! behind it, and the track of damaged gel that it leaves.
 
 mod cavity;
+mod course;
+mod cross_section;
+mod damage_track;
 mod gauge;
 mod opening;
 mod shot_line;
 mod track;
 
 pub(super) use cavity::{CavityFigures, CavityProfile};
+pub use course::CavityCoursePoint;
+pub(super) use damage_track::PermanentTrack;
 pub use gauge::CavityGauge;
 pub(super) use shot_line::ShotLine;
 pub(super) use track::{ProjectileTrack, TrackPoint};
@@ -23,6 +28,8 @@ pub(super) struct PenetrationRecord {
     pub(super) track: ProjectileTrack,
     /// Cavity figures.
     pub(super) cavity: CavityFigures,
+    /// Permanent track at the end.
+    pub(super) damage: PermanentTrack,
     /// Cavity profile behind the projectile at each frame.
     profiles: Vec<CavityProfile>,
 }
@@ -36,17 +43,21 @@ impl PenetrationRecord {
         line: &ShotLine,
         history: &HistoryFile,
         profiles: &[CavityProfile],
+        damage: PermanentTrack,
     ) -> Result<Option<Self>, OutputError> {
         let track = ProjectileTrack::of(line, history)?;
         let is_deep = track.greatest_depth() > line.projectile_length;
         let behind = |profile: &CavityProfile| profile.behind_projectile(track.depth_until(profile.time));
         let profiles: Vec<CavityProfile> = profiles.iter().map(behind).collect();
-        Ok(is_deep.then(|| Self { cavity: CavityFigures::of(line, &profiles), track, profiles }))
+        let cavity = CavityFigures::of(line, &profiles);
+        Ok(is_deep.then(|| Self { cavity, track, damage, profiles }))
     }
 
-    /// Writes `shot.csv` and `cavity.csv`.
+    /// Writes `shot.csv`, `cavity.csv` and `track.csv`.
     pub(super) fn write(&self, folder: &mut ResultFolder) -> Result<(), OutputError> {
         folder.write("shot.csv", self.track.csv().as_bytes())?;
-        folder.write("cavity.csv", cavity::csv(&self.profiles).as_bytes())
+        folder.write("cavity.csv", cavity::csv(&self.profiles).as_bytes())?;
+        let (depth, energies) = (self.track.greatest_depth(), self.track.energy_per_centimetre());
+        folder.write("track.csv", self.damage.csv(depth, &energies).as_bytes())
     }
 }

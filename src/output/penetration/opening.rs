@@ -1,15 +1,17 @@
 //! Radius of the void in the gel around a vertical line, depth by depth.
 
+use super::cross_section::{SectionSegment, void_area};
 use crate::math::Vector3;
 use crate::scene::{Dimension, GelSymmetry};
 use crate::simulation::MeshFrame;
 use nalgebra::Vector2;
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 
 /// Intersection of a facet of the gel surface with a horizontal plane, relative to the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SurfacePiece {
-    ends: [Vector2<f64>; 2],
+    /// Ends; in space in the direction that has the gel on its left.
+    ends: SectionSegment,
     /// True for a facet with a downward normal: part of the back face, or of a column of gel driven out of the back
     /// face.
     faces_down: bool,
@@ -36,15 +38,13 @@ pub(super) struct DepthGrid {
 /// Vertical component of the unit normal that separates the back face from the cavity wall (45°). A wall with a
 /// flatter normal flares out towards an exit hole; a steeper normal belongs to the back face around the hole.
 const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
-/// Number of directions over the full circle in the test for an enclosed void in three dimensions.
-const DIRECTIONS: u32 = 64;
 
 /// Computes the radius of the void at each depth, m: 0 where the line runs through gel, `None` where gel does not
 /// enclose the void.
 ///
-/// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene, and the
-/// distance of the surface in space. A void is enclosed if gel lies in every direction across the line. The outer
-/// surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
+/// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene, and in space
+/// the radius √(A/π) of the circle with the area A of the void's cross-section. A void is enclosed if gel lies in every
+/// direction across the line. The outer surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
 /// left out, up to the first void that ends at a cavity wall.
 pub(super) fn void_radii(gel: GelSection, frame: &MeshFrame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
     let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
@@ -76,7 +76,11 @@ fn void_at_depth(gel: GelSection, pieces: &[SurfacePiece]) -> Option<VoidOpening
     match gel.dimension {
         Dimension::Planar => half_gap(pieces),
         Dimension::Axisymmetric => nearest_void(pieces),
-        Dimension::Spatial => nearest_void(pieces).filter(|_| is_enclosed(gel.symmetry, pieces)),
+        Dimension::Spatial => {
+            let segments: Vec<SectionSegment> = pieces.iter().map(|piece| piece.ends).collect();
+            let radius = (void_area(gel.symmetry, &segments)? / PI).sqrt();
+            nearest_void(pieces).map(|nearest| VoidOpening { radius, ..nearest })
+        }
     }
 }
 
@@ -91,9 +95,10 @@ fn add_intersections(corners: &[Vector3], height: f64, per_metre: f64, depths: &
     for k in first..=(most as usize).min(depths.len()) {
         let z = -(k as f64 / per_metre) - height;
         let sides = corners.iter().zip(corners.iter().cycle().skip(1)).take(if corners.len() == 2 { 1 } else { 3 });
-        let mut ends = sides.filter_map(|(a, b)| intersect_edge(a, b, z));
-        if let Some(a) = ends.next() {
-            depths[k - 1].push(SurfacePiece { ends: [a, ends.next().unwrap_or(a)], faces_down });
+        let down = sides.clone().find(|(a, b)| a.z > z && b.z <= z).map(|(a, b)| intersect_edge(a, b, z));
+        let up = sides.clone().find(|(a, b)| a.z <= z && b.z > z).map(|(a, b)| intersect_edge(b, a, z));
+        if let (Some(start), Some(end)) = (down.or(up), up.or(down)) {
+            depths[k - 1].push(SurfacePiece { ends: [start, end], faces_down });
         }
     }
 }
@@ -105,10 +110,9 @@ fn normal(corners: &[Vector3]) -> Vector3 {
     along.cross(&across).try_normalize(0.0).unwrap_or_else(Vector3::zeros)
 }
 
-/// Returns the intersection of an edge with a height; an end on the height counts as below.
-fn intersect_edge(a: &Vector3, b: &Vector3, z: f64) -> Option<Vector2<f64>> {
-    let crosses = (a.z > z) != (b.z > z);
-    crosses.then(|| (a + (b - a) * ((z - a.z) / (b.z - a.z))).xy())
+/// Returns the intersection of an edge with a height. The bits are those of every facet at the edge.
+fn intersect_edge(upper: &Vector3, lower: &Vector3, z: f64) -> Vector2<f64> {
+    (upper + (lower - upper) * ((z - upper.z) / (lower.z - upper.z))).xy()
 }
 
 /// Returns true if the line is inside the gel: a ray towards +x then crosses the surface an odd number of times.
@@ -133,23 +137,6 @@ fn nearest_void(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
     pieces.iter().map(to).reduce(|a, b| if b.radius < a.radius { b } else { a })
 }
 
-/// Returns true if gel lies in every direction from the line within the computed part.
-fn is_enclosed(symmetry: GelSymmetry, pieces: &[SurfacePiece]) -> bool {
-    let computed = DIRECTIONS / symmetry.copies() as u32;
-    (0..computed).all(|i| {
-        // Half an interval off the symmetry planes: a ray in a symmetry plane would run along facets.
-        let (sin, cos) = libm::sincos((f64::from(i) + 0.5) * TAU / f64::from(DIRECTIONS));
-        let direction = Vector2::new(cos, sin);
-        pieces.iter().any(|piece| is_hit_by_ray(&direction, piece))
-    })
-}
-
-/// Returns true if a ray from the line meets a piece of the surface.
-fn is_hit_by_ray(direction: &Vector2<f64>, piece: &SurfacePiece) -> bool {
-    let [a, b] = piece.ends.map(|end| Vector2::new(direction.dot(&end), direction.perp(&end)));
-    (a.y > 0.0) != (b.y > 0.0) && a.x - a.y * (b.x - a.x) / (b.y - a.y) > 0.0
-}
-
 /// Returns half of the gap between the gel on the left and the gel on the right.
 fn half_gap(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
     let x = |piece: &&SurfacePiece| piece.ends[0].x;
@@ -161,7 +148,7 @@ fn half_gap(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DepthGrid, GelSection, void_radii};
+    use super::{DepthGrid, GelSection, PI, void_radii};
     use crate::math::Vector3;
     use crate::scene::{Dimension, GelSymmetry};
     use crate::simulation::{FrameCells, MeshFrame};
@@ -191,6 +178,7 @@ mod tests {
                 step: vec![],
                 jacobian: vec![],
                 energy_density: vec![],
+                damage: vec![],
                 facets: (0..facets.len()).map(facet).collect(),
             },
             bodies: vec![],
@@ -240,13 +228,14 @@ mod tests {
     }
 
     #[test]
-    fn in_space_it_is_the_distance_of_the_nearest_surface() {
-        let surface: Vec<[[f64; 3]; 3]> = shaft(0.02, 0.1).into_iter().chain(shaft(0.005, 0.0035)).collect();
+    fn in_space_it_is_the_circle_of_the_same_area() {
+        let outer = shaft(0.02, 0.1).into_iter().map(|[p, q, r]| [q, p, r]);
+        let surface: Vec<[[f64; 3]; 3]> = outer.chain(shaft(0.005, 0.0035)).collect();
         let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
         let line = Vector3::new(0.001, 0.0005, 0.0);
         let found = void_radii(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(4));
         for opening in &found[..3] {
-            assert!((opening.unwrap() - 0.004).abs() < 1e-15, "{found:?}");
+            assert!((opening.unwrap() - (0.0001 / PI).sqrt()).abs() < 1e-15, "{found:?}");
         }
         assert_eq!(found[3], Some(0.0));
     }
@@ -283,6 +272,7 @@ mod tests {
         let back = |[x, y]: [f64; 2], [u, v]: [f64; 2]| [[u, v, 0.001], [u, v, -0.01], [x, y, -0.01]];
         let around = |corners: &[[f64; 2]]| -> Vec<[[f64; 3]; 3]> {
             let outer: Vec<[f64; 2]> = corners.iter().map(|[x, y]| [5.0 * x, 5.0 * y]).collect();
+            let outer: Vec<[f64; 2]> = outer.into_iter().rev().collect();
             let sides = corners.windows(2).chain(outer.windows(2));
             sides.flat_map(|ends| [wall(ends[0], ends[1]), back(ends[0], ends[1])]).collect()
         };
@@ -298,7 +288,8 @@ mod tests {
             [(GelSymmetry::None, &whole[..]), (GelSymmetry::Half, &half), (GelSymmetry::Quarter, &half[..3])]
         {
             let found = open(symmetry, corners);
-            assert!(found.iter().all(|radius| (radius.unwrap() - 0.004).abs() < 1e-15), "{symmetry:?}: {found:?}");
+            let radius = (0.008 * 0.012 / PI).sqrt();
+            assert!(found.iter().all(|found| (found.unwrap() - radius).abs() < 1e-15), "{symmetry:?}: {found:?}");
         }
         // Open towards −y, the case of one missing wall out of four.
         assert_eq!(open(GelSymmetry::None, &half), [None; 5]);

@@ -3,7 +3,7 @@
 use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::AxisAlignedBox;
-use crate::scene::Scene;
+use crate::scene::{Dimension, Scene};
 use crate::simulation::MeshFrame;
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
@@ -20,6 +20,8 @@ pub(in crate::output) struct ShotLine {
     pub(super) origin: Vector3,
     /// Length of the projectile along the line, m.
     pub(super) projectile_length: f64,
+    /// Width of the projectile across the line, m: the diameter of a body of revolution that flies straight.
+    pub(super) projectile_width: f64,
     /// Depth of the gel at rest, m.
     pub(super) gel_depth: f64,
 }
@@ -36,8 +38,23 @@ impl ShotLine {
             return None;
         }
         let extent = AxisAlignedBox::around(solid.points);
-        let projectile_length = extent.upper.z - extent.lower.z;
-        Some(Self { origin: projectile.kinematics.position, projectile_length, gel_depth: -scenery.lower.z })
+        let size = extent.upper - extent.lower;
+        let width = if scene.scene.dimension == Dimension::Spatial { size.x.max(size.y) } else { size.x };
+        Some(Self {
+            origin: projectile.kinematics.position,
+            projectile_length: size.z,
+            projectile_width: width,
+            gel_depth: -scenery.lower.z,
+        })
+    }
+
+    /// Returns the depth of the projectile's rear, m: of its uppermost point. Infinite for a projectile that fills no
+    /// part of the cavity, because it is inactive or above the gel.
+    pub(super) fn rear_depth(scene: &Scene, frame: &MeshFrame) -> f64 {
+        let projectile = frame.bodies[0];
+        let scenery = AxisAlignedBox::around(frame.points.iter().copied());
+        let extent = AxisAlignedBox::around(body::body_surface(&scene.shape(0), &projectile, &scenery).points);
+        if projectile.active && extent.lower.z < 0.0 { -extent.upper.z } else { f64::INFINITY }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Plots of the report against depth, for a shot.
+//! Plots of the report for a shot: against depth, and the cavity against time.
 
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use crate::output::penetration::{PenetrationRecord, TrackPoint};
@@ -6,9 +6,17 @@ use crate::output::penetration::{PenetrationRecord, TrackPoint};
 /// Least yaw of a visible curve, degrees.
 const MIN_YAW: f64 = 0.01;
 
-/// Returns all plots against depth.
+/// Returns all plots of a shot.
 pub(super) fn charts(shot: &PenetrationRecord) -> String {
-    let plots = [speed_plot(shot), force_plot(shot), energy_plot(shot), yaw_plot(shot), cavity_plot(shot)];
+    let plots = [
+        speed_plot(shot),
+        force_plot(shot),
+        energy_plot(shot),
+        yaw_plot(shot),
+        cavity_plot(shot),
+        course_plot(shot),
+        track_plot(shot),
+    ];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!("<section><h2>Along the path of the projectile</h2>\n{figures}</section>\n")
 }
@@ -56,6 +64,29 @@ fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
     let curves = curves.map(|(name, points)| PlotCurve { name: name.to_owned(), points: points.clone() });
     let curves = curves.into_iter().filter(|curve| !curve.points.is_empty()).collect();
     depth_plot(shot, "Radius of the cavity by depth", "m", curves)
+}
+
+/// Returns the plot of the greatest diameter of the cavity over the depth, without a curve for a single time.
+fn course_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let course = shot.cavity.course.points();
+    let points = course.iter().map(|point| (point.time, point.diameter)).collect();
+    let curve = PlotCurve { name: "greatest over the depth".to_owned(), points };
+    CurvePlot {
+        title: "Diameter of the cavity by time",
+        unit: "m",
+        vertical: VerticalScale::FromZero,
+        horizontal: HorizontalAxis { name: "time", unit: "s", range: 0.0..course.last().map_or(0.0, |last| last.time) },
+        curves: if course.len() > 1 { vec![curve] } else { vec![] },
+    }
+}
+
+/// Returns the plot of the permanent track, without a curve in an undamaged gel.
+fn track_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let is_damaged = shot.damage.greatest_diameter() > 0.0;
+    let mut points = shot.damage.curve(track_depth(shot));
+    points.retain(|(depth, _)| *depth <= track_depth(shot));
+    let curve = PlotCurve { name: "damaged gel at the end, as a circle".to_owned(), points };
+    depth_plot(shot, "Diameter of the permanent track by depth", "m", if is_damaged { vec![curve] } else { vec![] })
 }
 
 fn curve_along_track(

@@ -190,12 +190,22 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
         let still = if widens { ", still widening" } else { "" };
         [("temporary cavity", quantity(greatest, "m") + still), ("cavity at the end", quantity(last, "m"))]
     });
-    let rest = cavity.into_iter().flatten().chain(rest);
+    let collapse = summary.wound.time_of_cavity_collapse.map(|time| ("cavity collapsed after", quantity(time, "s")));
+    let track = summary.wound.greatest_track_diameter.filter(|diameter| *diameter > 0.0);
+    let track = track.map(|diameter| ("permanent track", quantity(diameter, "m")));
+    let still = rest_figures(summary).into_iter().flatten();
+    let rest = still.chain(cavity.into_iter().flatten()).chain(collapse).chain(track).chain(rest);
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
     for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
         writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");
     }
     list + "</dl></section>\n"
+}
+
+/// Returns the rest depth and the time of rest of a projectile at rest in the gel.
+fn rest_figures(summary: &RunSummary) -> Option<[(&'static str, String); 2]> {
+    let (depth, time) = summary.wound.rest_depth.zip(summary.wound.time_of_rest)?;
+    Some([("rest depth", quantity(depth, "m")), ("at rest after", quantity(time, "s"))])
 }
 
 /// Returns the footer with version, interface and state digest.

@@ -1,0 +1,58 @@
+//! Figures of a wound for `summary.json`: rest of the projectile, course of the cavity, permanent track.
+
+use super::files::OutputError;
+use super::history::HistoryFile;
+use super::penetration::{CavityCoursePoint, PenetrationRecord};
+use crate::simulation::{RestDepth, RestDetector};
+use serde::Serialize;
+
+/// Figures of a wound, SI; `None` (null in JSON) for a figure without a value.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct WoundFigures {
+    /// Rest depth, m: mean depth of the foremost point over the last millisecond, if it moves by less than 0.2 mm in it.
+    pub rest_depth: Option<f64>,
+    /// Time of rest, s: start of the first millisecond from which on the foremost point moves by less than 0.2 mm in
+    /// every millisecond.
+    pub time_of_rest: Option<f64>,
+    /// Depth of the greatest diameter of the cavity, m. This figure and the next need a penetration along −z by which
+    /// the rear of the projectile is deeper than one projectile diameter.
+    pub depth_of_greatest_cavity: Option<f64>,
+    /// Greatest diameter of the cavity over the depth by time.
+    pub cavity_course: Option<Vec<CavityCoursePoint>>,
+    /// Time of the collapse, s: the first time after the greatest diameter at which the diameter is below 40 % of it.
+    pub time_of_cavity_collapse: Option<f64>,
+    /// Second maximum of the diameter, after the collapse, m.
+    pub cavity_pulsation_diameter: Option<f64>,
+    /// Time of the second maximum, s.
+    pub time_of_cavity_pulsation: Option<f64>,
+    /// Greatest diameter of the permanent track at the end, m: of the circle with the cross-section of the damaged gel.
+    pub greatest_track_diameter: Option<f64>,
+}
+
+impl WoundFigures {
+    pub(super) fn of(penetration: Option<&PenetrationRecord>, rest: Option<RestDepth>) -> Self {
+        let rested = Self {
+            rest_depth: rest.map(|rest| rest.depth),
+            time_of_rest: rest.map(|rest| rest.time),
+            ..Self::default()
+        };
+        let Some(shot) = penetration else { return rested };
+        let (course, pulsation) = (&shot.cavity.course, shot.cavity.course.pulsation());
+        Self {
+            depth_of_greatest_cavity: course.greatest().map(|point| point.depth),
+            cavity_course: Some(course.points().to_vec()).filter(|points| !points.is_empty()),
+            time_of_cavity_collapse: course.time_of_collapse(),
+            cavity_pulsation_diameter: pulsation.map(|point| point.diameter),
+            time_of_cavity_pulsation: pulsation.map(|point| point.time),
+            greatest_track_diameter: Some(shot.damage.greatest_diameter()),
+            ..rested
+        }
+    }
+}
+
+/// Returns the rest of the projectile in the gel at the last row of the history.
+pub(super) fn projectile_rest(history: &HistoryFile) -> Result<Option<RestDepth>, OutputError> {
+    let mut detector = RestDetector::new();
+    history.for_each_row(|row| detector.push(row.get("time_s"), row.get("depth_m")))?;
+    Ok(detector.rest())
+}
