@@ -22,7 +22,7 @@ use std::path::Path;
 
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
-pub use penetration::CavityCoursePoint;
+pub use penetration::{CavityCoursePoint, CavityGauge};
 pub use picture::model_picture;
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 pub use sensors::{DentFigures, SensorFigures};
