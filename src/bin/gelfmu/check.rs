@@ -108,8 +108,10 @@ fn preset_section(preset: Option<Preset>, preset_facts: &[&PresetValue], console
     let lines: Vec<String> =
         preset_facts.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();
     let shots = preset.shots();
-    let lines: Vec<String> =
-        lines.into_iter().chain([format!("fitted to: {}", shots.fitted), format!("validated on: {}", shots.validated)]).collect();
+    let lines: Vec<String> = lines
+        .into_iter()
+        .chain([format!("fitted to: {}", shots.fitted), format!("validated on: {}", shots.validated)])
+        .collect();
     format!("{}\n{}\n\n", console.heading(&format!("from the preset {}", preset.name())), bullet_list(&lines))
 }
 
