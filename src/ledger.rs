@@ -39,6 +39,8 @@ pub struct EnergyAccounts {
     pub remesh: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
     pub load: f64,
+    /// Σ J·(v⁻ + v⁺)/2 of the air in a sealed cavity, on its wall and on the projectile.
+    pub air: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
     /// Dissipation by bulk viscosity, negative (numerics 6.2).
@@ -65,6 +67,8 @@ pub struct MomentumAccounts {
     pub remesh: CompensatedSum,
     /// Impulse of the pressures on faces.
     pub load: CompensatedSum,
+    /// Impulse of the air in a sealed cavity.
+    pub air: CompensatedSum,
     /// Impulse of the damping.
     pub damping: CompensatedSum,
     /// Momentum of the eroded mass.
@@ -111,11 +115,11 @@ impl EnergyAccounts {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
-    /// Returns the initial energy and the external work since, |E₀| + |external| + |load|, J: the scale of an
-    /// imbalance. Accounts are net: energy put in and taken back does not count.
+    /// Returns the initial energy and the external work since, |E₀| + |external| + |load| + |air|, J: the scale of
+    /// an imbalance. Accounts are net: energy put in and taken back does not count.
     #[must_use]
     pub fn scale_of_work(&self, initial: f64) -> f64 {
-        initial.abs() + self.external.abs() + self.load.abs()
+        initial.abs() + self.external.abs() + self.load.abs() + self.air.abs()
     }
 
     /// Returns [`Self::scale_of_work`] with the jumps made by the importer, which no method answers for, J: an upper bound
@@ -135,9 +139,9 @@ impl EnergyAccounts {
     }
 
     /// Returns all accounts, J.
-    fn accounts(&self) -> [f64; 13] {
+    fn accounts(&self) -> [f64; 14] {
         let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
-        let Self { remesh, load, damping, bulk_viscous, viscous, eroded, damage, .. } = *self;
+        let Self { remesh, load, air, damping, bulk_viscous, viscous, eroded, damage, .. } = *self;
         [
             contact,
             friction,
@@ -147,6 +151,7 @@ impl EnergyAccounts {
             importer,
             remesh,
             load,
+            air,
             damping,
             bulk_viscous,
             viscous,
@@ -169,9 +174,9 @@ impl MomentumAccounts {
         self.accounts().iter().map(Vector3::norm).sum()
     }
 
-    fn accounts(&self) -> [Vector3; 7] {
-        let Self { restraint, external, importer, remesh, load, damping, eroded } = self;
-        [restraint, external, importer, remesh, load, damping, eroded].map(CompensatedSum::value)
+    fn accounts(&self) -> [Vector3; 8] {
+        let Self { restraint, external, importer, remesh, load, air, damping, eroded } = self;
+        [restraint, external, importer, remesh, load, air, damping, eroded].map(CompensatedSum::value)
     }
 }
 
@@ -181,7 +186,8 @@ mod tests {
 
     #[test]
     fn the_available_energy_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
-        let books = EnergyAccounts { external: -3.0, load: 0.5, importer: -0.25, ..EnergyAccounts::default() };
+        let books =
+            EnergyAccounts { external: -3.0, load: 0.25, air: -0.25, importer: -0.25, ..EnergyAccounts::default() };
         let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, bulk_viscous: -9.0, ..books };
         for books in [books, made] {
             assert_eq!((books.scale_of_work(-2.0), books.provided(-2.0)), (5.5, 5.75));

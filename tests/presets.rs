@@ -38,17 +38,14 @@ fn has(scene: &Scene, fact: &PresetValue) -> bool {
     found == told["value"]
 }
 
-const MODELS: [&str; 3] = ["flowing", "neo-hookean", "viscoelastic"];
+const MODELS: [&str; 2] = ["two-network", "neo-hookean"];
 
 #[test]
 fn a_preset_fills_what_a_scene_does_not_set() {
     for preset in Preset::ALL {
         for model in MODELS {
-            let needed = ["gel.branches=[{shear_modulus=1e3, time=1e-3}]"];
-            let branches = if model == "viscoelastic" && preset != Preset::Gelatin10 { &needed[..] } else { &[] };
             let (named, made) = (format!("gel.preset={}", preset.name()), format!("gel.material={model}"));
-            let changes = [&[named.as_str(), &made], branches].concat();
-            let scene = read(NAMED, &changes).unwrap();
+            let scene = read(NAMED, &[&named, &made]).unwrap();
             let facts: Vec<&PresetValue> = preset.facts().iter().filter(|fact| fact.of.includes(model)).collect();
             assert!(facts.len() >= 4, "{model}: {facts:?}");
             for fact in facts.into_iter().filter(|fact| fact.key != "gel.material") {
@@ -65,13 +62,13 @@ fn a_preset_fills_what_a_scene_does_not_set() {
 
 #[test]
 fn what_a_scene_sets_stays_as_it_is_at_any_depth() {
-    let scene = read(NAMED, &["gel.strength.yield_stress=0.1e6", "gel.density=1000.0"]).unwrap();
-    let strength = scene.gel.strength.unwrap();
-    assert_eq!((strength.yield_stress, strength.cap, scene.gel.density), (0.1e6, 0.16e6, 1000.0));
+    let scene = read(NAMED, &["gel.damage.critical_stretch=2.5", "gel.density=1000.0"]).unwrap();
+    let damage = scene.gel.damage.unwrap();
+    assert_eq!((damage.critical_stretch, damage.delay, scene.gel.density), (2.5, 10e-6, 1000.0));
     let text = scene::resolve(NAMED, &["gel.density=1000.0".parse().unwrap()]).unwrap();
     let given = scene::from_preset(&text);
     assert!(
-        given.iter().any(|fact| fact.key == "gel.strength.cap") && given.iter().all(|fact| fact.key != "gel.density")
+        given.iter().any(|fact| fact.key == "gel.damage.delay") && given.iter().all(|fact| fact.key != "gel.density")
     );
     assert_eq!(read(&toml::to_string(&scene).unwrap(), &[]).unwrap(), scene);
 }
@@ -83,9 +80,10 @@ fn presets_are_refused_by_name_and_a_gel_without_one_must_say_what_it_is() {
             &["gel.preset=gelatin-12"][..],
             "line 9: gel.preset: found \"gelatin-12\" (did you mean `gelatin-10`?), expected one of `gelatin-10`, `gelatin-20`",
         ),
-        (&["gel.strength=3.0"], "gel.strength: found 3.0, expected a table"),
+        (&["gel.damage=3.0"], "gel.damage: found 3.0, expected a table"),
         (&["gel.material=ogden"], "gel.bulk_modulus: found nothing, expected this key"),
-        (&["gel.strength.cap=1e3"], "gel.strength.cap: found 1000.0, expected at least gel.strength.yield_stress"),
+        (&["gel.damage.critical_stretch=0.5"], "gel.damage.critical_stretch: found 0.5, expected a stretch above 1"),
+        (&["gel.branches=[]"], "gel.damage: found damage without a branch, expected at least one gel.branches"),
     ] {
         let error = read(NAMED, changes).unwrap_err();
         assert!(error.contains(said), "{changes:?}: {error}");
@@ -99,12 +97,14 @@ fn the_gels_of_both_shots_are_those_that_they_were_measured_with() {
     for (name, bulk, volume, quadratic) in
         [("fbi-bb", 659.2e6, (0.0, 2e6), 0.0), ("sphere-720", 2.38e9, (2.0, 5e6), 1.2)]
     {
-        let gel = scene::read(scene::builtin(name).unwrap()).unwrap().gel;
-        let (strength, own, viscosity) = (gel.strength.unwrap(), gel.volume.unwrap(), gel.viscosity.unwrap());
-        assert_eq!((gel.density, gel.shear_modulus, gel.bulk_modulus), (1030.0, 4.8e6, bulk), "{name}");
-        assert_eq!((strength.yield_stress, strength.rate_exponent, strength.cap), (10.4e3, 0.23, 0.16e6), "{name}");
-        let confined = strength.confined.unwrap();
-        assert_eq!((confined.pressure, confined.factor, confined.time), (0.3e6, 15.0, 3e-6), "{name}");
+        let scene = scene::read(scene::builtin(name).unwrap()).unwrap();
+        let gel = &scene.gel;
+        let (damage, own, viscosity) = (gel.damage.unwrap(), gel.volume.unwrap(), gel.viscosity.unwrap());
+        assert_eq!((gel.density, gel.bulk_modulus, gel.strength_scale), (1030.0, bulk, 1.0), "{name}");
+        assert_eq!((damage.critical_stretch, damage.delay), (3.0, 10e-6), "{name}");
+        let facts = Preset::Gelatin10.facts().iter().filter(|fact| fact.of.includes("two-network"));
+        let networks = facts.filter(|fact| ["gel.shear_modulus", "gel.branches"].contains(&fact.key));
+        assert_eq!(networks.filter(|fact| has(&scene, fact)).count(), 2, "{name}");
         assert_eq!((own.hugoniot_slope, own.tension_limit.unwrap()), volume, "{name}");
         assert_eq!((viscosity.linear, viscosity.quadratic), (0.05, quadratic), "{name}");
     }
@@ -114,10 +114,8 @@ fn the_gels_of_both_shots_are_those_that_they_were_measured_with() {
 fn rows(preset: Preset) -> Vec<String> {
     let of = |fact: &PresetValue| match fact.of {
         ApplicableModels::All => "all",
-        ApplicableModels::Slow => "neo-hookean, viscoelastic",
         ApplicableModels::NeoHookean => "neo-hookean",
-        ApplicableModels::Viscoelastic => "viscoelastic",
-        ApplicableModels::Flowing => "flowing",
+        ApplicableModels::TwoNetwork => "two-network",
     };
     preset.facts().iter().map(|f| format!("| `{}` | `{}` | {} | {} |", f.key, f.value, of(f), f.source)).collect()
 }

@@ -42,7 +42,7 @@ fn sound() -> f64 {
 
 #[test]
 fn a_plate_that_strikes_a_column_gives_it_the_pressure_rho_c_v_and_the_wave_comes_when_it_should() {
-    let struck = format!("{COLUMN}material = \"flowing\"\nviscosity = {{ linear = 0.3 }}");
+    let struck = format!("{COLUMN}material = \"two-network\"\nviscosity = {{ linear = 0.3 }}");
     let mut scene = gel(&struck, &format!("{ALONG}element = \"patch\"\n"));
     let plate = &mut scene.projectile;
     (plate.fixed, plate.active, plate.position, plate.velocity) = (false, true, [0.0; 3], [0.0, 0.0, -1.0]);

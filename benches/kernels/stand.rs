@@ -1,6 +1,8 @@
 //! Elements on a stand: the engine's own layout and kernels, without its steps.
 
-use ballistic_gel::constitutive::{BulkViscosity, EquationOfState, Material, NeoHookean, Viscoplastic, YieldLaw};
+use ballistic_gel::constitutive::{
+    Branch, BulkViscosity, Dashpot, EquationOfState, Material, NeoHookean, StretchDamage, TwoNetwork,
+};
 use ballistic_gel::contact::{BodyState, ContactSurface, FreeDirections, ImpulseLaw, RigidBody};
 use ballistic_gel::fem::{
     DEPTH, ElementBatches, ElementResponse, GroupKick, GroupKicks, GroupResponse, HistoryLanes, HistoryVariables,
@@ -23,7 +25,7 @@ pub struct Kernel {
     pub section: Section,
     /// Pairs of triangles or groups of four tetrahedra, or each by itself.
     pub patched: bool,
-    /// True for a viscoplastic gel that flows at every update, false for an elastic one.
+    /// True for a two-network gel whose branch flows at every update, false for an elastic one.
     pub flows: bool,
 }
 
@@ -35,12 +37,18 @@ pub const KERNELS: [(&str, Kernel); 12] = [
     ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: true, flows: false }),
     ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false, flows: false }),
     ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true, flows: false }),
-    ("flowing tetrahedra", Kernel { section: Section::Spatial, patched: false, flows: true }),
-    ("flowing tetrahedra", Kernel { section: Section::Spatial, patched: true, flows: true }),
-    ("flowing triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: false, flows: true }),
-    ("flowing triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: true, flows: true }),
-    ("flowing triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false, flows: true }),
-    ("flowing triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true, flows: true }),
+    ("two-network tetrahedra", Kernel { section: Section::Spatial, patched: false, flows: true }),
+    ("two-network tetrahedra", Kernel { section: Section::Spatial, patched: true, flows: true }),
+    (
+        "two-network triangles, planar",
+        Kernel { section: Section::Planar { thickness: 1.0 }, patched: false, flows: true },
+    ),
+    (
+        "two-network triangles, planar",
+        Kernel { section: Section::Planar { thickness: 1.0 }, patched: true, flows: true },
+    ),
+    ("two-network triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false, flows: true }),
+    ("two-network triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true, flows: true }),
 ];
 
 /// Test stand of one kernel: elements, positions of their nodes, and buffers for their response.
@@ -212,20 +220,19 @@ fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices
     Engine::new(DiscreteGel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)
 }
 
-/// Constitutive law of a kernel. The viscoplastic gel relaxes so slowly that it flows at each of any number of updates.
+/// Constitutive law of a kernel. The branch of the two-network gel relaxes so slowly that it flows at each of any number
+/// of updates; its damage is checked, and not reached.
 fn material(kernel: Kernel) -> Material {
     let (shear_modulus, bulk_modulus) = (68_966.0, 666_667.0);
     if !kernel.flows {
         return NeoHookean::new(shear_modulus, bulk_modulus).into();
     }
-    Material::Flowing(Viscoplastic {
-        shear_modulus,
-        state: EquationOfState::new(bulk_modulus, 0.0, 2e6),
-        strength: Some(YieldLaw::new(1.0, 0.95, 1e6).with_reference_rate(1e-9)),
-        softening: None,
-        viscosity: BulkViscosity { linear: 0.06, quadratic: 0.0 },
-        density: 1030.0,
-    })
+    let branch = Branch::new(0.5 * shear_modulus, Dashpot::power_law(190.0, 0.8));
+    let state = EquationOfState::new(bulk_modulus, 0.0, 2e6);
+    TwoNetwork::new(0.5 * shear_modulus, &[branch], state, 1030.0)
+        .with_damage(StretchDamage::new(3.0, 1e-5))
+        .with_viscosity(BulkViscosity { linear: 0.06, quadratic: 0.0 })
+        .into()
 }
 
 /// A body that is not there.

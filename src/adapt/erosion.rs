@@ -161,7 +161,7 @@ impl<const D: usize> RemainingMesh<D> {
 }
 
 /// Load markers of the remaining facets; `nodes` are their nodes' old numbers. No load acts on facets that were
-/// inside.
+/// inside, but the air of a cavity that they adjoin.
 fn remaining_markers<const D: usize>(old: &MeshInstance<D>, facets: &[Facet], nodes: &[usize]) -> Vec<u8> {
     if old.mesh.marks.is_empty() {
         return vec![];
@@ -171,7 +171,7 @@ fn remaining_markers<const D: usize>(old: &MeshInstance<D>, facets: &[Facet], no
     properties.sort_unstable();
     let was = |facet: &Facet| sorted::<D>(facet.map(|node| NodeId(nodes[node.index()] as u32)));
     let found = |facet: &Facet| {
-        properties.binary_search_by_key(&was(facet), |(facet, _)| *facet).map_or(0, |at| properties[at].1)
+        properties.binary_search_by_key(&was(facet), |(facet, _)| *facet).ok().map(|at| properties[at].1)
     };
-    facets.iter().map(found).collect()
+    remesh::spread_cavity_mark::<D>(facets, &facets.iter().map(found).collect::<Vec<_>>())
 }

@@ -4,7 +4,7 @@ use super::settings::AdaptSettings;
 use crate::constitutive::Material;
 use crate::contact::ContactSurface;
 use crate::fem::{Potential, ReferenceShape, Section, Simplices};
-use crate::integrator::{DiscreteGel, DistortionLimits, LoadedFacet, PressureHistory, PressureLoads};
+use crate::integrator::{CavityAir, DiscreteGel, DistortionLimits, LoadedFacet, PressureHistory, PressureLoads};
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, Facet, Mesh, NodeId, Simplex, facet_measure, poor_quality};
 use crate::remesh::{BodySymmetry, ElementNeighbours};
@@ -24,6 +24,8 @@ pub(crate) struct GelDefinition {
     pub symmetry_planes: &'static [usize],
     /// Pressures on the surface.
     pub pressures: Vec<PressureHistory>,
+    /// Air in a sealed cavity behind the projectile.
+    pub cavity: Option<CavityAir>,
     /// Settings of remeshing; `None` without remeshing.
     pub remesh: Option<AdaptSettings>,
 }
@@ -120,7 +122,8 @@ impl GelDefinition {
             (*mark != 0).then(|| LoadedFacet { facet: *facet, behind: behind[at].1, mark: *mark })
         };
         let facets = mesh.facets.iter().zip(&mesh.marks).filter_map(of).collect();
-        gel.with_loads(PressureLoads { section: self.section, pressures: self.pressures.clone(), facets })
+        let (section, pressures, air) = (self.section, self.pressures.clone(), self.cavity);
+        gel.with_loads(PressureLoads { section, pressures, air, facets })
     }
 
     /// Axes across which the gel may touch its mirror image: normals of the planes of symmetry, or the radius about

@@ -77,7 +77,7 @@ pub(super) mod tests {
     use crate::constitutive::{Branch, Dashpot, ElasticAverage, EquationOfState, StretchDamage, TwoNetwork};
     use crate::fem::Simplices;
     use crate::mesh::{BlockSpec, CellSplit, Mesh, block};
-    use crate::remesh::OverlapSource;
+    use crate::remesh::{OverlapSource, UnchangedElement};
     use crate::state::MeshInstance;
 
     /// Two-network gel of density 1, whose elastic network may be damaged.

@@ -90,8 +90,12 @@ impl<const D: usize> TestGel<D> {
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), ElementPatches::alone(proposal.elements.len()));
         let source = source_mesh::SourceMesh::new(&simplices, &self.birth, &[], &self.position);
-        let inherited =
-            history::inherited(&source, &self.position, &source_mesh::TargetMesh::by(&proposal, &new), &patches);
+        let inherited = history::inherited(
+            &source,
+            &self.position,
+            &source_mesh::TargetMesh::by(&proposal, &new, Default::default()),
+            &patches,
+        );
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);

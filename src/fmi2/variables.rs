@@ -278,6 +278,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::EnergyImporter => scalar(model.books().energy.importer),
         Observed::EnergyRemesh => scalar(model.books().energy.remesh),
         Observed::EnergyLoad => scalar(model.books().energy.load),
+        Observed::EnergyAir => scalar(model.books().energy.air),
         Observed::EnergyDamping => scalar(model.books().energy.damping),
         Observed::EnergyBulkViscous => scalar(model.books().energy.bulk_viscous),
         Observed::EnergyViscous => scalar(model.books().energy.viscous),

@@ -399,6 +399,7 @@ mod tests {
         PressureLoads {
             section: Section::Spatial,
             pressures: vec![PressureHistory::new(vec![(0.0, 0.0), (1e-3, 50.0)])],
+            air: None,
             facets,
         }
     }

@@ -2,12 +2,13 @@
 //! that element's energy (numerics A6). The work of the pressures is booked.
 
 use super::LoadedFacet;
+use super::cavity::{OpenCavity, find_air_load, push_projectile, work_on_projectile};
 use super::element_order::SLOTS;
 use super::kick_sums::ConstraintReaction;
 use super::system::DiscreteSystem;
-use super::workspace::{FacetLoad, LoadStiffness};
+use super::workspace::{FacetLoad, LoadStiffness, PressureSource};
 use crate::fem::{Potential, push};
-use crate::math::{Vector, embed};
+use crate::math::{Vector, Vector3, embed};
 use crate::mesh::NodeId;
 use crate::state::Tick;
 
@@ -16,18 +17,25 @@ use crate::state::Tick;
 pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
     system.workspace.facet_loads.clear();
     system.workspace.load_stiffness.clear();
+    system.workspace.air_impulse = Vector3::zeros();
     if !system.is_loaded() {
         return;
     }
     let (gel, time) = (system.model.gel.clone(), system.model.grid.time(tick));
     let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
+    let cavity = OpenCavity::at(system, time);
     for (facet, loaded) in gel.loads.facets.iter().enumerate() {
         let group = system.model.layout.group(loaded.behind);
         if is_group_active(system, group, tick) {
             let slot = system.model.layout.slot(loaded.behind);
-            let (load, added) = find_load(system, loaded, &now, group, tick).unzip();
-            system.workspace.facet_loads.extend(load);
-            let (added, before) = (added.unwrap_or(0.0), system.state.stiffness[slot]);
+            let cavity = cavity.filter(|_| loaded.can_bound_cavity());
+            let air = cavity.and_then(|cavity| find_air_load(system, &cavity, loaded, group, tick));
+            let mut added = 0.0;
+            for (load, stiffness) in find_load(system, loaded, &now, group, tick).into_iter().chain(air) {
+                system.workspace.facet_loads.push(load);
+                added += stiffness;
+            }
+            let before = system.state.stiffness[slot];
             system.workspace.load_stiffness.push(LoadStiffness { facet, slot, added, before });
         }
     }
@@ -55,7 +63,7 @@ fn find_load<const D: usize, P: Potential<D>>(
     let area = push.forces.iter().sum::<Vector<D>>().norm();
     let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
     let (forces, weight) = (push.forces.map(|force| force * pressure), system.trailing_half(group, tick));
-    Some((FacetLoad { nodes: loaded.facet, forces, group, weight }, added))
+    Some((FacetLoad { nodes: loaded.facet, forces, group, weight, source: PressureSource::Face }, added))
 }
 
 /// Returns true if a group is active at this tick; called before the clocks are set.
@@ -122,6 +130,7 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
         return;
     }
     let (gel, freedom, mut reaction) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
+    let mut on_projectile = 0.0;
     let mut load = std::mem::take(&mut system.workspace.facet_loads);
     for load in &mut load {
         load.weight += 0.5 * system.model.grid.time(system.ahead(load.group, tick));
@@ -130,11 +139,20 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
             system.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
             let at = embed(&system.state.position[a]);
             reaction.add(&gel.free(a), freedom, at, push);
-            system.state.ledger.momentum.load += freedom.translation(&push);
-            system.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
+            let ledger = &mut system.state.ledger;
+            let (momentum, angular_momentum) = match load.source {
+                PressureSource::Face => (&mut ledger.momentum.load, &mut ledger.angular_momentum.load),
+                PressureSource::Cavity { .. } => (&mut ledger.momentum.air, &mut ledger.angular_momentum.air),
+            };
+            *momentum += freedom.translation(&push);
+            *angular_momentum += freedom.rotation(&at.cross(&push));
             system.state.record.pressed += push.norm();
         }
+        if let PressureSource::Cavity { on_body } = load.source {
+            on_projectile += on_body * load.weight;
+        }
     }
+    push_projectile(system, on_projectile);
     reaction.post(&mut system.state.ledger);
     system.workspace.facet_loads = load;
 }
@@ -161,6 +179,12 @@ pub(super) fn post_load_work<const D: usize, P: Potential<D>>(system: &mut Discr
         let velocity_sum = velocity_before_loads(system, node) + system.state.velocity[node.index()];
         0.5 * impulse.component_mul(&system.model.gel.free(node.index())).dot(&velocity_sum)
     };
-    let work: f64 = system.workspace.facet_loads.iter().flat_map(FacetLoad::impulses).map(work).sum();
-    system.state.ledger.energy.load += work;
+    let of_source = |is_face: bool| -> f64 {
+        let own = system.workspace.facet_loads.iter().filter(|load| (load.source == PressureSource::Face) == is_face);
+        own.flat_map(FacetLoad::impulses).map(work).sum()
+    };
+    let [load, air] = [true, false].map(of_source);
+    let on_projectile = work_on_projectile(system);
+    system.state.ledger.energy.load += load;
+    system.state.ledger.energy.air += air + on_projectile;
 }

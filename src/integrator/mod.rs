@@ -6,6 +6,7 @@ mod assemble;
 mod assembly;
 mod blocks;
 mod bodies;
+mod cavity;
 mod clock;
 mod contact_accounts;
 mod contact_phase;
@@ -57,6 +58,7 @@ mod tile_overlap;
 mod worker_spin;
 mod workspace;
 
+pub use cavity::CavityAir;
 pub use end_conditions::DistortionLimits;
 pub use engine::Engine;
 pub use error::StepError;

@@ -1,7 +1,8 @@
 //! Pressures on faces of the gel: their histories, and the facets on which they act.
 
+use super::CavityAir;
 use crate::fem::Section;
-use crate::mesh::{ElementId, Facet};
+use crate::mesh::{CAVITY_MARK, ElementId, Facet};
 
 /// Pressure history: linear between its points, constant before the first and after the last, with the depth below
 /// which all of it acts.
@@ -65,6 +66,13 @@ pub struct LoadedFacet {
     pub mark: u8,
 }
 
+impl LoadedFacet {
+    /// Returns true if the facet belongs to the wall of a sealed cavity once it lies deep.
+    pub(super) fn can_bound_cavity(&self) -> bool {
+        self.mark & CAVITY_MARK != 0
+    }
+}
+
 /// Pressure loads of a gel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureLoads {
@@ -72,6 +80,8 @@ pub struct PressureLoads {
     pub section: Section,
     /// Pressure histories.
     pub pressures: Vec<PressureHistory>,
+    /// Air in a sealed cavity; it acts on the facets with [`CAVITY_MARK`].
+    pub air: Option<CavityAir>,
     /// Loaded facets.
     pub facets: Vec<LoadedFacet>,
 }
@@ -80,7 +90,7 @@ impl PressureLoads {
     /// Creates a set of no loads.
     #[must_use]
     pub fn none() -> Self {
-        Self { section: Section::Spatial, pressures: vec![], facets: vec![] }
+        Self { section: Section::Spatial, pressures: vec![], air: None, facets: vec![] }
     }
 
     /// Returns the sum of the marked pressures at a height z, m, in Pa, and the sum of their derivatives with respect

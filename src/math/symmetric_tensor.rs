@@ -18,14 +18,16 @@ pub struct SymmetricTensor<const D: usize, V> {
 
 /// Returns the greatest root θ of det(θ + s d) = θ³ − aθ + c = 1, with a = s²|d|²/2 and c = s³ det d.
 ///
-/// Newton iterations from above fall monotonically to the root.
+/// Newton iterations from above fall monotonically to the root. A lane that has settled is left as it is, so that its bits
+/// do not depend on the other lanes.
 #[inline(always)]
 pub fn isochoric_mean<V: Number>(above: V, a: V, c: V) -> V {
-    let mut mean = above;
+    let (mut mean, mut open) = (above, above.constant(1.0));
     for _ in 0..MAX_ITERATIONS {
         let decrement = (mean * (mean * mean - a) + c - 1.0) / (mean * 3.0 * mean - a);
-        mean = mean - decrement;
-        if !(decrement.absolute() - mean * f64::EPSILON).any_positive() {
+        mean = open.choose(mean - decrement, mean);
+        open = open.choose(decrement.absolute() - mean * f64::EPSILON, open);
+        if !open.any_positive() {
             break;
         }
     }

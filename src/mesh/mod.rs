@@ -52,6 +52,9 @@ pub type Simplex = [NodeId; 4];
 /// Boundary edge or triangle: its first `D` nodes count, outward oriented.
 pub type Facet = [NodeId; 3];
 
+/// Load marker of the facets that stem from the entry surface of a gel with a sealed cavity.
+pub const CAVITY_MARK: u8 = 1 << 7;
+
 /// Conforming mesh at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh<const D: usize> {
@@ -63,7 +66,8 @@ pub struct Mesh<const D: usize> {
     pub facets: Vec<Facet>,
     /// Held directions of each node.
     pub held: Vec<[bool; D]>,
-    /// Loads on each boundary facet: bit i is set if the i-th load acts; empty where there are no loads.
+    /// Loads on each boundary facet: bit i is set if the i-th load acts, [`CAVITY_MARK`] on the wall of
+    /// a cavity; empty where there are none.
     pub marks: Vec<u8>,
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 69] = [
+const COLUMNS: [HistoryColumn; 70] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -52,6 +52,7 @@ const COLUMNS: [HistoryColumn; 69] = [
     ("energy_importer_J", |o| o.energy.importer),
     ("energy_remesh_J", |o| o.energy.remesh),
     ("energy_load_J", |o| o.energy.load),
+    ("energy_air_J", |o| o.energy.air),
     ("energy_damping_J", |o| o.energy.damping),
     ("energy_bulk_viscous_J", |o| o.energy.bulk_viscous),
     ("energy_viscous_J", |o| o.energy.viscous),

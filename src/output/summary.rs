@@ -365,7 +365,7 @@ fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -
 }
 
 /// Returns every energy account in the order of the report.
-fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
+fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 19] {
     let account = |name, value, meaning| SummaryAccount { name, value, meaning };
     [
         account("initial", energy.initial, "total energy at the start"),
@@ -380,6 +380,7 @@ fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
         account("importer", energy.importer, "energy of state jumps of the bodies made by the importer"),
         account("remesh", energy.remesh, "change of kinetic and stored energy by remeshing"),
         account("load", energy.load, "work of the pressures on faces"),
+        account("air", energy.air, "work of the air in a sealed cavity"),
         account("damping", energy.damping, "work of the damping; negative is dissipated"),
         account("bulk_viscous", energy.bulk_viscous, "dissipated by bulk viscosity, which spreads shocks"),
         account("viscous", energy.viscous, "dissipated by the viscous branches of the gel"),

@@ -2,10 +2,12 @@
 
 use super::NodeOrigin;
 use crate::math::{Vector, Vector3, embed};
-use crate::mesh::{ElementId, Facet, Mesh, NodeId, NodeIncidence};
+use crate::mesh::{CAVITY_MARK, ElementId, Facet, Mesh, NodeId, NodeIncidence};
+use std::collections::BTreeSet;
 
 /// Loads of each node that act on some of its facets only; empty where there are no loads. At such a node the loaded
-/// face ends, and its facets may not be remade across it.
+/// face ends, and its facets may not be remade across it. The wall of a cavity ends at the edges of the entry surface,
+/// where no air acts, and leaves the mesh as it is without a cavity.
 pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
     if mesh.marks.is_empty() {
         return vec![];
@@ -17,14 +19,14 @@ pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
             (*some, *all) = (*some | mark, *all & mark);
         }
     }
-    found.into_iter().map(|(some, all)| some & !all).collect()
+    found.into_iter().map(|(some, all)| some & !all & !CAVITY_MARK).collect()
 }
 
 /// Computes the load markers of new facets from the origin and rest positions of their nodes; empty where there are no
 /// loads.
 ///
 /// A facet inherits the marker of the old facet nearest to its centroid at rest, among those that contain its nodes and
-/// face the same way.
+/// face the same way. A facet without any, inside before, belongs to the wall of the cavity if it adjoins it.
 #[must_use]
 pub fn facet_load_markers<const D: usize>(
     old: &Mesh<D>,
@@ -47,9 +49,35 @@ pub fn facet_load_markers<const D: usize>(
         let before = |a: &(bool, f64, ElementId), b: &(bool, f64, ElementId)| {
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
         };
-        candidates.map(distance).min_by(before).map_or(0, |(.., nearest)| old.marks[nearest.index()])
+        candidates.map(distance).min_by(before).map(|(.., nearest)| old.marks[nearest.index()])
     };
-    facets.iter().map(mark).collect()
+    spread_cavity_mark::<D>(facets, &facets.iter().map(mark).collect::<Vec<_>>())
+}
+
+/// Returns the load markers with those of the facets that were inside before: that of the cavity if a row of such facets
+/// connects them with its wall, none otherwise.
+#[must_use]
+pub fn spread_cavity_mark<const D: usize>(facets: &[Facet], inherited: &[Option<u8>]) -> Vec<u8> {
+    let mut marks: Vec<u8> = inherited.iter().map(|mark| mark.unwrap_or(0)).collect();
+    let mut fresh: Vec<usize> = (0..facets.len()).filter(|i| inherited[*i].is_none()).collect();
+    if fresh.is_empty() || marks.iter().all(|mark| mark & CAVITY_MARK == 0) {
+        return marks;
+    }
+    let is_wall = |mark: u8| mark & CAVITY_MARK != 0;
+    let walls = facets.iter().zip(&marks).filter(|(_, mark)| is_wall(**mark));
+    let mut nodes: BTreeSet<NodeId> = walls.flat_map(|(facet, _)| facet[..D].iter().copied()).collect();
+    loop {
+        let (joined, apart): (Vec<usize>, Vec<usize>) =
+            fresh.into_iter().partition(|i| facets[*i][..D].iter().any(|node| nodes.contains(node)));
+        if joined.is_empty() {
+            return marks;
+        }
+        for i in joined {
+            marks[i] |= CAVITY_MARK;
+            nodes.extend(&facets[i][..D]);
+        }
+        fresh = apart;
+    }
 }
 
 /// Old facets that contain a new node.

@@ -69,7 +69,7 @@ pub use immersed::{
     BackgroundCell, BackgroundMesh, ImmersedMesh, ImmersedMesher, ImmersionSteps, cells, cut_out, distances, immerse,
     rounding, snapped, triangulated,
 };
-pub use load_markers::facet_load_markers;
+pub use load_markers::{facet_load_markers, spread_cavity_mark};
 pub use local::LocalMesher;
 pub use mesher::{MeshRequest, Mesher, RemeshRules, Remeshed};
 pub use nodal_fields::{

@@ -1,7 +1,7 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::preset::ShotRange;
-use super::{Dimension, MaterialModel, ProjectileSpec, Scene, body_name};
+use super::{BranchSpec, Dimension, MaterialModel, ProjectileSpec, Scene, body_name, numbered};
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
 
@@ -15,7 +15,53 @@ const MARGIN: f64 = 0.1;
 /// Reasons to doubt the results of the scene, one sentence each.
 #[must_use]
 pub fn doubts(scene: &Scene) -> Vec<String> {
-    (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body)).collect()
+    let bodies = (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body));
+    bodies.chain(short_relaxation(scene)).collect()
+}
+
+/// Doubts about branches that relax within less than a step: the mesh and the step decide what their springs store.
+fn short_relaxation(scene: &Scene) -> Vec<String> {
+    let gel = &scene.gel;
+    if gel.material != MaterialModel::TwoNetwork {
+        return vec![];
+    }
+    let sound = (gel.bulk_modulus / gel.density).sqrt();
+    let (step, rate) = (scene.integrator.cfl() * scene.mesh.size / sound, greatest_rate(scene));
+    let doubt = |(i, branch): (usize, &BranchSpec)| {
+        let (time, at) = relaxation_time(branch, rate)?;
+        (time < step).then(|| {
+            format!(
+                "{}.{at} a relaxation time of {time:.1e} s, less than a step of the elements, about {step:.1e} s: the \
+                 branch acts as a dashpot without its spring",
+                numbered("gel.branches", i)
+            )
+        })
+    };
+    gel.branches.iter().enumerate().filter_map(doubt).collect()
+}
+
+/// Returns the relaxation time of a branch, s, and a phrase with its key; none for a power law without a rate, 1/s.
+fn relaxation_time(branch: &BranchSpec, rate: f64) -> Option<(f64, String)> {
+    if let Some(law) = branch.power_law {
+        let time = law.stress / (3.0 * branch.shear_modulus) * libm::pow(rate, law.exponent - 1.0);
+        return (rate > 0.0).then(|| (time, format!("power_law has at the rate of the impact, {rate:.1e}/s,")));
+    }
+    branch.time.map(|time| (time, "time gives".to_owned()))
+}
+
+/// Returns the greatest rate of deformation, 1/s: the speed of a body over its radius.
+fn greatest_rate(scene: &Scene) -> f64 {
+    let rate = |body: usize| {
+        let (projectile, shape) = (scene.body(body), scene.shape(body));
+        let is_still = projectile.fixed || !projectile.active || shape.volume().is_none();
+        if is_still { 0.0 } else { 2.0 * relative_speed(scene, projectile) / calibre(&shape) }
+    };
+    (0..scene.n_bodies()).map(rate).fold(0.0, f64::max)
+}
+
+/// Returns the speed of a body against the gel, m/s.
+fn relative_speed(scene: &Scene, body: &ProjectileSpec) -> f64 {
+    (Vector3::from(body.velocity) - Vector3::from(scene.gel.velocity)).norm()
 }
 
 /// Doubts about one body; none about a fixed or inactive body.
@@ -76,7 +122,7 @@ fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) ->
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::TwoNetwork)?;
     shape.volume()?;
     let ShotRange { speed, calibre: sizes, source } = preset.shots();
-    let found = (Vector3::from(body.velocity) - Vector3::from(scene.gel.velocity)).norm();
+    let found = relative_speed(scene, body);
     let size = calibre(shape);
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
     (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
@@ -145,6 +191,29 @@ mod tests {
             let told = found.iter().filter(|doubt| !part.is_empty() && doubt.contains(part)).count();
             assert_eq!(told, usize::from(!part.is_empty()), "{change}: {found:?}");
             assert!(!part.is_empty() || found.is_empty(), "{change}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_branch_that_relaxes_within_a_step_is_doubted_by_key() {
+        let law = |stress: f64| {
+            format!("gel.branches=[{{shear_modulus=4.8e6, power_law={{stress={stress}, exponent=0.8}}}}]")
+        };
+        // 37 / (3 * 4.8e6) * 82288^(-0.2) s = 2.67e-7 s against 0.8 * 0.27e-3 / 800 s = 2.70e-7 s.
+        let rate = "gel.branches[1].power_law has at the rate of the impact, 8.2e4/s, a relaxation time of 2.7e-7 s, \
+                    less than a step of the elements, about 2.7e-7 s";
+        let linear =
+            "gel.branches[2].time gives a relaxation time of 1.0e-7 s, less than a step of the elements, about";
+        let both = "gel.branches=[{shear_modulus=1e3, time=1e-3}, {shear_modulus=1e3, time=1e-7}]";
+        for (changes, part) in [
+            (vec![law(37.0)], rate),
+            (vec![law(38.0)], ""),
+            (vec![law(37.0), "projectile.velocity=[0, 0, 0]".to_owned()], ""),
+            (vec![both.to_owned()], linear),
+        ] {
+            let found = doubts_with("fbi-bb", &changes.iter().map(String::as_str).collect::<Vec<_>>());
+            assert_eq!(found.len(), usize::from(!part.is_empty()), "{changes:?}: {found:?}");
+            assert!(found.iter().all(|doubt| doubt.starts_with(part)), "{changes:?}: {found:?}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! Fills the keys of a gel that the text does not set: those of the preset, and derived moduli.
 
+use super::former_keys::rename_keys;
 use super::preset::{Preset, PresetValue};
 use super::{ConstantsSpec, TermSpec};
 use crate::constitutive::{MooneyRivlin, Ogden, OgdenTerm};
@@ -13,8 +14,10 @@ use toml::de::{DeTable, DeValue};
 /// Values that the preset of a scene fills in; empty without a preset.
 #[must_use]
 pub fn from_preset(text: &str) -> Vec<&'static PresetValue> {
-    let parsed = DeTable::parse(text);
-    parsed.map_or_else(|_| vec![], |table| fill_gel(&mut table.into_inner(), None))
+    let Ok(parsed) = DeTable::parse(text) else { return vec![] };
+    let mut scene = parsed.into_inner();
+    rename_keys(&mut scene);
+    fill_gel(&mut scene, None)
 }
 
 /// Writes the values of the preset and `shear_modulus` into keys of a gel that the text does not set. Returns the

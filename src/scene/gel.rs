@@ -1,6 +1,8 @@
 //! Tables of the gel, and its extent at rest. The field docs are the descriptions that an editor shows; units are SI.
 
-use super::{BranchSpec, ConstantsSpec, DamageSpec, MaterialModel, Preset, TermSpec, ViscositySpec, VolumeSpec};
+use super::{
+    BranchSpec, CavitySpec, ConstantsSpec, DamageSpec, MaterialModel, Preset, TermSpec, ViscositySpec, VolumeSpec,
+};
 use crate::constitutive::OgdenTerm;
 use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
@@ -49,6 +51,9 @@ pub struct GelSpec {
     /// Supports of the faces; a face that is not named is free.
     #[serde(default)]
     pub supports: SupportSpec,
+    /// Air in the cavity behind the projectile; `vented` if absent.
+    #[serde(default, skip_serializing_if = "CavitySpec::is_vented")]
+    pub cavity: CavitySpec,
     /// Part of the gel that is computed (a spatial block only); the mirror images move alike.
     #[serde(default, skip_serializing_if = "GelSymmetry::is_none")]
     pub symmetry: GelSymmetry,

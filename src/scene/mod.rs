@@ -2,6 +2,7 @@
 
 mod bodies;
 mod builtin;
+mod cavity;
 mod doubts;
 mod error;
 mod explain;
@@ -27,6 +28,7 @@ mod validate;
 
 pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
+pub use cavity::{AMBIENT_PRESSURE, CavitySpec};
 pub use doubts::doubts;
 pub use error::{SceneError, SceneErrorKind};
 pub use fidelity::{FidelityKind, FidelityLevel, FidelityLevels};

@@ -38,6 +38,7 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
     general
         .map(str::to_owned)
         .chain(describe_loads(scene))
+        .chain(scene.gel.cavity.describe())
         .chain(describe_damping(scene))
         .chain(bodies)
         .chain(describe_sensors(scene))
@@ -236,7 +237,7 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "gravity: none",
         "self-contact of the gel: none, except at an axis or a plane of symmetry",
         "heat: none",
-        "air: none, neither around the gel nor in the cavity",
+        scene.gel.cavity.omitted(),
         "deformation of the bodies: none, they are rigid",
     ];
     off.extend(omitted_viscosity(scene));
@@ -324,7 +325,7 @@ mod tests {
     #[test]
     fn physics_without_a_key_is_listed_as_switched_off() {
         let off = off("sphere-block");
-        for physics in ["friction", "viscosity", "strength and failure", "gravity", "remeshing", "locking-free"] {
+        for physics in ["friction", "viscosity", "damage and failure", "gravity", "remeshing", "locking-free"] {
             assert!(off.iter().any(|line| line.starts_with(physics)), "{physics} is not in {off:?}");
         }
     }

@@ -131,7 +131,7 @@ const ELASTIC: PresetValue = fact(
 );
 const BRANCH: PresetValue = fact(
     "gel.branches",
-    "[{ shear_modulus = 4.8e6, power_law = { stress = 640.0, exponent = 0.80 } }]",
+    "[{ shear_modulus = 4.8e6, power_law = { stress = 600.0, exponent = 0.80 } }]",
     ApplicableModels::TwoNetwork,
     "stress and exponent: fitted to 85 mm of a BB of 179.8 m/s [R1] and to how its depth grows from 165 to 195 m/s, \
      0.46 to 0.56 mm per m/s [D], in fbi-bb; modulus: assumed, no data read",

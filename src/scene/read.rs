@@ -1,6 +1,6 @@
 //! Reads a scene text into a checked scene.
 
-use super::former_keys::rename_keys;
+use super::former_keys::{refuse_removed_keys, rename_keys};
 use super::overrides::{Override, apply_level, keys_overlap, level_error};
 use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
@@ -123,6 +123,7 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
     let parsed = parse_table(text);
     let table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     let places = KeyLocations::of(text, table.get_ref());
+    refuse_removed_keys(table.get_ref()).map_err(|error| SceneError { line: places.line_of(&error.key), ..error })?;
     let shear_modulus = fill::shear_modulus(table.get_ref());
     let mut whole = table.clone();
     fill::fill_gel(whole.get_mut(), shear_modulus.as_deref());

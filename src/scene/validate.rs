@@ -1,6 +1,7 @@
 //! Validation of a scene: every number is finite, in its domain, and consistent with the others.
 
 mod body;
+mod cavity;
 mod domain;
 mod gel;
 mod hyperelastic;
@@ -23,6 +24,7 @@ pub(super) fn validate(scene: &Scene) -> CheckResult {
     check_header(&scene.scene)?;
     gel::check(scene)?;
     load::check(scene)?;
+    cavity::check(scene)?;
     sensor::check(scene)?;
     check_size(scene)?;
     check_body(scene)?;

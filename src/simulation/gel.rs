@@ -22,6 +22,7 @@ pub(super) fn define_gel(scene: &Scene) -> GelDefinition {
         density: scaled.density,
         symmetry_planes: scene.gel.symmetry.mirrored(),
         pressures: loads::pressures(scene),
+        cavity: loads::cavity_air(scene),
         remesh: scene.remesh.as_ref().map(|rules| adapt_settings(scene, rules)),
     }
 }

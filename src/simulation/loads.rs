@@ -1,20 +1,22 @@
 //! Pressure loads: marks the facets of the first mesh, and gives their pressures.
 
 use super::build_error::BuildError;
-use crate::integrator::PressureHistory;
+use crate::geometry::SignedDistance;
+use crate::integrator::{CavityAir, PressureHistory};
 use crate::math::{Vector3, embed};
-use crate::mesh::Mesh;
+use crate::mesh::{CAVITY_MARK, Mesh};
 use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
 
 /// Relative distance from a round face within which a node lies on it: the round-off of the mapping.
 const ROUND: f64 = 1e-9;
 
-/// Load markers of the facets of the first mesh of a scene; empty without loads.
+/// Load markers of the facets of the first mesh of a scene; empty without loads and without a sealed cavity.
 ///
 /// # Errors
 /// [`BuildError::Unloaded`] if a load selects no facet.
 pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
-    if scene.load.is_empty() {
+    let is_sealed = cavity_air(scene).is_some();
+    if scene.load.is_empty() && !is_sealed {
         return Ok(vec![]);
     }
     let mut marks = vec![0; mesh.facets.len()];
@@ -26,6 +28,12 @@ pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Res
         }
         if marks.iter().copied().map(u8::count_ones).sum::<u32>() == before {
             return Err(BuildError::Unloaded { key: numbered("load", i) });
+        }
+    }
+    for (facet, mark) in mesh.facets.iter().zip(&mut marks).filter(|_| is_sealed) {
+        let corners: Vec<Vector3> = facet[..D].iter().map(|node| embed(&mesh.rest[node.index()])).collect();
+        if is_face(scene, GelFace::ZMax, &corners) {
+            *mark |= CAVITY_MARK;
         }
     }
     Ok(marks)
@@ -100,4 +108,15 @@ fn inner_radius(shape: &GelShape) -> f64 {
 /// Pressures of a scene.
 pub(super) fn pressures(scene: &Scene) -> Vec<PressureHistory> {
     scene.load.iter().map(|load| PressureHistory::new(load.history()).below(load.depth)).collect()
+}
+
+/// Length of the ramps of the air at both ends of the cavity, relative to the radius of the greatest ball inside the
+/// projectile.
+const AIR_RAMP: f64 = 0.5;
+
+/// Air in the sealed cavity behind the projectile of a scene; none for an unbounded body, which leaves no cavity.
+pub(super) fn cavity_air(scene: &Scene) -> Option<CavityAir> {
+    let gauge = scene.gel.cavity.gauge_pressure()? * scene.gel.symmetry.copies();
+    let ramp = AIR_RAMP * scene.shape(0).inner_radius();
+    (ramp > 0.0 && ramp.is_finite()).then_some(CavityAir { gauge, ramp })
 }

@@ -172,6 +172,8 @@ pub struct EnergyReport {
     pub remesh: f64,
     /// Work of the pressure loads.
     pub load: f64,
+    /// Work of the air in a sealed cavity.
+    pub air: f64,
     /// Work of the damping: negative is dissipated.
     pub damping: f64,
     /// Dissipation by bulk viscosity: negative.
@@ -188,7 +190,8 @@ pub struct EnergyReport {
     pub initial: f64,
     /// Ratio |closure| / throughput.
     pub energy_error: f64,
-    /// Ratio (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load|).
+    /// Ratio (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load| +
+    /// |air|).
     pub energy_defect: f64,
 }
 
@@ -220,8 +223,8 @@ impl EnergyReport {
 
     /// Energy provided: that at the start and the work done since, J.
     fn provided(&self) -> f64 {
-        let Self { external, load, importer, initial, .. } = *self;
-        EnergyAccounts { external, importer, load, ..EnergyAccounts::default() }.provided(initial)
+        let Self { external, load, air, importer, initial, .. } = *self;
+        EnergyAccounts { external, importer, load, air, ..EnergyAccounts::default() }.provided(initial)
     }
 }
 

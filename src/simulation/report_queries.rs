@@ -206,6 +206,7 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         importer: books.importer,
         remesh: books.remesh,
         load: books.load,
+        air: books.air,
         damping: books.damping,
         bulk_viscous: books.bulk_viscous,
         viscous: books.viscous,

@@ -25,8 +25,10 @@ const SHEAR: [f64; 2] = [10e3, 200e3];
 const VOLUME: [f64; 2] = [10.0, 5000.0];
 /// Its density, kg/m³.
 const GEL: [f64; 2] = [950.0, 1100.0];
-/// Yield stress of a gel that flows, in shear moduli.
-const YIELD: [f64; 2] = [0.1, 2.0];
+/// Stress that the branch of a viscous gel bears at a rate of `BORNE_AT`, in shear moduli.
+const BORNE: [f64; 2] = [0.1, 2.0];
+/// 1/s: a slow ball over its radius.
+const BORNE_AT: f64 = 1e3;
 /// Lengths in radii of the body: height of the gel, half of its width; in space it is less wide.
 const HEIGHT: [f64; 2] = [6.0, 12.0];
 const HALF_WIDTH: [f64; 2] = [5.0, 8.0];
@@ -211,7 +213,7 @@ fn gel(random: &mut Random, frame: &Frame) -> (String, f64) {
     if frame.quarter {
         text += "symmetry = \"quarter\"\n";
     }
-    text += &if random.once_in(5) { flowing(random, shear) } else { "material = \"neo-hookean\"\n".to_owned() };
+    text += &if random.once_in(5) { viscous(random, shear) } else { "material = \"neo-hookean\"\n".to_owned() };
     (text, (shear / density).sqrt())
 }
 
@@ -227,13 +229,15 @@ fn supports(random: &mut Random, shape: &str) -> String {
     text
 }
 
-fn flowing(random: &mut Random, shear: f64) -> String {
-    let strength = shear * between(random, YIELD);
-    let exponent = 0.5 * unit(random);
+/// Gel of two networks, its branch as stiff as the elastic network, with a power law from soft to beyond the elastic stress.
+fn viscous(random: &mut Random, shear: f64) -> String {
+    let at_rate = shear * between(random, BORNE);
+    let exponent = 1.0 - 0.5 * unit(random);
+    let stress = at_rate * BORNE_AT.powf(-exponent);
     format!(
-        "material = \"flowing\"\nstrength = {{ yield_stress = {strength:e}, rate_exponent = {exponent:e}, cap = {:e} }}\n\
+        "material = \"two-network\"\n\
+         branches = [{{ shear_modulus = {shear:e}, power_law = {{ stress = {stress:e}, exponent = {exponent:e} }} }}]\n\
          viscosity = {{ linear = 0.1, quadratic = {:e} }}\n",
-        10.0 * strength,
         random.pick(&[0.0, 1.2])
     )
 }

@@ -4,7 +4,7 @@ use super::random::Random;
 use super::tally::Fate;
 use super::written;
 use ballistic_gel::output::{DriverInterface, OutputError, RunRecorder};
-use ballistic_gel::scene::{self, Dimension, GelShape, MaterialModel, Override, RemeshSpec, Scene, ScheduleKind};
+use ballistic_gel::scene::{self, Dimension, GelShape, Override, RemeshSpec, Scene, ScheduleKind};
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -19,18 +19,19 @@ const STEPS: f64 = 24.0;
 pub static REMESHES: AtomicU64 = AtomicU64::new(0);
 
 /// Lines that a scene may have.
-const LINES: [&str; 34] = [
+const LINES: [&str; 35] = [
     "lattice = \"kuhn\"",
     "lattice = \"centred\"",
     "element = \"patch\"",
     "element = \"plain\"",
     "grading = { core = 5e-3, growth = 1.2, largest = 2e-2 }",
     "tree = { coarsest = 2, core = 2e-3, slope = 0.25 }",
-    "material = \"flowing\"",
-    "material = \"viscoelastic\"",
+    "material = \"two-network\"",
+    "shear_modulus = 0.0",
     "material = \"neo-hookean\"",
     "branches = [{ shear_modulus = 7e3, time = 12e-3 }]",
-    "strength = { yield_stress = 0.138e6, rate_exponent = 0.23, cap = 1.6e6 }",
+    "branches = [{ shear_modulus = 4.8e6, power_law = { stress = 640.0, exponent = 0.8 } }]",
+    "damage = { critical_stretch = 1.5, delay = 1e-6 }",
     "volume = { tension_limit = 2e6 }",
     "viscosity = { linear = 0.1 }",
     "velocity = [0.0, 0.0, -3.0]",
@@ -230,8 +231,8 @@ fn shortened(scene: &Scene, end: f64, random: &mut Random) -> Scene {
     (scene.scene.end_time, scene.scene.communication_step) = (end, end / 4.0);
     scene.output.frames = scene.output.frames.min(3);
     scene.output.force_window = scene.output.force_window.min(end);
-    // As the reader of a scene has it: there is no instant for a new mesh in a queue, and branches go to none.
-    let can_be = scene.integrator.schedule != ScheduleKind::Queue && scene.gel.material != MaterialModel::Viscoelastic;
+    // As the reader of a scene has it: there is no instant for a new mesh in a queue.
+    let can_be = scene.integrator.schedule != ScheduleKind::Queue;
     if let Some(remesh) = &mut scene.remesh {
         remesh.times.retain(|time| *time <= end);
     }

@@ -1,29 +1,21 @@
-//! Gels that remember, of parts of 1: fast enough to flow and to relax in a few steps.
+//! Gels with history, of moduli about 1: soft and fast enough to flow, to fail and to relax in a few steps.
 
 use ballistic_gel::constitutive::{
-    BulkViscosity, DamageLaw, EquationOfState, Material, MaxwellBranch, NeoHookean, PressureHardening, Viscoelastic,
-    Viscoplastic, YieldLaw,
+    Branch, BulkViscosity, Dashpot, EquationOfState, Material, StretchDamage, TwoNetwork,
 };
 
-/// One that flows under a slow ball and softens; it may bear more under pressure.
-pub fn flowing(confined: Option<PressureHardening>) -> Material {
-    let strength = YieldLaw::new(0.02, 0.9, 0.06).with_reference_rate(0.3);
-    let strength = confined.map_or(strength, |confinement| strength.with_confinement(confinement));
-    Material::Flowing(Viscoplastic {
-        shear_modulus: 1.0,
-        state: EquationOfState::new(10.0, 1.5, 0.5),
-        strength: Some(strength),
-        softening: Some(DamageLaw::new(0.05, 0.3, 0.2)),
-        viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
-        density: 1.0,
-    })
+/// Elastic network that is damaged from a small stretch on, beside a branch with a power law, which flows under a slow ball.
+pub fn damaged() -> Material {
+    let branch = Branch::new(0.7, Dashpot::power_law(0.06, 0.9));
+    let state = EquationOfState::new(10.0, 1.5, 0.5);
+    let damage = StretchDamage::new(1.02, 0.1);
+    let viscosity = BulkViscosity { linear: 0.06, quadratic: 1.0 };
+    TwoNetwork::new(0.3, &[branch], state, 1.0).with_damage(damage).with_viscosity(viscosity).into()
 }
 
-/// One with branches of these shear moduli and relaxation times.
-pub fn relaxing(branches: &[(f64, f64)]) -> Material {
-    let branches: Vec<MaxwellBranch> = branches
-        .iter()
-        .map(|(shear_modulus, time)| MaxwellBranch { shear_modulus: *shear_modulus, time: *time })
-        .collect();
-    Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(0.6, 10.0), &branches))
+/// Elastic network beside linear branches of these shear moduli and relaxation times.
+pub fn relaxing(branches: &[[f64; 2]]) -> Material {
+    let branches: Vec<Branch> =
+        branches.iter().map(|[modulus, time]| Branch::new(*modulus, Dashpot::linear(*time))).collect();
+    TwoNetwork::new(0.6, &branches, EquationOfState::new(10.0, 0.0, f64::INFINITY), 1.0).into()
 }

@@ -1,6 +1,9 @@
-//! `gelfmu calibrate`: fits the yield stress of a gel to the depth at which a projectile stopped.
+//! `gelfmu calibrate`: fits the strength of a gel to the depth at which a projectile rests, or several parameters of the
+//! gel to several shots.
 
 mod search;
+mod sensitivity;
+mod shots;
 mod task;
 mod trial;
 mod words;
@@ -13,18 +16,28 @@ use crate::progress::ProgressDisplay;
 use search::{SearchStep, ShotOutcome, StrengthSearch, StrengthTrial};
 use std::ops::ControlFlow;
 use task::{CalibrationEnd, CalibrationTask, FITTED_KEY};
+use trial::ShotNeeds;
 
 /// Answer to the first Ctrl-C.
 const WAITING: &str = "interrupted: the best strength so far is kept; Ctrl-C again ends it at once";
 
-/// Fits the strength, prints the lines for the scene, and returns the exit status.
+/// Carries out the calibration that the options ask for, and returns the exit status.
 pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
+    match (&options.shots, options.sensitivity.is_empty()) {
+        (_, false) => sensitivity::measure(options, console),
+        (Some(file), true) => shots::fit(file, options, console),
+        (None, true) => fit_depth(options, console),
+    }
+}
+
+/// Fits the strength to one depth, prints the lines for the scene, and returns the exit status.
+fn fit_depth(options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
     let task = CalibrationTask::read(options)?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
     }
     console.note(&words::headline(&task));
-    let mut search = StrengthSearch::new(options.depth, task.strength, 1e3 * task.strength);
+    let mut search = StrengthSearch::new(options.depth, task.strength, task.strongest());
     let end = fit_strength(&task, &mut search, console)?;
     console.result(&words::to_json(&task, &search, &end), &words::table_and_lines(&task, &search));
     Ok(match end {
@@ -47,37 +60,41 @@ fn fit_strength(
     console: &Console,
 ) -> Result<CalibrationEnd, CommandError> {
     loop {
-        let yield_stress = match search.next_step() {
+        let strength = match search.next_step() {
             SearchStep::Fitted => return Ok(CalibrationEnd::Fitted),
             SearchStep::GivenUp(why) => return Ok(CalibrationEnd::GivenUp(why)),
             SearchStep::OutOfReach(why) => return Err(task.refuse("--depth", &why)),
-            SearchStep::Try(yield_stress) => yield_stress,
+            SearchStep::Try(strength) => strength,
         };
-        let Some(outcome) = run_trial(task, search, yield_stress, console)? else {
+        let Some(outcome) = run_trial(task, search, strength, console)? else {
             return Ok(CalibrationEnd::Interrupted);
         };
-        let trial = StrengthTrial { yield_stress, outcome };
+        let trial = StrengthTrial { strength, outcome };
         console.note(&words::trial_line(search.trials.len() + 1, &trial));
         search.trials.push(trial);
     }
 }
 
-/// Runs the scene with a yield stress, Pa, and a progress bar; returns `None` if the user interrupted it.
+/// Runs the scene with a strength and a progress bar; returns `None` if the user interrupted it.
 fn run_trial(
     task: &CalibrationTask,
     search: &StrengthSearch,
-    yield_stress: f64,
+    strength: f64,
     console: &Console,
 ) -> Result<Option<ShotOutcome>, CommandError> {
     let (bar, number) = (ProgressDisplay::new(console), search.trials.len() + 1);
-    let expected = search.time_to_stop().unwrap_or(task.scene.scene.end_time);
+    let expected = search.time_to_stop().unwrap_or(trial::END_TIME_FACTOR * task.scene.scene.end_time);
     let mut watch = |time: f64, depth: f64| {
-        let progress = format!("run {number}, {}: {:.1} mm deep", words::in_kilopascals(yield_stress), 1e3 * depth);
+        let progress = format!("run {number}, {}: {:.1} mm deep", words::strength_scale(strength), 1e3 * depth);
         bar.show_task(&progress, (time / expected).min(1.0));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let scene = task.load_with(yield_stress)?.scene;
-    let outcome = trial::run(scene, task.options, &mut watch);
+    let scene = task.load_with(strength)?.scene;
+    let run = trial::run(scene, ShotNeeds { rest: true, cavity: false }, task.options.threads, &mut watch);
     bar.clear();
-    outcome
+    let Some(run) = run? else { return Ok(None) };
+    if let Some(why) = trial::explain_excess_depth(task.options.depth, run.thickness) {
+        return Err(CommandError::BadInput(format!("--depth: {why}")));
+    }
+    Ok(Some(task.outcome(run)))
 }

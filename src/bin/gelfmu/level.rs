@@ -21,11 +21,15 @@ pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Re
         (Some(fidelity), _) => fidelity,
         (None, Some(accuracy)) => cheapest_level(name, &source.scene, accuracy)?,
     };
-    let choice = Override { key: "scene.fidelity".to_owned(), value: fidelity.as_str().to_owned() };
-    let source = source::load(name, &set.iter().cloned().chain([choice]).collect::<Vec<_>>())?;
+    let source = source::load(name, &set.iter().cloned().chain([level_override(fidelity)]).collect::<Vec<_>>())?;
     let expected = source.scene.fidelity.get(fidelity).map_or("nothing was measured".to_owned(), describe_expectation);
     let expectation = Some(format!("fidelity {}: {expected}", fidelity.as_str()));
     Ok(LeveledScene { source, expectation })
+}
+
+/// Returns the override that chooses a level.
+pub fn level_override(fidelity: FidelityKind) -> Override {
+    Override { key: "scene.fidelity".to_owned(), value: fidelity.as_str().to_owned() }
 }
 
 /// Level with a known error and cost.

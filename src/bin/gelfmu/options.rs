@@ -46,10 +46,11 @@ pub enum ColorChoice {
 pub enum GelfmuCommand {
     /// Run a scene through the packed FMU, as an importer would, and write a result folder with a report
     Run(RunOptions),
-    /// Fit the yield stress of a gel to the depth at which a projectile stopped, and print the lines of the scene
+    /// Fit a gel to the depth at which a projectile rests, or to several measured shots, and print the lines of the scene
     ///
-    /// The scene is run with one gel.strength.yield_stress after the other, until the projectile stops at the measured
-    /// depth to 0.1 %. Ctrl-C keeps the best yield stress so far.
+    /// One depth: the scene is run with one gel.strength_scale after the other, until the rest depth is the measured one
+    /// to 0.1 %. Several shots (--shots): the least squares of all residuals, each divided by its band, by the method of
+    /// Levenberg and Marquardt. Ctrl-C keeps the best values so far.
     Calibrate(CalibrateOptions),
     /// Check a scene, and print the modelled physics and the physics switched off
     ///
@@ -151,24 +152,60 @@ pub struct LevelOptions {
     pub accuracy: Option<f64>,
 }
 
-/// Options of `gelfmu calibrate`: the measured shot and its scene.
+/// Options of `gelfmu calibrate`: the measured shots and their scenes.
 #[derive(Debug, Args)]
 pub struct CalibrateOptions {
-    /// Name of a built-in scene, or path of a scene file, with a gel.strength to begin with (`fbi-bb` if absent)
+    /// Name of a built-in scene, or path of a scene file, with the gel to begin with (`fbi-bb` if absent)
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
-    /// Depth at which the projectile stopped, from the entry surface to its foremost point, m
+    /// Rest depth of the projectile, from the entry surface to its foremost point, m
     #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = parse_length, allow_hyphen_values = true)]
     pub depth: f64,
     /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
     #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
+    /// Fit to all shots of a CSV file, or of a built-in file such as gelatin-10: columns name, speed, measure (depth, slope
+    /// or cavity), value, band, and if needed scene, set and window
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed"])]
+    pub shots: Option<String>,
+    /// Parameters that are fitted to the shots: any of stress, exponent and shear_modulus (all if absent)
+    #[arg(long, value_name = "KEY,...", value_enum, value_delimiter = ',', requires = "shots")]
+    pub fit: Vec<GelKey>,
+    /// Accuracy level of the runs whose fit is accepted (fine with --shots, else that of the scene)
+    #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
+    pub level: Option<FidelityKind>,
+    /// Cheaper level of a first fit, which only finds the values to start from
+    #[arg(long, value_name = "LEVEL", value_parser = level_parser(), requires = "shots")]
+    pub start: Option<FidelityKind>,
+    /// Fit nothing: print the change of the rest depth, or of each measure of --shots, with the logarithm of these
+    /// parameters, by central differences of 20 %
+    #[arg(long, value_name = "KEY,...", value_enum, value_delimiter = ',', conflicts_with_all = ["depth", "fit", "start"])]
+    pub sensitivity: Vec<GelKey>,
     /// Replace a value of the scene, e.g. mesh.size=0.4e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Threads, 0 for all cores; results do not depend on the number
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
+}
+
+/// Parameters of a two-network gel, named by the ends of their keys in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum GelKey {
+    /// Dashpot stress of the first power-law branch
+    Stress,
+    /// Rate exponent of the first power-law branch
+    Exponent,
+    /// Modulus of the elastic network
+    ShearModulus,
+    /// Modulus of the first branch
+    #[value(name = "branches.shear_modulus")]
+    BranchModulus,
+    /// Stretch from which on the elastic network is damaged
+    CriticalStretch,
+    /// Delay of the damage
+    Delay,
 }
 
 /// Name of the scene that is remeshed by default.

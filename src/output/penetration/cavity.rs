@@ -61,7 +61,7 @@ impl CavityProfile {
 
     /// Returns the greatest diameter below one projectile diameter; the diameter above belongs to the entry crater.
     /// `None` while the rear is not that deep; the diameter is 0 where the cavity is closed above that depth.
-    fn widest(&self, line: &ShotLine) -> Option<CavityCoursePoint> {
+    pub(super) fn widest(&self, line: &ShotLine) -> Option<CavityCoursePoint> {
         let first = line.projectile_width;
         let point = |(depth, radius): (f64, f64)| CavityCoursePoint { time: self.time, diameter: 2.0 * radius, depth };
         let deep = self.curve().into_iter().filter(|(depth, _)| *depth > first).map(point);

@@ -5,6 +5,7 @@ mod cavity;
 mod course;
 mod cross_section;
 mod damage_track;
+mod gauge;
 mod opening;
 mod shot_line;
 mod track;
@@ -12,6 +13,7 @@ mod track;
 pub(super) use cavity::{CavityFigures, CavityProfile};
 pub use course::CavityCoursePoint;
 pub(super) use damage_track::PermanentTrack;
+pub use gauge::CavityGauge;
 pub(super) use shot_line::ShotLine;
 pub(super) use track::{ProjectileTrack, TrackPoint};
 

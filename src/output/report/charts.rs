@@ -108,6 +108,7 @@ fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
         "importer",
         "remesh",
         "load",
+        "air",
         "damping",
         "bulk_viscous",
         "viscous",

@@ -6,7 +6,8 @@
 const TOLERANCE: f64 = 1e-3;
 /// Most runs before the search gives up; a smooth depth takes three to five.
 const MOST_TRIALS: usize = 20;
-/// First guess of d ln depth / d ln strength: -1/2 lies between a gel without inertia (-1) and a gel at its cap (0).
+/// First guess of d ln depth / d ln strength: -1/2 lies between a gel without inertia (-1) and a gel
+/// without strength (0).
 const DEFAULT_SLOPE: f64 = -0.5;
 /// Least and greatest slope taken from two runs; a slope outside this range is noise.
 const SLOPE_RANGE: (f64, f64) = (-2.0, -0.1);
@@ -26,14 +27,14 @@ const MOST_FAILURES: usize = 5;
 /// Outcome of a run with one strength.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ShotOutcome {
-    /// The projectile stopped in the gel.
+    /// The projectile came to rest in the gel.
     Stopped {
-        /// Greatest depth, m.
+        /// Rest depth, m.
         depth: f64,
-        /// Time of the greatest depth, s.
+        /// Time of rest, s.
         time: f64,
     },
-    /// The projectile passed the target depth or left the gel.
+    /// The projectile reached the back face of the gel, or is below the target depth and not at rest.
     Through,
     /// The run failed; the reason.
     Failed(String),
@@ -42,8 +43,8 @@ pub enum ShotOutcome {
 /// Tried strength and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrengthTrial {
-    /// Yield stress at a strain rate of 1/s, Pa.
-    pub yield_stress: f64,
+    /// Factor on the moduli and dashpot stresses of the gel.
+    pub strength: f64,
     /// Outcome of the run.
     pub outcome: ShotOutcome,
 }
@@ -51,7 +52,7 @@ pub struct StrengthTrial {
 /// Next action of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SearchStep {
-    /// Run with this yield stress, Pa.
+    /// Run with this strength.
     Try(f64),
     /// End: the best trial fits.
     Fitted,
@@ -81,7 +82,7 @@ struct LogPoint {
 }
 
 impl StrengthSearch {
-    /// Starts a search for a depth, m, from a first strength, Pa, up to the cap of the law, Pa.
+    /// Starts a search for a depth, m, from a first strength up to a strongest one.
     pub fn new(target: f64, first: f64, strongest: f64) -> Self {
         Self { target, first, strongest, trials: vec![] }
     }
@@ -100,7 +101,7 @@ impl StrengthSearch {
         (depth / self.target - 1.0).abs()
     }
 
-    /// Returns the time at which the projectile of the latest successful trial stopped, s.
+    /// Returns the time of rest of the latest successful trial, s.
     pub fn time_to_stop(&self) -> Option<f64> {
         self.trials.iter().rev().find_map(|trial| match trial.outcome {
             ShotOutcome::Stopped { time, .. } => Some(time),
@@ -133,7 +134,7 @@ impl StrengthSearch {
                 ShotOutcome::Through => f64::INFINITY,
                 ShotOutcome::Failed(_) => return None,
             };
-            Some(LogPoint { strength: trial.yield_stress.ln(), depth })
+            Some(LogPoint { strength: trial.strength.ln(), depth })
         };
         let mut points: Vec<LogPoint> = self.trials.iter().filter_map(point).collect();
         points.sort_by(|a, b| a.strength.total_cmp(&b.strength));
@@ -144,7 +145,7 @@ impl StrengthSearch {
     fn step_without_points(&self) -> SearchStep {
         let n = self.trials.len();
         if n >= MOST_FAILURES {
-            return SearchStep::GivenUp(format!("found {n} runs that failed with strengths about {:e} Pa", self.first));
+            return SearchStep::GivenUp(format!("found {n} runs that failed with strengths about {:e}", self.first));
         }
         let distance = 0.2 * n.div_ceil(2) as f64;
         let offset = if n.is_multiple_of(2) { -distance } else { distance };
@@ -170,14 +171,14 @@ impl StrengthSearch {
         let mut candidates = OFFSETS_BESIDE_JUMP.iter().flat_map(|offset| [weak - offset, strong + offset]);
         let found = if self.is_exhausted() { None } else { candidates.find(|ln_strength| self.is_new(*ln_strength)) };
         let why = "the depth jumps across the one that is wanted; a finer mesh makes it smoother";
-        let jumps = || SearchStep::GivenUp(format!("between {:e} and {:e} Pa {why}", weak.exp(), strong.exp()));
+        let jumps = || SearchStep::GivenUp(format!("between {:e} and {:e} {why}", weak.exp(), strong.exp()));
         found.map_or_else(jumps, |ln_strength| self.try_strength(ln_strength))
     }
 
     /// Returns true if the strength has not been tried yet.
     fn is_new(&self, ln_strength: f64) -> bool {
-        let stress = self.rounded_stress(ln_strength);
-        self.trials.iter().all(|trial| trial.yield_stress != stress)
+        let strength = self.rounded_strength(ln_strength);
+        self.trials.iter().all(|trial| trial.strength != strength)
     }
 
     /// Returns true if the number of runs is spent.
@@ -188,7 +189,7 @@ impl StrengthSearch {
     /// Returns true if the two latest runs narrowed the bracket from the same side.
     fn one_end_stays(&self, weak: LogPoint, strong: LogPoint) -> bool {
         let [.., a, b] = self.trials.as_slice() else { return false };
-        let (a, b) = (a.yield_stress.ln(), b.yield_stress.ln());
+        let (a, b) = (a.strength.ln(), b.strength.ln());
         (b == weak.strength && a < b) || (b == strong.strength && a > b)
     }
 
@@ -199,7 +200,7 @@ impl StrengthSearch {
             if is_deep { (points[points.len() - 1], points.iter().rev().nth(1)) } else { (points[0], points.get(1)) };
         if is_deep && last.strength >= self.strongest.ln() - NARROWEST_BRACKET {
             return SearchStep::OutOfReach(
-                self.describe_limit("less than that with the greatest strength, its cap", last),
+                self.describe_limit("less than that with the greatest strength that is tried", last),
             );
         }
         if !is_deep && last.strength <= (WEAKEST * self.first).ln() + NARROWEST_BRACKET {
@@ -230,7 +231,7 @@ impl StrengthSearch {
         };
         let strength = last.strength.exp();
         format!(
-            "found {:?} m, {relation} ({strength:.4e} Pa: {reached}), expected a depth that some strength gives",
+            "found {:?} m, {relation} ({strength:.4e}: {reached}), expected a depth that some strength gives",
             self.target
         )
     }
@@ -238,15 +239,15 @@ impl StrengthSearch {
     /// Returns true if no run has failed within a margin of ln strength.
     fn is_clear_of_failures(&self, ln_strength: f64, margin: f64) -> bool {
         let failed = self.trials.iter().filter(|trial| matches!(trial.outcome, ShotOutcome::Failed(_)));
-        failed.into_iter().all(|trial| (trial.yield_stress.ln() - ln_strength).abs() >= margin)
+        failed.into_iter().all(|trial| (trial.strength.ln() - ln_strength).abs() >= margin)
     }
 
     fn try_strength(&self, ln_strength: f64) -> SearchStep {
-        SearchStep::Try(self.rounded_stress(ln_strength))
+        SearchStep::Try(self.rounded_strength(ln_strength))
     }
 
-    /// Returns the yield stress, Pa, clamped to the allowed range and rounded to five digits, as in a scene file.
-    fn rounded_stress(&self, ln_strength: f64) -> f64 {
+    /// Returns the strength clamped to the allowed range and rounded to five digits, as in a scene file.
+    fn rounded_strength(&self, ln_strength: f64) -> f64 {
         let clamped = ln_strength.exp().clamp(WEAKEST * self.first, self.strongest);
         format!("{clamped:.4e}").parse::<f64>().map_or(clamped, |rounded| rounded.min(self.strongest))
     }
@@ -261,8 +262,8 @@ mod tests {
         let mut search = StrengthSearch::new(target, 0.1e6, 1.6e6);
         loop {
             match search.next_step() {
-                SearchStep::Try(yield_stress) => {
-                    search.trials.push(StrengthTrial { yield_stress, outcome: law(yield_stress) });
+                SearchStep::Try(strength) => {
+                    search.trials.push(StrengthTrial { strength, outcome: law(strength) });
                 }
                 end => return (search, end),
             }
@@ -273,9 +274,9 @@ mod tests {
         ShotOutcome::Stopped { depth, time: 1e-3 }
     }
 
-    /// Power law of depth: 80 mm at 0.1 MPa.
-    fn power_law(yield_stress: f64) -> ShotOutcome {
-        stopped(0.08 * (yield_stress / 0.1e6).powf(-0.3))
+    /// Power law of depth: 80 mm at a strength of 1e5.
+    fn power_law(strength: f64) -> ShotOutcome {
+        stopped(0.08 * (strength / 0.1e6).powf(-0.3))
     }
 
     #[test]
@@ -290,7 +291,7 @@ mod tests {
             let (best, depth) = search.best().unwrap();
             assert_eq!(end, SearchStep::Fitted, "{target}");
             assert!((depth / target - 1.0).abs() <= 1e-3, "{target}: {depth}");
-            assert!((best.yield_stress / expected - 1.0).abs() < 5e-3, "{target}: {best:?}");
+            assert!((best.strength / expected - 1.0).abs() < 5e-3, "{target}: {best:?}");
             assert!(search.trials.len() <= 8, "{target}: {:?}", search.trials);
         }
     }
@@ -320,7 +321,10 @@ mod tests {
     #[test]
     fn an_unreachable_depth_ends_with_a_reason() {
         let (_, end) = run_search(0.01, power_law);
-        assert!(matches!(&end, SearchStep::OutOfReach(why) if why.contains("its cap (1.6000e6 Pa: 34.8")), "{end:?}");
+        assert!(
+            matches!(&end, SearchStep::OutOfReach(why) if why.contains("that is tried (1.6000e6: 34.8")),
+            "{end:?}"
+        );
         let (_, end) = run_search(50.0, power_law);
         assert!(matches!(&end, SearchStep::OutOfReach(why) if why.contains("least strength")), "{end:?}");
         let (search, end) = run_search(0.08, |_| ShotOutcome::Failed("inverted".to_owned()));

@@ -1,7 +1,9 @@
 //! Calibration problem: scene, initial strength and target depth.
 
-use super::trial;
+use super::search::ShotOutcome;
+use super::trial::{self, ShotEnd, ShotRun};
 use crate::failure::CommandError;
+use crate::level;
 use crate::options::{CalibrateOptions, DEFAULT_SCENE};
 use crate::source::{self, SceneSource};
 use ballistic_gel::scene::{MaterialModel, Override, Scene};
@@ -31,8 +33,16 @@ pub enum CalibrationEnd {
 /// Greatest calibrated speed, m/s: above it the gel and the projectile flow whatever their strength.
 const GREATEST_SPEED: f64 = 5000.0;
 
+/// Greatest factor between the first strength and the strongest one that is tried.
+const GREATEST_FACTOR: f64 = 1e3;
+
+/// Returns the override that gives the projectile a speed along −z, m/s.
+pub fn speed_override(speed: f64) -> Override {
+    Override { key: "projectile.velocity".to_owned(), value: format!("[0.0, 0.0, {:?}]", -speed) }
+}
+
 /// Explains why a speed, m/s, is out of range; `None` if the speed is valid.
-fn explain_excess_speed(speed: f64) -> Option<String> {
+pub fn explain_excess_speed(speed: f64) -> Option<String> {
     let hint = if speed <= 1e3 * GREATEST_SPEED {
         format!("; were mm/s meant? They are {} m/s", 1e-3 * speed)
     } else {
@@ -46,10 +56,8 @@ impl<'a> CalibrationTask<'a> {
     pub fn read(options: &'a CalibrateOptions) -> Result<Self, CommandError> {
         let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
         let mut overrides = options.set.clone();
-        if let Some(speed) = options.speed {
-            let value = format!("[0.0, 0.0, {:?}]", -speed);
-            overrides.push(Override { key: "projectile.velocity".to_owned(), value });
-        }
+        overrides.extend(options.speed.map(speed_override));
+        overrides.extend(options.level.map(level::level_override));
         let scene = source::load(name, &overrides)?.scene;
         let refuse = |key: &str, why: &str| CommandError::BadInput(format!("scene {name}: {key}: {why}"));
         if scene.gel.material != MaterialModel::TwoNetwork {
@@ -73,9 +81,34 @@ impl<'a> CalibrationTask<'a> {
         Ok(Self { name, overrides, scene, strength, options })
     }
 
-    /// Loads the scene with another yield stress, Pa.
-    pub fn load_with(&self, yield_stress: f64) -> Result<SceneSource, CommandError> {
-        let fitted = Override { key: FITTED_KEY.to_owned(), value: format!("{yield_stress:?}") };
+    /// Returns the greatest strength that is tried: a thousand times the first one, or less if the bulk modulus bounds the
+    /// shear moduli.
+    pub fn strongest(&self) -> f64 {
+        let gel = &self.scene.gel;
+        let shear = gel.shear_modulus + gel.branches.iter().map(|branch| branch.shear_modulus).sum::<f64>();
+        let bound = if shear > 0.0 { gel.bulk_modulus / shear } else { f64::INFINITY };
+        bound.min(GREATEST_FACTOR * self.strength).max(self.strength)
+    }
+
+    /// Returns the outcome of a run for the search of the strength.
+    pub fn outcome(&self, run: ShotRun) -> ShotOutcome {
+        match run.end {
+            ShotEnd::AtRest { depth, time } => ShotOutcome::Stopped { depth, time },
+            ShotEnd::Perforated => ShotOutcome::Through,
+            ShotEnd::Moving { depth, speed } if depth > self.options.depth && speed > 0.0 => ShotOutcome::Through,
+            ShotEnd::Moving { depth, speed } => ShotOutcome::Failed(format!(
+                "found the projectile still moving at {speed:.3} m/s after {:e} s, {:.2} mm deep: give it a longer \
+                 scene.end_time",
+                run.time,
+                1e3 * depth
+            )),
+            ShotEnd::Failed(why) => ShotOutcome::Failed(why),
+        }
+    }
+
+    /// Loads the scene with another strength.
+    pub fn load_with(&self, strength: f64) -> Result<SceneSource, CommandError> {
+        let fitted = Override { key: FITTED_KEY.to_owned(), value: format!("{strength:?}") };
         let overrides: Vec<Override> = self.overrides.iter().cloned().chain([fitted]).collect();
         source::load(self.name, &overrides)
     }

@@ -1,56 +1,155 @@
-//! Simulation of one shot until its projectile stops.
+//! Simulation of one shot until its projectile rests in the gel.
 
-use super::search::ShotOutcome;
 use crate::failure::CommandError;
 use crate::job;
-use crate::options::CalibrateOptions;
+use ballistic_gel::output::CavityGauge;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{CouplingMode, Simulation};
+use ballistic_gel::simulation::{CouplingMode, RestDetector, Simulation};
 use std::ops::ControlFlow;
 
-/// Factor on the end time of the scene: a projectile in a weaker gel takes longer to stop.
-const END_TIME_FACTOR: f64 = 4.0;
+/// Greatest end time of a run to rest, in end times of the scene: a gel springs back long after the greatest depth.
+pub const END_TIME_FACTOR: f64 = 8.0;
+/// Interval between two measurements of the cavity, s: the greatest diameter lasts for some tenths of a millisecond.
+const CAVITY_INTERVAL: f64 = 20e-6;
+/// Fraction of a communication step below which a difference of times is round-off.
+const ROUND_OFF: f64 = 1e-6;
+
+/// Measurements that a run is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ShotNeeds {
+    /// Rest depth: the run goes on until the projectile rests.
+    pub rest: bool,
+    /// Greatest diameter of the cavity: the run goes on until the end time of the scene.
+    pub cavity: bool,
+}
+
+/// Measurements of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShotRun {
+    /// State of the projectile at the end.
+    pub end: ShotEnd,
+    /// Greatest diameter of the cavity over depth and time, m.
+    pub cavity: f64,
+    /// Time of the end of the run, s.
+    pub time: f64,
+    /// Depth of the gel at rest, m.
+    pub thickness: f64,
+}
+
+/// State of the projectile at the end of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ShotEnd {
+    /// The projectile rests in the gel.
+    AtRest {
+        /// Mean depth of the foremost point over the last millisecond, m.
+        depth: f64,
+        /// Time of rest, s.
+        time: f64,
+    },
+    /// The foremost point has reached the back face of the gel.
+    Perforated,
+    /// The projectile does not rest.
+    Moving {
+        /// Depth of the foremost point, m.
+        depth: f64,
+        /// Speed along −z, m/s.
+        speed: f64,
+    },
+    /// The run failed; the reason.
+    Failed(String),
+}
 
 /// Callback after each communication step with the time, s, and the depth, m; it may ask the run to stop.
 type ShotCallback<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
 
-/// Runs a scene until its projectile turns back or has left the gel; returns `None` if `watch` asked to stop.
+/// Shot in progress.
+struct ShotTrial {
+    scene: Scene,
+    simulation: Simulation,
+    needs: ShotNeeds,
+    detector: RestDetector,
+    gauge: Option<CavityGauge>,
+    /// Depth of the gel at rest, m.
+    thickness: f64,
+    /// End time of the scene, s.
+    end_time: f64,
+}
+
+/// Runs a scene until the measurements are complete; returns `None` if `watch` asked to stop.
 pub fn run(
     mut scene: Scene,
-    options: &CalibrateOptions,
+    needs: ShotNeeds,
+    threads: usize,
     watch: &mut ShotCallback<'_>,
-) -> Result<Option<ShotOutcome>, CommandError> {
-    scene.scene.end_time *= END_TIME_FACTOR;
-    let mut simulation = job::build_simulation(&scene, CouplingMode::Integrated, options.threads)?;
-    let thickness = -simulation.frame().points.iter().map(|point| point.z).fold(0.0, f64::min);
-    if let Some(why) = explain_excess_depth(options.depth, thickness) {
-        return Err(CommandError::BadInput(format!("--depth: {why}")));
+) -> Result<Option<ShotRun>, CommandError> {
+    let end_time = scene.scene.end_time;
+    scene.scene.end_time *= if needs.rest { END_TIME_FACTOR } else { 1.0 };
+    let simulation = job::build_simulation(&scene, CouplingMode::Integrated, threads)?;
+    let start = simulation.frame();
+    let thickness = -start.points.iter().map(|point| point.z).fold(0.0, f64::min);
+    let gauge = if needs.cavity { CavityGauge::new(&scene, &start) } else { None };
+    let trial = ShotTrial { scene, simulation, needs, detector: RestDetector::new(), gauge, thickness, end_time };
+    trial.finish(watch)
+}
+
+impl ShotTrial {
+    /// Steps the simulation to the end of the run.
+    fn finish(mut self, watch: &mut ShotCallback<'_>) -> Result<Option<ShotRun>, CommandError> {
+        let step = self.scene.scene.communication_step;
+        let stride = (CAVITY_INTERVAL / step).round().max(1.0) as u64;
+        for (k, end) in (1_u64..).zip(job::step_ends(&self.scene, step)) {
+            let inputs = self.simulation.inputs();
+            if let Err(error) = self.simulation.step(&inputs, end) {
+                return Ok(Some(self.into_run(ShotEnd::Failed(error.to_string()))));
+            }
+            let (time, depth) = (self.simulation.time(), self.simulation.depth(0));
+            if watch(time, depth).is_break() {
+                return Ok(None);
+            }
+            if k.is_multiple_of(stride) {
+                self.measure_cavity(time, depth);
+            }
+            if let Some(end) = self.check_end(time, depth) {
+                return Ok(Some(self.into_run(end)));
+            }
+        }
+        let (depth, speed) = (self.simulation.depth(0), -self.simulation.kinematics(0).velocity.z);
+        Ok(Some(self.into_run(ShotEnd::Moving { depth, speed })))
     }
-    let step = scene.scene.communication_step;
-    let n_steps = (scene.scene.end_time / step).ceil() as u64;
-    for k in 1..=n_steps {
-        let inputs = simulation.inputs();
-        if let Err(error) = simulation.step(&inputs, k as f64 * step) {
-            return Ok(Some(ShotOutcome::Failed(error.to_string())));
-        }
-        let depth = simulation.depth(0);
-        if watch(simulation.time(), depth).is_break() {
-            return Ok(None);
-        }
-        if depth >= thickness {
-            return Ok(Some(ShotOutcome::Through));
-        }
-        if simulation.kinematics(0).velocity.z >= 0.0 {
-            return Ok(Some(stopped_outcome(&simulation)));
+
+    /// Measures the cavity up to the end time of the scene.
+    fn measure_cavity(&mut self, time: f64, depth: f64) {
+        let tolerance = ROUND_OFF * self.scene.scene.communication_step;
+        if let Some(gauge) = self.gauge.as_mut().filter(|_| time <= self.end_time + tolerance) {
+            gauge.measure(&self.scene, &self.simulation.frame(), depth);
         }
     }
-    Ok(Some(outcome_in_motion(&simulation, options.depth)))
+
+    /// Returns the end of the run if the measurements are complete, or impossible.
+    fn check_end(&mut self, time: f64, depth: f64) -> Option<ShotEnd> {
+        self.detector.push(time, depth);
+        let is_cavity_open =
+            self.needs.cavity && time < self.end_time - ROUND_OFF * self.scene.scene.communication_step;
+        if !self.needs.rest || is_cavity_open {
+            return None;
+        }
+        if self.detector.peak().is_some_and(|peak| peak.depth >= self.thickness) {
+            return Some(ShotEnd::Perforated);
+        }
+        self.detector.rest().map(|rest| ShotEnd::AtRest { depth: rest.depth, time: rest.time })
+    }
+
+    /// Returns the measurements.
+    fn into_run(self, end: ShotEnd) -> ShotRun {
+        let cavity = self.gauge.map_or(0.0, |gauge| gauge.greatest_diameter());
+        ShotRun { end, cavity, time: self.simulation.time(), thickness: self.thickness }
+    }
 }
 
 /// Depth, m, from which the value is likely to be in millimetres: no block of gel is so thick.
 const DEEPEST_IN_METRES: f64 = 1.0;
 
-/// Explains why a projectile cannot stop at a depth in a gel of that thickness, both m; `None` if the depth is valid.
+/// Explains why a projectile cannot rest at a depth in a gel of that thickness, both m; `None` if the depth is valid.
 pub fn explain_excess_depth(depth: f64, thickness: f64) -> Option<String> {
     let hint = if (DEEPEST_IN_METRES..1e3 * DEEPEST_IN_METRES).contains(&depth) {
         format!("; were millimetres meant? They are {} m", 1e-3 * depth)
@@ -59,23 +158,4 @@ pub fn explain_excess_depth(depth: f64, thickness: f64) -> Option<String> {
     };
     (depth >= thickness)
         .then(|| format!("found {depth:?} m, expected less than the depth of the gel, {thickness:?} m{hint}"))
-}
-
-fn stopped_outcome(simulation: &Simulation) -> ShotOutcome {
-    let (depth, time) = simulation.contact(0).peak_depth;
-    ShotOutcome::Stopped { depth, time }
-}
-
-/// Returns the outcome of a run whose projectile still moves: through if it is below the target already, else failed.
-fn outcome_in_motion(simulation: &Simulation, target: f64) -> ShotOutcome {
-    let (depth, speed) = (simulation.depth(0), -simulation.kinematics(0).velocity.z);
-    if depth > target {
-        return ShotOutcome::Through;
-    }
-    let reason = format!(
-        "found the projectile still moving at {speed:.3} m/s after {:e} s, {:.2} mm deep: give it a longer scene.end_time",
-        simulation.time(),
-        1e3 * depth
-    );
-    ShotOutcome::Failed(reason)
 }

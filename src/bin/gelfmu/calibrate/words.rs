@@ -10,18 +10,18 @@ pub fn headline(task: &CalibrationTask) -> String {
     let [x, y, z] = task.scene.projectile.velocity;
     let (name, speed) = (&task.scene.scene.name, (x * x + y * y + z * z).sqrt());
     format!(
-        "{name}: the {FITTED_KEY} with which the projectile of {speed:.2} m/s stops {} deep",
+        "{name}: the {FITTED_KEY} with which the projectile of {speed:.2} m/s rests {} deep",
         in_millimetres(task.options.depth)
     )
 }
 
 /// Describes a trial in one line.
 pub fn trial_line(number: usize, trial: &StrengthTrial) -> String {
-    format!("run {number}: {}: {}", in_kilopascals(trial.yield_stress), describe_outcome(&trial.outcome))
+    format!("run {number}: {}: {}", strength_scale(trial.strength), describe_outcome(&trial.outcome))
 }
 
-/// Formats a stress in kPa.
-pub fn in_kilopascals(value: f64) -> String {
+/// Formats a strength.
+pub fn strength_scale(value: f64) -> String {
     format!("strength scale {value:.4}")
 }
 
@@ -31,7 +31,9 @@ fn in_millimetres(depth: f64) -> String {
 
 fn describe_outcome(outcome: &ShotOutcome) -> String {
     match outcome {
-        ShotOutcome::Stopped { depth, time } => format!("{} deep after {:.3} ms", in_millimetres(*depth), 1e3 * time),
+        ShotOutcome::Stopped { depth, time } => {
+            format!("rests {} deep after {:.3} ms", in_millimetres(*depth), 1e3 * time)
+        }
         ShotOutcome::Through => "goes deeper".to_owned(),
         ShotOutcome::Failed(why) => format!("failed: {why}"),
     }
@@ -41,19 +43,19 @@ fn describe_outcome(outcome: &ShotOutcome) -> String {
 pub fn table_and_lines(task: &CalibrationTask, search: &StrengthSearch) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_header(["run", "yield stress", "projectile stops"]);
+    table.set_header(["run", "strength", "projectile"]);
     for (i, trial) in search.trials.iter().enumerate() {
-        let stops = match &trial.outcome {
+        let told = match &trial.outcome {
             ShotOutcome::Failed(_) => "failed".to_owned(),
             known => describe_outcome(known),
         };
-        table.add_row([(i + 1).to_string(), in_kilopascals(trial.yield_stress), stops]);
+        table.add_row([(i + 1).to_string(), strength_scale(trial.strength), told]);
     }
-    let Some((best, depth)) = search.best() else { return format!("{table}\nNo run stopped the projectile.") };
+    let Some((best, depth)) = search.best() else { return format!("{table}\nIn no run does the projectile rest.") };
     let percent = 100.0 * search.relative_error(depth);
     let met = format!(
         "{}: {}, {percent:.2} % from {}",
-        in_kilopascals(best.yield_stress),
+        strength_scale(best.strength),
         in_millimetres(depth),
         in_millimetres(task.options.depth)
     );
@@ -62,7 +64,7 @@ pub fn table_and_lines(task: &CalibrationTask, search: &StrengthSearch) -> Strin
 
 /// Returns the lines for the scene file: the fitted strength, and the velocity if it was an option.
 fn scene_lines(task: &CalibrationTask, best: &StrengthTrial) -> String {
-    let strength = format!("[gel]\nstrength_scale = {:?}", best.yield_stress);
+    let strength = format!("[gel]\nstrength_scale = {:?}", best.strength);
     let velocity = |_| format!("\n\n[projectile]\nvelocity = {:?}", task.scene.projectile.velocity);
     strength + &task.options.speed.map_or(String::new(), velocity)
 }
@@ -80,7 +82,7 @@ pub fn to_json(task: &CalibrationTask, search: &StrengthSearch, end: &Calibratio
         "scene": task.scene.scene.name,
         "depth": task.options.depth,
         "status": status,
-        "yield_stress": best.map(|(trial, _)| trial.yield_stress),
+        "strength_scale": best.map(|(trial, _)| trial.strength),
         "reached_depth": best.map(|(_, depth)| depth),
         "relative_error": best.map(|(_, depth)| search.relative_error(depth)),
         "lines": best.map(|(trial, _)| scene_lines(task, trial)),
@@ -94,5 +96,5 @@ fn trial_json(trial: &StrengthTrial) -> Value {
         ShotOutcome::Through => (None, None, None),
         ShotOutcome::Failed(why) => (None, None, Some(why)),
     };
-    json!({ "yield_stress": trial.yield_stress, "depth": depth, "time": time, "failure": failure })
+    json!({ "strength_scale": trial.strength, "depth": depth, "time": time, "failure": failure })
 }

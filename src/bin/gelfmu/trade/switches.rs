@@ -53,7 +53,7 @@ fn unused_options(scene: &Scene) -> Vec<OptionSwitch> {
     }
     if scene.gel.material == MaterialModel::NeoHookean {
         let branch = "gel.branches=[{shear_modulus=1.0, time=1e-2}]";
-        all.push(new_switch("a viscous branch", None, &["gel.material=\"viscoelastic\"", branch]));
+        all.push(new_switch("a viscous branch", None, &["gel.material=\"two-network\"", branch]));
         let flows = [
             "gel.material=\"two-network\"",
             "gel.branches=[{shear_modulus=1.0, power_law={stress=1e9, exponent=1.0}}]",

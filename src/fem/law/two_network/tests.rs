@@ -1,24 +1,38 @@
-//! Forces, stiffness bound, relaxation and dissipation of viscoelastic elements, one by one.
+//! Forces, stiffness bound, relaxation, damage and dissipation of two-network elements, one by one.
 
 use super::*;
+use crate::constitutive::{BulkViscosity, EquationOfState, StretchDamage};
 use crate::fem::{DEPTH, Dissipation, ElementResponse, Potential, Simplices};
 use crate::math::{Vector, det};
 use crate::mesh::{Mesh, NodeId};
 
+mod flow;
+
 const TIMES: [f64; 2] = [2e-3, 7e-3];
 
-fn gel() -> Viscoelastic {
-    let branches =
-        [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(shear_modulus, time)| MaxwellBranch { shear_modulus, time });
-    Viscoelastic::new(NeoHookean::new(3.0, 40.0), &branches)
+fn state() -> EquationOfState {
+    EquationOfState::new(40.0, 0.0, f64::INFINITY)
 }
 
-fn simplex<const D: usize>(section: Section, gel: Viscoelastic) -> (Vec<Vector<D>>, Simplices<D>) {
+/// Linear and power-law branches beside a network that may be damaged.
+fn gel() -> TwoNetwork {
+    let power = Branch::new(4.0, Dashpot::power_law(0.05, 0.8));
+    let linear = [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(mu, time)| Branch::new(mu, Dashpot::linear(time)));
+    TwoNetwork::new(3.0, &[linear[0], power, linear[1]], state(), 1e-6).with_damage(StretchDamage::new(1.05, 1e-2))
+}
+
+/// Linear branches alone, beside a sound network.
+fn linear() -> TwoNetwork {
+    let branches = [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(mu, time)| Branch::new(mu, Dashpot::linear(time)));
+    TwoNetwork::new(3.0, &branches, state(), 1e-6)
+}
+
+fn simplex<const D: usize>(section: Section, gel: TwoNetwork) -> (Vec<Vector<D>>, Simplices<D>) {
     let corners = [[0.8, 0.1, 0.0], [1.9, 0.3, 0.1], [1.1, 1.2, -0.1], [1.0, 0.4, 1.1]];
     let rest: Vec<_> = corners[..=D].iter().map(|x| Vector::<D>::from_fn(|i, _| x[i])).collect();
     let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
     let mesh = Mesh::new(rest.clone(), vec![nodes.map(NodeId)]);
-    let material = crate::constitutive::Material::Viscoelastic(gel);
+    let material = crate::constitutive::Material::TwoNetwork(gel);
     (rest, Simplices::in_patches(&mesh, crate::mesh::ElementPatches::alone(1), (material, section)))
 }
 
@@ -149,8 +163,8 @@ fn check_relaxation<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>
 
 #[test]
 fn stress_falls_as_the_exponential_at_any_strain_and_in_any_steps() {
-    let rest = NeoHookean::new(3.0, 40.0);
-    everywhere!(check_relaxation, Viscoelastic::new(rest, &[MaxwellBranch { shear_modulus: 5.0, time: TIMES[0] }]));
+    let branch = Branch::new(5.0, Dashpot::linear(TIMES[0]));
+    everywhere!(check_relaxation, TwoNetwork::new(3.0, &[branch], state(), 1e-6));
 }
 
 fn check_losses<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
@@ -160,10 +174,11 @@ fn check_losses<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
     let lost: f64 = (0..50)
         .map(|_| {
             let spent = advance(simplices, &x, (1e-3, &mut memory)).0;
-            assert!(spent.viscous >= 0.0);
-            spent.viscous
+            assert!(spent.viscous >= 0.0 && spent.damage >= 0.0);
+            spent.viscous + spent.damage
         })
         .sum();
+    assert_eq!(memory[0].damage > 0.0, simplices.material == gel().into());
     let left = held(simplices, &x, &memory).0;
     assert!(lost > 0.1 * stored && (stored - left - lost).abs() < 1e-12 * stored);
     let shapes = memory[1..].iter().map(|own| det(&own.inverse) * own.out);
@@ -173,11 +188,12 @@ fn check_losses<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
 #[test]
 fn dissipation_at_constant_strain_is_the_loss_of_stored_energy() {
     everywhere!(check_losses, gel());
+    everywhere!(check_losses, linear());
 }
 
 #[test]
 fn dissipation_of_the_branches_is_the_work_that_is_not_stored() {
-    let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+    let (rest, simplices) = simplex::<3>(Section::Spatial, linear());
     for step in [1e-5, 1e-3, 1.0] {
         let mut memory = fresh(&simplices);
         let passed = |i: u32| moved(&rest, 1e-3 * (0.3 * f64::from(i)).sin());
@@ -198,8 +214,8 @@ fn dissipation_of_the_branches_is_the_work_that_is_not_stored() {
 }
 
 #[test]
-fn a_small_strain_ramp_is_exact() {
-    let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+fn a_small_strain_ramp_of_linear_branches_is_exact() {
+    let (rest, simplices) = simplex::<3>(Section::Spatial, linear());
     let end = |n: u32| {
         let mut memory = fresh(&simplices);
         let step = 4e-3 / f64::from(n);
@@ -223,6 +239,46 @@ fn an_inverted_element_keeps_its_history() {
     let (spent, answer) = advance(&simplices, &flat, (0.0, &mut memory));
     assert!(answer.jacobian < 0.0 && spent.energy.is_finite() && answer.stiffness.is_finite());
     assert_eq!(advance(&simplices, &flat, (1.0, &mut memory)).0.viscous, 0.0);
-    assert_eq!(memory[1..], before[1..]);
+    for (own, before) in memory.iter().zip(&before) {
+        assert_eq!((own.inverse, own.out, own.damage), (before.inverse, before.out, before.damage));
+    }
     assert!(memory.iter().all(HistoryVariables::is_valid));
+}
+
+fn check_damage<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+    let mut memory = fresh(simplices);
+    let x = moved(rest, 0.5);
+    let before = advance(simplices, &x, (0.0, &mut memory)).0.energy;
+    let spent = advance(simplices, &x, (2e-3, &mut memory)).0;
+    let (f, out) = simplices.deformation_gradient(crate::mesh::ElementId(0), &x);
+    let jacobian = det(&f) * out;
+    let b = f * f.transpose() * jacobian.powf(-2.0 / 3.0);
+    let most = crate::math::spectral(&b).0.max().max(if D == 2 { out * out * jacobian.powf(-2.0 / 3.0) } else { 0.0 });
+    let wanted = 2e-3 / 1e-2 * (most.sqrt() / 1.05 - 1.0);
+    assert!((memory[0].damage - wanted).abs() < 1e-12 && wanted > 0.02 && wanted < 1.0, "{}", memory[0].damage);
+    assert!((before - spent.energy - spent.damage).abs() < 1e-12 * before && spent.viscous.abs() < 1e-12 * before);
+    advance(simplices, &x, (10.0, &mut memory));
+    assert_eq!(memory[0].damage, 1.0);
+    let (energy, answer) = held(simplices, &x, &memory);
+    assert!(energy < before && answer.stiffness > 0.0);
+}
+
+#[test]
+fn damage_grows_with_the_greatest_stretch_and_releases_what_was_stored() {
+    // A branch so slow that it does not flow keeps its energy.
+    let still = Branch::new(2.0, Dashpot::linear(1e30));
+    let gel = TwoNetwork::new(3.0, &[still], state(), 1e-6).with_damage(StretchDamage::new(1.05, 1e-2));
+    everywhere!(check_damage, gel);
+}
+
+#[test]
+fn bulk_viscosity_acts_on_the_rate_of_volume_and_is_held_at_the_same_tick() {
+    let gel = linear().with_viscosity(BulkViscosity { linear: 0.3, quadratic: 1.0 });
+    let (rest, simplices) = simplex::<3>(Section::Spatial, gel);
+    let mut memory = fresh(&simplices);
+    let squeezed: Vec<_> = rest.iter().map(|x| x * 0.99).collect();
+    let spent = advance(&simplices, &squeezed, (1e-3, &mut memory)).0;
+    assert!(spent.bulk > 0.0);
+    let again = advance(&simplices, &squeezed, (1e-3, &mut memory)).0;
+    assert_eq!(again.bulk, 0.0);
 }
