@@ -171,7 +171,8 @@ fn the_cavity_is_as_wide_as_the_bore() {
         let [time, diameter] = ["time", "diameter"].map(|key| point[key].as_f64().unwrap());
         assert!(depth(time) > 4.0 * BALL && (diameter - 2.0 * radius(time)).abs() < 1e-12, "{point}");
     }
-    assert_eq!(course.len(), 9, "frames at which the rear is deeper than a diameter of the ball");
+    let rows = course.len();
+    assert!((41..=42).contains(&rows), "{rows} steps after which the rear is deeper than a diameter of the ball");
     for absent in ["time_of_cavity_collapse", "cavity_pulsation_diameter", "rest_depth", "time_of_rest"] {
         assert!(summary[absent].is_null(), "{absent}: {}", summary[absent]);
     }
