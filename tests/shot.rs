@@ -18,6 +18,12 @@ const SLOWING: f64 = 400.0;
 const STEPS: usize = 50;
 const END: f64 = 0.01;
 const MASS: f64 = 0.033;
+/// Radius of the ball, m.
+const BALL: f64 = 0.002;
+
+fn scene() -> Scene {
+    stage::scene_of_ball("axisymmetric", BALL)
+}
 
 fn depth(t: f64) -> f64 {
     SPEED * t - 0.5 * SLOWING * t * t
@@ -33,14 +39,14 @@ fn observation(scene: &Scene, t: f64, part: f64) -> Observation {
     let mut seen = stage::observation(scene, t);
     let (step, body) = (scene.scene.communication_step, &mut seen.bodies[0]);
     body.depth = part * depth(t);
-    body.kinematics.position.z = 0.01 - body.depth;
+    body.kinematics.position.z = BALL - body.depth;
     body.kinematics.velocity = Vector3::new(0.0, 0.0, -part * (SPEED - SLOWING * t));
     body.exchange.impulse =
         if t > 0.0 { Vector3::new(0.0, 0.0, part * MASS * SLOWING * step) } else { Vector3::zeros() };
     seen
 }
 
-/// A cylinder with a bore as deep as the ball.
+/// A cylinder with a bore as deep as the ball; the gel beside the bore is half damaged.
 fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
     let (a, d) = (radius(t), (part * depth(t)).max(1e-6));
     let points = [(a, 0.0), (0.05, 0.0), (0.05, -d), (0.05, -0.05), (0.0, -0.05), (0.0, -d), (a, -d)];
@@ -55,7 +61,7 @@ fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
         step: vec![1e-6; 5],
         jacobian: vec![1.0; 5],
         energy_density: vec![0.0; 5],
-        damage: vec![0.0; 5],
+        damage: vec![0.5, 0.5, 0.0, 0.0, 0.0],
         facets,
     };
     MeshFrame { time: t, dimension: 2, mass: 1.0, points, velocities: rest.clone(), displacements: rest, cells, bodies }
@@ -81,7 +87,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn run(name: &str, part: f64) -> PathBuf {
-    let (scene, folder) = (stage::scene("axisymmetric"), folder(name));
+    let (scene, folder) = (scene(), folder(name));
     drop(fs::remove_dir_all(&folder));
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS, part);
@@ -118,7 +124,7 @@ fn speed_force_and_energy_stand_by_depth() {
 
 #[test]
 fn what_has_just_turned_back_has_the_yaw_of_its_way_in() {
-    let scene = stage::scene("axisymmetric");
+    let scene = scene();
     let folder = folder("turned");
     drop(fs::remove_dir_all(&folder));
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
@@ -147,23 +153,66 @@ fn energy_is_given_for_each_centimetre() {
 fn the_cavity_is_as_wide_as_the_bore() {
     let folder = run("cavity", 1.0);
     let (head, rows) = table(&folder.join("cavity.csv"));
-    assert_eq!(head, "time_s,depth_m,radius_m");
+    assert_eq!(head, "time_s,depth_m,radius_m,diameter_m");
     for row in &rows {
-        assert!(row[1] <= depth(row[0]) && (row[2] - radius(row[0])).abs() < 1e-15, "{row:?}");
+        assert!(row[1] <= depth(row[0]) - 2.0 * BALL + 1e-12, "{row:?} is filled by the ball");
+        assert!((row[2] - radius(row[0])).abs() < 1e-15 && row[3] == 2.0 * row[2], "{row:?}");
     }
     let last = rows.iter().filter(|row| row[0] == END).count();
-    assert!((29..=30).contains(&last), "{last} millimetres of 30 at the end");
+    assert!((25..=26).contains(&last), "{last} millimetres of 26 behind the ball at the end");
     let summary = summary(&folder);
     let figure = |key: &str| summary[key].as_f64().unwrap();
     assert!((figure("greatest_cavity_diameter") - 0.02).abs() < 1e-12);
     assert!((figure("time_of_greatest_cavity") - 0.8 * END).abs() < 1e-12);
     assert!((figure("final_cavity_diameter") - 0.017).abs() < 1e-12);
+    assert!((2.0 * BALL..=2.0 * BALL + 0.0011).contains(&figure("depth_of_greatest_cavity")));
+    let course = summary["cavity_course"].as_array().unwrap();
+    for point in course {
+        let [time, diameter] = ["time", "diameter"].map(|key| point[key].as_f64().unwrap());
+        assert!(depth(time) > 4.0 * BALL && (diameter - 2.0 * radius(time)).abs() < 1e-12, "{point}");
+    }
+    let rows = course.len();
+    assert!((41..=42).contains(&rows), "{rows} steps after which the rear is deeper than a diameter of the ball");
+    for absent in ["time_of_cavity_collapse", "cavity_pulsation_diameter", "rest_depth", "time_of_rest"] {
+        assert!(summary[absent].is_null(), "{absent}: {}", summary[absent]);
+    }
+}
+
+#[test]
+fn the_track_is_the_damaged_gel_as_a_circle() {
+    let folder = run("damaged", 1.0);
+    let (head, rows) = table(&folder.join("track.csv"));
+    assert_eq!(head, "depth_m,track_diameter_m,energy_in_centimetre_J");
+    let diameter = 2.0 * (0.5 * (0.05f64.powi(2) - radius(END).powi(2))).sqrt();
+    for (i, row) in rows.iter().enumerate() {
+        assert!((row[0] - (i as f64 + 0.5) * 1e-3).abs() < 1e-12 && (row[1] / diameter - 1.0).abs() < 1e-12, "{row:?}");
+        assert!((row[2] - MASS * SLOWING * 0.01).abs() < 1e-12, "{row:?}");
+    }
+    assert_eq!(rows.len(), 30);
+    assert!((summary(&folder)["greatest_track_diameter"].as_f64().unwrap() - diameter).abs() < 1e-12);
+}
+
+#[test]
+fn a_ball_that_stays_in_the_gel_has_a_rest_depth() {
+    let (scene, folder, stop) = (scene(), folder("rest"), 0.004);
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
+    let seen = |t: f64| Observation { time: t, ..observation(&scene, t.min(stop), 1.0) };
+    for step in 0..=STEPS {
+        let t = END * step as f64 / STEPS as f64;
+        recorder.record_observation(&seen(t), || frame(&scene, t.min(stop), 1.0)).unwrap();
+    }
+    let frame = frame(&scene, stop, 1.0);
+    recorder.conclude(&FinalState { observation: &seen(END), frame: &frame, digest: 1, failure: None }).unwrap();
+    let summary = summary(&folder);
+    let figure = |key: &str| summary[key].as_f64().unwrap();
+    assert!((figure("rest_depth") - depth(stop)).abs() < 1e-12 && (figure("time_of_rest") - stop).abs() < 1e-9);
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("<dt>rest depth</dt><dd>16.80 mm</dd>"), "{page}");
 }
 
 #[test]
 fn what_is_open_ahead_of_the_projectile_is_no_cavity() {
-    let (scene, folder) =
-        (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("ahead"));
+    let (scene, folder) = (scene(), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("ahead"));
     drop(fs::remove_dir_all(&folder));
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     for step in 0..=STEPS {
@@ -175,14 +224,14 @@ fn what_is_open_ahead_of_the_projectile_is_no_cavity() {
     recorder.conclude(&FinalState { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
     let (_, rows) = table(&folder.join("cavity.csv"));
     let deepest = rows.iter().map(|row| row[1]).fold(0.0, f64::max);
-    assert!((deepest - depth(END)).abs() < 1e-12, "{deepest} m of {}", depth(END));
-    assert!(rows.iter().all(|row| row[1] <= depth(row[0]) + 1e-12), "{rows:?}");
+    let rear = depth(END) - 2.0 * BALL;
+    assert!(deepest > rear - 1.001e-3, "{deepest} m of {rear}");
+    assert!(rows.iter().all(|row| row[1] <= depth(row[0]) - 2.0 * BALL + 1e-12), "{rows:?}");
 }
 
 #[test]
 fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
-    let (scene, folder) =
-        (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("left"));
+    let (scene, folder) = (scene(), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("left"));
     let exit = ExitReport { time: 0.009, velocity: Vector3::new(0.0, 0.0, -3.0), residual_energy: 0.15 };
     // Twice as fast: 60 mm at the end, in a gel of 50 mm.
     let seen = |t: f64| {
@@ -217,14 +266,23 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
 
 #[test]
 fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
-    let folder = run("shallow", 0.5);
-    assert!(!folder.join("shot.csv").exists() && !folder.join("cavity.csv").exists());
+    let folder = run("shallow", 0.1);
+    for file in ["shot.csv", "cavity.csv", "track.csv"] {
+        assert!(!folder.join(file).exists(), "{file}");
+    }
     let (shallow, deep) = (summary(&folder), run("deep", 1.0));
     assert_eq!(shallow["greatest_cavity_diameter"], serde_json::Value::Null);
     assert_eq!(shallow["energy_per_centimetre"], serde_json::Value::Null);
     let page = |folder: &Path| fs::read_to_string(folder.join("report.html")).unwrap();
     assert!(!page(&folder).contains("Along the path") && page(&deep).contains("Along the path"));
-    for title in ["Speed of the projectile by depth", "Radius of the cavity by depth", "temporary cavity"] {
+    let titles = [
+        "Speed of the projectile by depth",
+        "Radius of the cavity by depth",
+        "temporary cavity",
+        "Diameter of the cavity by time",
+        "Diameter of the permanent track by depth",
+    ];
+    for title in titles {
         assert!(page(&deep).contains(title), "{title}");
     }
 }
@@ -232,14 +290,14 @@ fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
 #[test]
 fn rewinding_and_repeating_leaves_the_tables_of_a_straight_run() {
     let straight = run("straight", 1.0);
-    let (scene, folder) = (stage::scene("axisymmetric"), straight.with_file_name("rewound"));
+    let (scene, folder) = (scene(), straight.with_file_name("rewound"));
     drop(fs::remove_dir_all(&folder));
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=37, 1.0);
     recorder.rewind(END * 12.0 / STEPS as f64).unwrap();
     record(&mut recorder, &scene, 13..=STEPS, 1.0);
     conclude(&mut recorder, &scene, 1.0);
-    for file in ["shot.csv", "cavity.csv"] {
+    for file in ["shot.csv", "cavity.csv", "track.csv"] {
         assert_eq!(fs::read(folder.join(file)).unwrap(), fs::read(straight.join(file)).unwrap(), "{file}");
     }
 }

@@ -206,7 +206,7 @@ impl RunRecorder {
         let rest = wound::projectile_rest(&self.history)?.filter(|_| ending.observation.projectile().exit.is_none());
         let wound = WoundFigures::of(penetration.as_ref(), rest);
         let sensors = sensors::figures(&self.run.scene, &self.history)?;
-        let summary = RunSummary { sensors, wound, ..RunSummary::of(&self.run, ending, penetration.as_ref()) };
+        let summary = RunSummary { wound, sensors, ..RunSummary::of(&self.run, ending, penetration.as_ref()) };
         if summary.ended_by != EndCause::EndTime {
             self.frames.append_last(ending.frame, &self.run.scene, &mut self.folder)?;
         }

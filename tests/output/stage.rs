@@ -15,6 +15,11 @@ const SPEED: f64 = 5.0;
 
 /// A ball above a gel of 0.1 m edge and 0.05 m height.
 pub fn scene(dimension: &str) -> Scene {
+    scene_of_ball(dimension, 0.01)
+}
+
+/// A ball of this radius, m, above the gel.
+pub fn scene_of_ball(dimension: &str, radius: f64) -> Scene {
     let shape = match dimension {
         "axisymmetric" => "cylinder = { radius = 0.05, height = 0.05 }",
         "planar" => "block = { size = [0.1, 0.05] }",
@@ -25,7 +30,7 @@ pub fn scene(dimension: &str) -> Scene {
          end_time = 0.01\ncommunication_step = 0.0002\n\
          [gel]\nmaterial = \"neo-hookean\"\ndensity = 1030.0\nshear_modulus = 69e3\nbulk_modulus = 667e3\n\
          [gel.shape]\n{shape}\n\
-         [projectile]\nmass = 0.033\nposition = [0, 0, 0.01]\nvelocity = [0, 0, -5]\nshape = {{ sphere = {{ radius = 0.01 }} }}\n\
+         [projectile]\nmass = 0.033\nposition = [0, 0, {radius}]\nvelocity = [0, 0, -5]\nshape = {{ sphere = {{ radius = {radius} }} }}\n\
          [mesh]\nsize = 0.008\n[output]\nframes = 11\n"
     );
     toml::from_str(&text).unwrap()

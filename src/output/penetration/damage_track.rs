@@ -10,6 +10,8 @@ use std::fmt::Write;
 
 /// Number of planes per interval of depth over which the cross-section is averaged.
 const PLANES: usize = 4;
+/// Relative tolerance of depths for round-off.
+const ROUND_OFF: f64 = 1e-9;
 const CENTIMETRES: f64 = 100.0;
 
 /// Permanent track: diameter of the circle with the mean cross-section of the damaged gel, by interval of depth.
@@ -47,7 +49,7 @@ impl PermanentTrack {
     /// least to `depth`, m.
     pub(in crate::output) fn curve(&self, depth: f64) -> Vec<(f64, f64)> {
         let end = self.diameters.iter().rposition(|diameter| *diameter > 0.0).map_or(0, |last| last + 1);
-        let end = end.max((depth * self.per_metre).ceil() as usize);
+        let end = end.max((depth * self.per_metre * (1.0 - ROUND_OFF)).ceil() as usize);
         let middle = |i: usize| (i as f64 + 0.5) / self.per_metre;
         self.diameters.iter().take(end).enumerate().map(|(i, diameter)| (middle(i), *diameter)).collect()
     }

@@ -50,7 +50,7 @@ impl PenetrationRecord {
         let behind = |profile: &CavityProfile| profile.behind_projectile(track.depth_until(profile.time));
         let profiles: Vec<CavityProfile> = profiles.iter().map(behind).collect();
         let cavity = CavityFigures::of(line, &profiles);
-        Ok(is_deep.then(|| Self { cavity, track, damage, profiles }))
+        Ok(is_deep.then_some(Self { track, cavity, damage, profiles }))
     }
 
     /// Writes `shot.csv`, `cavity.csv` and `track.csv`.
