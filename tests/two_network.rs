@@ -39,17 +39,16 @@ fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
     // Poncelet's law with a drag of 0.35 that stops at 85 mm has the nose at 23.2 mm then.
     let depth = 1e3 * seen.projectile().depth;
     assert!((depth / 23.2 - 1.0).abs() < 0.03, "{depth} mm");
-    // 2 % on cells of R/4; on those of R/8 of the scene 0.6 %.
-    assert!(seen.energy.energy_defect < 0.03, "defect {}", seen.energy.energy_defect);
+    // 4e-4 on cells of R/4.
+    assert!(seen.energy.energy_defect < 3e-3, "defect {}", seen.energy.energy_defect);
     let whole = done.frame().mass + seen.cost.eroded_mass;
     assert!((whole / mass - 1.0).abs() < 1e-12, "mass {:e}", whole / mass - 1.0);
     let lost = seen.energy.viscous + seen.energy.bulk_viscous + seen.energy.damage;
     assert!(
-        seen.energy.viscous < -0.1 * seen.energy.initial && seen.energy.viscous < 0.8 * lost,
+        seen.energy.viscous < -0.2 * seen.energy.initial && seen.energy.viscous < 0.8 * lost,
         "most of what is lost is lost to the dashpots: {:?}",
         seen.energy
     );
-    println!("NOSE {depth} {:?}", seen.energy);
 }
 
 #[test]
@@ -80,12 +79,19 @@ fn bits_of_a_gel_that_is_damaged_do_not_depend_on_communication_steps_threads_or
     assert_eq!(other.digest(), whole.digest());
 }
 
+/// The first of some shots in which an exchange of the mesh is refused: in which, depends on last digits.
+fn shot_with_a_refusal() -> Scene {
+    let speeds = [180, 300, 450, 600, 900, 1200].into_iter();
+    let of = |speed: u32| {
+        let velocity = format!("projectile.velocity=[0.0,0.0,-{speed}.0]");
+        shot(&[&format!("scene.end_time={:e}", 0.0216 / f64::from(speed)), "remesh.quality=0.5", &velocity])
+    };
+    speeds.map(of).find(|scene| !run(scene, 1, 1).refusals().is_empty()).expect("a shot that makes a rough crater")
+}
+
 #[test]
 fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
-    // With this strength the crater is rough enough for an exchange to be refused.
-    let strength =
-        "gel.strength={yield_stress=0.138e6,rate_exponent=0.23,cap=1.6e6,confined={pressure=1.0,factor=1.0}}";
-    let scene = shot(&["scene.end_time=1.2e-4", "remesh.quality=0.5", strength]);
+    let scene = shot_with_a_refusal();
     let mut on = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     let inputs = on.inputs();
     let (mut states, mut kept) = (vec![], vec![]);
@@ -196,7 +202,6 @@ fn a_gel_of_two_networks_in_space_keeps_its_books_over_exchanges_and_its_bits_on
     let taken = seen.energy.remesh / seen.energy.initial;
     assert!(taken.abs() < 1e-4, "{taken}");
     assert!(seen.energy.viscous < 0.0 && seen.energy.damage < 0.0, "{:?}", seen.energy);
-    println!("SPACE {taken} {:?}", seen.energy);
     let kept = done.frame().mass + seen.cost.eroded_mass;
     assert!((kept / mass - 1.0).abs() < 1e-12, "mass {:e}", kept / mass - 1.0);
     assert_eq!(run(&scene, 1, 3).digest(), done.digest());

@@ -16,7 +16,7 @@ mod summary;
 mod vtu;
 mod wound;
 
-use crate::scene::Scene;
+use crate::scene::{Dimension, Scene};
 use crate::simulation::{MeshFrame, Observation, Simulation};
 use std::path::Path;
 
@@ -47,12 +47,16 @@ pub struct RunRecorder {
     frames: FrameSeries,
     /// Shot line of the projectile; absent before the first record, and in a scene without a shot.
     shot_line: Option<ShotLine>,
-    /// Cavity profile at each frame.
+    /// Cavity profiles in the order of time: at each frame, and in between.
     cavities: Vec<CavityProfile>,
 }
 
 /// Name of the command `run`, under which a recorder claims its folder; the FMU uses the same name.
 pub const RUN: &str = "run";
+/// Cavity profiles of a run at least, about an axis and in the plane.
+const CAVITY_PROFILES: f64 = 200.0;
+/// Tolerance of times relative to their interval, for round-off.
+const TIME_TOLERANCE: f64 = 1e-6;
 /// File name of the history table.
 const HISTORY: &str = "history.csv";
 /// File names of the summary, the report and the tables of a shot.
@@ -126,6 +130,8 @@ impl RunRecorder {
         let needs_frame = self.frames.has_files() || self.shot_line.is_some();
         if needs_frame && self.frames.is_due(observation.time) {
             self.record_frame(&frame())?;
+        } else if self.is_cavity_due(observation.time) {
+            self.record_cavity(&frame());
         }
         self.begin_results()
     }
@@ -135,6 +141,16 @@ impl RunRecorder {
         self.folder.begin()?;
         self.history.set_path(self.folder.place(HISTORY));
         Ok(())
+    }
+
+    /// Returns true if a cavity profile between the frames is due; in space a profile takes as long as many steps.
+    fn is_cavity_due(&self, time: f64) -> bool {
+        let scene = &self.run.scene;
+        let interval = scene.scene.end_time / CAVITY_PROFILES;
+        let last = self.cavities.last().map_or(0.0, |last| last.time);
+        self.shot_line.is_some()
+            && scene.scene.dimension != Dimension::Spatial
+            && time - last >= interval * (1.0 - TIME_TOLERANCE)
     }
 
     /// Stores the initial mass and the shot line.

@@ -1,7 +1,7 @@
-//! Whether the depth of the calibration shot has a limit as its mesh is refined, by the law of the strength.
+//! Limit of the depth of the calibration shot as its mesh is refined, by damage and by the rule of transfer.
 
 use super::cpu::seconds;
-use super::fbi_bb::{Keys, SLOW};
+use super::fbi_bb::Keys;
 use super::run::scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::io::Write as _;
@@ -16,22 +16,13 @@ const MESHES: [(&str, [&str; 4]); 5] = [
 ];
 const REFINED: [&str; 4] = ["mesh.size", "mesh.tree.slope", "remesh.smallest", "remesh.growth"];
 
-/// The laws: that of the scene; one that does not know the pressure; the pressure felt in a longer time, and up to a higher one, so less steeply;
-/// and a wave half as fast. And how many of the meshes each is run on.
+/// Damage and transfer: those of the scene; without damage; slower damage; the other rule of the averages; and a wave half as fast. The last
+/// number is that of the meshes each is run on.
 const LAWS: [(&str, &Keys, usize); 5] = [
     ("scene unchanged", &[], 5),
-    ("not confined", &[("gel.strength", SLOW)], 5),
-    ("delay of 12 µs", &[("gel.strength.confined.time", "12e-6")], 4),
-    (
-        "9.3 kPa, 25 times at 1 MPa",
-        &[
-            ("gel.strength.yield_stress", "9.3e3"),
-            ("gel.strength.cap", "0.143e6"),
-            ("gel.strength.confined.factor", "25.0"),
-            ("gel.strength.confined.pressure", "1e6"),
-        ],
-        4,
-    ),
+    ("no damage", &[("gel.damage.critical_stretch", "1e3")], 5),
+    ("damage in 20 µs", &[("gel.damage.delay", "20e-6")], 4),
+    ("averages without the stored energy", &[("remesh.elastic_average", "normalised-mean")], 4),
     ("wave of 400 m/s", &[("gel.bulk_modulus", "164.8e6")], 4),
 ];
 /// How often the ball is looked at, s.
@@ -42,9 +33,9 @@ const END: f64 = 2.2e-3;
 /// Depth, mean forces early and late, by law and mesh.
 pub fn study() {
     println!(
-        "| law | steepest ∂τ/∂p | cells | depth, mm | from 10 to 20 mm: N | from 100 to 60 m/s: N | from 40 to 20 m/s: N | M updates | CPU s |"
+        "| law | cells | depth, mm | from 10 to 20 mm: N | from 100 to 60 m/s: N | from 40 to 20 m/s: N | M updates | CPU s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
     for (law, keys, meshes) in LAWS {
         for (cells, values) in &MESHES[..meshes] {
             row((law, keys), cells, values);
@@ -58,7 +49,6 @@ fn row((law, keys): (&str, &Keys), cells: &str, values: &[&str; 4]) {
         keys.iter().map(|(key, value)| (*key, (*value).to_owned())).chain(refined).collect();
     keys.push(("scene.end_time", END.to_string()));
     let scene = scene("fbi-bb", &keys);
-    let steepest = scene.gel.strength.map_or(0.0, |strength| strength.law().steepest_friction());
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let begun = seconds();
     let way = way(&mut simulation);
@@ -71,7 +61,7 @@ fn row((law, keys): (&str, &Keys), cells: &str, values: &[&str; 4]) {
         0.5 * mass * (from.1.powi(2) - to.1.powi(2)) / (to.0 - from.0)
     };
     println!(
-        "| {law} | {steepest:.1} | {cells} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} | {cpu:.1} |",
+        "| {law} | {cells} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} | {cpu:.1} |",
         1e3 * simulation.observe().projectile().contact.peak_depth.0,
         force(below(10e-3), below(20e-3)),
         force(at(100.0), at(60.0)),

@@ -16,6 +16,7 @@ mod fast_ball;
 mod fbi_bb;
 mod fbi_bb_3d;
 mod gain;
+mod gel;
 mod hydro_drag;
 mod impacts;
 mod l_beam;
@@ -38,7 +39,8 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 23] = [
+const STUDIES: [Study; 24] = [
+    ("gel", "the two-network gel: refinement, fit, validation, forces, sensitivities, air, space", gel::study),
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -76,7 +78,11 @@ const STUDIES: [Study; 23] = [
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
     ),
-    ("bb-limit", "depth and forces of fbi-bb on finer and finer meshes, by the law of the strength", bb_limit::study),
+    (
+        "bb-limit",
+        "depth and forces of fbi-bb on finer and finer meshes, by damage and rule of transfer",
+        bb_limit::study,
+    ),
     (
         "behind-plate",
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",

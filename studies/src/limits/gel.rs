@@ -97,10 +97,23 @@ pub fn open(seen: &Observation) -> String {
     format!("{:.0e}, {:.0e}", seen.energy.energy_error, seen.momentum_error)
 }
 
-/// Keys of a gel that flows from a yield stress on, Pa.
-pub fn flowing(yield_stress: f64) -> Vec<(&'static str, String)> {
-    let strength = format!("{{ yield_stress = {yield_stress:e}, rate_exponent = 0.0, cap = {yield_stress:e} }}");
-    vec![("gel.material", "flowing".to_owned()), ("gel.strength", strength)]
+/// Keys of a gel of two networks whose branch is a millionth as stiff as its elastic network, whose modulus, Pa, is given: as good as elastic.
+pub fn nearly_elastic(shear: f64) -> Vec<(&'static str, String)> {
+    networks(&format!(
+        "[{{ shear_modulus = {:e}, power_law = {{ stress = {:e}, exponent = 0.8 }} }}]",
+        1e-6 * shear,
+        1e-6 * shear
+    ))
+}
+
+/// Keys of a gel of two networks whose branch, as stiff as its elastic network, flows at once.
+pub fn flowing() -> Vec<(&'static str, String)> {
+    networks(&format!("[{{ shear_modulus = {SHEAR:e}, power_law = {{ stress = 10.0, exponent = 0.8 }} }}]"))
+}
+
+/// Keys of a gel of two networks with these branches.
+pub fn networks(branches: &str) -> Vec<(&'static str, String)> {
+    vec![("gel.material", "two-network".to_owned()), ("gel.branches", branches.to_owned())]
 }
 
 /// Stops with a message, stays as it was, says the same again, and goes back to a state from before.
