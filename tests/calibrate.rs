@@ -24,7 +24,7 @@ const SMALL: [&str; 16] = [
     "--set",
     "gel.viscosity.linear=0.1",
     "--set",
-    "scene.end_time=1e-3",
+    "scene.end_time=3e-3",
 ];
 
 fn gelfmu(arguments: &[&str]) -> Output {
