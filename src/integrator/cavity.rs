@@ -9,22 +9,12 @@
 //! ramp length δ, and on the wall with its depth over δ, so that neither an event nor the rim of the entry hole makes a
 //! jump. From then on the work is p dV, with the volume V below z = 0.
 
-use super::LoadedFacet;
 use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, PressureSource};
+use super::{CavityAir, LoadedFacet};
 use crate::fem::{Potential, push};
 use crate::math::Vector;
 use crate::state::Tick;
-
-/// Air in a sealed cavity behind the projectile, body 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CavityAir {
-    /// Gauge pressure, Pa, scaled by the number of symmetric copies: positive pushes the wall outwards.
-    pub gauge: f64,
-    /// Ramp length δ below z = 0 over which the pressure rises, m: by the depth of the wall, and by that of the rear of
-    /// the projectile.
-    pub ramp: f64,
-}
 
 /// Cavity at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]

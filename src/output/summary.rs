@@ -275,7 +275,7 @@ impl RunSummary {
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
         let greatest_cavity = penetration.and_then(|shot| shot.cavity.course.greatest());
-        let (doubts, ended_by) = (run.doubts(ending.observation), EndCause::of(ending, run.scene.scene.end_time));
+        let ended_by = EndCause::of(ending, run.scene.scene.end_time);
         Self {
             scene: run.scene.scene.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
@@ -327,9 +327,15 @@ impl RunSummary {
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),
             failure: ending.failure.map(str::to_string),
-            doubt: (!doubts.is_empty()).then(|| doubts.join("; ")),
-            doubts,
+            doubt: None,
+            doubts: vec![],
         }
+        .doubted(run.doubts(ending.observation))
+    }
+
+    /// Adds the doubts of a run.
+    fn doubted(self, doubts: Vec<String>) -> Self {
+        Self { doubt: (!doubts.is_empty()).then(|| doubts.join("; ")), doubts, ..self }
     }
 
     /// Returns the initial energy, J.

@@ -214,7 +214,7 @@ const GELATIN_20: [PresetValue; 14] = [
     BRANCH,
     fact(
         "gel.strength_scale",
-        "2.08",
+        "1.87",
         ApplicableModels::TwoNetwork,
         "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
     ),
@@ -246,7 +246,7 @@ const SYNTHETIC_CLEAR: [PresetValue; 14] = [
     BRANCH,
     fact(
         "gel.strength_scale",
-        "2.92",
+        "2.5",
         ApplicableModels::TwoNetwork,
         "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
     ),
