@@ -155,7 +155,7 @@ fn a_vented_cavity_and_one_at_ambient_pressure_change_nothing() {
     let ambient = sealed(101_325.0);
     let [absent, vented, ambient] = [&[][..], &["gel.cavity=vented"], &[&ambient]].map(|air| run(&scene(air), 0.1e-3));
     assert_eq!(absent.digest(), vented.digest());
-    let [without, with] = [&absent, &ambient].map(|simulation| simulation.observe());
+    let [without, with] = [&absent, &ambient].map(Simulation::observe);
     assert_eq!(without.energy, with.energy);
     assert_eq!(without.projectile().kinematics, with.projectile().kinematics);
 }
@@ -170,7 +170,7 @@ fn a_cavity_that_cannot_be_is_refused_with_its_key() {
         let text = error(&[&format!("gel.cavity={{sealed={{pressure={pressure}}}}}")]);
         assert!(text.contains("gel.cavity.sealed.pressure") && text.contains("101325"), "{text}");
     }
-    let loads = format!("load=[{}]", vec!["{pressure=1.0}"; 8].join(","));
+    let loads = format!("load=[{}]", ["{pressure=1.0}"; 8].join(","));
     let air = sealed(0.0);
     assert!(error(&[&air, &loads]).contains("at most 7 beside a sealed cavity"), "{}", error(&[&air, &loads]));
     let shell = ["gel.shape={shell={inner=0.01,outer=0.05}}", "gel.supports={}", &air];

@@ -77,7 +77,7 @@ pub(crate) fn average_elastic<const D: usize>(
     rule: ElasticAverage,
 ) -> LeftCauchyGreen<D> {
     let whole: f64 = parts.iter().map(|part| part.weight).sum();
-    if !(whole > 0.0) {
+    if whole <= 0.0 {
         return LeftCauchyGreen::undistorted();
     }
     let mean = |of: fn(&LeftCauchyGreen<D>) -> &SymmetricTensor<D, f64>| {
