@@ -95,6 +95,7 @@ impl<'a> CalibrationTask<'a> {
         match run.end {
             ShotEnd::AtRest { depth, time } => ShotOutcome::Stopped { depth, time },
             ShotEnd::Perforated => ShotOutcome::Through,
+            ShotEnd::ThrownBack => ShotOutcome::ThrownBack,
             ShotEnd::Moving { depth, speed } if depth > self.options.depth && speed > 0.0 => ShotOutcome::Through,
             ShotEnd::Moving { depth, speed } => ShotOutcome::Failed(format!(
                 "found the projectile still moving at {speed:.3} m/s after {:e} s, {:.2} mm deep: give it a longer \

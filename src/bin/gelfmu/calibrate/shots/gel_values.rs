@@ -62,7 +62,9 @@ fn write_value(gel: &mut GelSpec, given: GelValue) {
 /// Returns the overrides that give the gel of a scene these values.
 pub fn gel_overrides(gel: &GelSpec, values: &[GelValue]) -> Vec<Override> {
     let mut changed = gel.clone();
-    values.iter().for_each(|value| write_value(&mut changed, *value));
+    for value in values {
+        write_value(&mut changed, *value);
+    }
     let damage = changed
         .damage
         .filter(|_| changed.damage != gel.damage)
@@ -79,7 +81,9 @@ pub fn gel_overrides(gel: &GelSpec, values: &[GelValue]) -> Vec<Override> {
 /// Returns the lines of a scene with the elastic modulus and the branches of a gel with these values.
 pub fn scene_lines(gel: &GelSpec, values: &[GelValue]) -> String {
     let mut fitted = gel.clone();
-    values.iter().for_each(|value| write_value(&mut fitted, *value));
+    for value in values {
+        write_value(&mut fitted, *value);
+    }
     format!("[gel]\nshear_modulus = {:?}\nbranches = {}", fitted.shear_modulus, branches_text(&fitted.branches))
 }
 
@@ -105,8 +109,8 @@ pub struct FitCoordinates {
 
 impl FitCoordinates {
     /// Returns the coordinates of values, in the order of the keys.
-    pub fn from_values(&self, values: &[GelValue]) -> DVector<f64> {
-        let exponent = self.free_exponent(values);
+    pub fn of_values(values: &[GelValue]) -> DVector<f64> {
+        let exponent = free_exponent(values);
         let coordinate = |given: &GelValue| match given.key {
             GelKey::Stress => given.value.ln() + exponent * REFERENCE_RATE.ln(),
             _ => given.value.ln(),
@@ -119,7 +123,7 @@ impl FitCoordinates {
         let plain =
             self.keys.iter().zip(coordinates.iter()).map(|(&key, ln)| GelValue { key, value: rounded(ln.exp()) });
         let mut values: Vec<GelValue> = plain.collect();
-        let exponent = self.free_exponent(&values);
+        let exponent = free_exponent(&values);
         for (given, coordinate) in values.iter_mut().zip(coordinates.iter()) {
             match given.key {
                 GelKey::Stress => given.value = rounded((coordinate - exponent * REFERENCE_RATE.ln()).exp()),
@@ -135,11 +139,11 @@ impl FitCoordinates {
         let bound = |key: &GelKey| if *key == GelKey::Exponent { 0.0 } else { f64::INFINITY };
         DVector::from_iterator(self.keys.len(), self.keys.iter().map(bound))
     }
+}
 
-    /// Returns the fitted exponent; 0 if it is not fitted.
-    fn free_exponent(&self, values: &[GelValue]) -> f64 {
-        values.iter().find(|given| given.key == GelKey::Exponent).map_or(0.0, |given| given.value.min(1.0))
-    }
+/// Returns the fitted exponent; 0 if it is not fitted.
+fn free_exponent(values: &[GelValue]) -> f64 {
+    values.iter().find(|given| given.key == GelKey::Exponent).map_or(0.0, |given| given.value.min(1.0))
 }
 
 /// Rounds a value to five digits.
