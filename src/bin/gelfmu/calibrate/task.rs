@@ -81,8 +81,8 @@ impl<'a> CalibrationTask<'a> {
         Ok(Self { name, overrides, scene, strength, options })
     }
 
-    /// Returns the greatest strength that is tried: a thousand times the first one, or less if the bulk modulus bounds the
-    /// shear moduli.
+    /// Returns the greatest strength that is tried: a thousand times the first one, or less if the bulk modulus bounds
+    /// the shear moduli.
     pub fn strongest(&self) -> f64 {
         let gel = &self.scene.gel;
         let shear = gel.shear_modulus + gel.branches.iter().map(|branch| branch.shear_modulus).sum::<f64>();

@@ -141,17 +141,17 @@ impl<'a> ShotCampaign<'a> {
         match &result.end {
             ShotEnd::AtRest { depth, .. } => Ok(*depth),
             ShotEnd::Perforated => Err(format!(
-                "found a projectile{velocity} that perforates the gel of {:.0} mm, expected one that comes to rest: give \
-                 the scene a deeper gel.shape, or measure its cavity",
+                "found a projectile{velocity} that perforates the gel of {:.0} mm, expected one that comes to rest: \
+                 give the scene a deeper gel.shape, or measure its cavity",
                 1e3 * result.thickness
             )),
             ShotEnd::ThrownBack => Err(format!(
-                "found a projectile{velocity} that is thrown back out of the gel, expected one that comes to rest: give \
-                 it more speed or the gel less strength, or measure its cavity"
+                "found a projectile{velocity} that is thrown back out of the gel, expected one that comes to rest: \
+                 give it more speed or the gel less strength, or measure its cavity"
             )),
             ShotEnd::Moving { depth, speed } => Err(format!(
-                "found a projectile{velocity} that still moves at {speed:.3} m/s after {:.3} ms, {:.2} mm deep, expected \
-                 rest within {END_TIME_FACTOR} times scene.end_time: give the scene a longer scene.end_time",
+                "found a projectile{velocity} that still moves at {speed:.3} m/s after {:.3} ms, {:.2} mm deep, \
+                 expected rest within {END_TIME_FACTOR} times scene.end_time: give the scene a longer scene.end_time",
                 1e3 * result.time,
                 1e3 * depth
             )),

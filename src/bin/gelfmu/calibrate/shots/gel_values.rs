@@ -6,9 +6,9 @@ use nalgebra::DVector;
 
 /// Strain rate at which a dashpot's stress is the coordinate of a fit, 1/s.
 ///
-/// The depth fixes the stress at the rate of the shot. With this stress as a coordinate, the exponent hardly changes the
-/// depth, and the two are nearly independent: of gels with exponents of 0.5 to 0.85 that stop a BB at the same depth, it is
-/// the common stress.
+/// The depth fixes the stress at the rate of the shot. With this stress as a coordinate, the exponent hardly changes
+/// the depth, and the two are nearly independent: gels with exponents of 0.5 to 0.85 that stop a BB at the same depth
+/// have this stress in common.
 const REFERENCE_RATE: f64 = 1e4;
 
 /// Value of a parameter.
@@ -99,8 +99,8 @@ fn branches_text(branches: &[BranchSpec]) -> String {
     format!("[{}]", branches.iter().map(text).collect::<Vec<_>>().join(", "))
 }
 
-/// Coordinates of a fit: logarithms of the parameters; with the exponent, the stress at [`REFERENCE_RATE`] in the place of
-/// the stress at 1/s.
+/// Coordinates of a fit: logarithms of the parameters; with the exponent, the stress at [`REFERENCE_RATE`] in the place
+/// of the stress at 1/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitCoordinates {
     /// Fitted parameters, without repetitions.
