@@ -1,5 +1,5 @@
-//! `gelfmu calibrate`: fits the strength of a gel to the depth at which a projectile rests, or several parameters of the
-//! gel to several shots.
+//! `gelfmu calibrate`: fits the strength of a gel to the depth at which a projectile rests, or several parameters of
+//! the gel to several shots.
 
 mod search;
 mod sensitivity;

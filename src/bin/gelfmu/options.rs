@@ -46,10 +46,10 @@ pub enum ColorChoice {
 pub enum GelfmuCommand {
     /// Run a scene through the packed FMU, as an importer would, and write a result folder with a report
     Run(RunOptions),
-    /// Fit a gel to the depth at which a projectile rests, or to several measured shots, and print the lines of the scene
+    /// Fit a gel to the depth at which a projectile rests, or to several shots, and print the lines of the scene
     ///
-    /// One depth: the scene is run with one gel.strength_scale after the other, until the rest depth is the measured one
-    /// to 0.1 %. Several shots (--shots): the least squares of all residuals, each divided by its band, by the method of
+    /// One depth: the scene is run with one gel.strength_scale after the other, until the rest depth is the measured
+    /// one to 0.1 %. Several shots (--shots): the least squares of all residuals, each divided by its band, by the method of
     /// Levenberg and Marquardt. Ctrl-C keeps the best values so far.
     Calibrate(CalibrateOptions),
     /// Check a scene, and print the modelled physics and the physics switched off
@@ -164,8 +164,8 @@ pub struct CalibrateOptions {
     /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
     #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
-    /// Fit to all shots of a CSV file, or of a built-in file such as gelatin-10: columns name, speed, measure (depth, slope
-    /// or cavity), value, band, and if needed scene, set and window
+    /// Fit to all shots of a CSV file, or of a built-in file such as gelatin-10: columns name, speed, measure (depth,
+    /// slope or cavity), value, band, and if needed scene, set and window
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed"])]
     pub shots: Option<String>,
     /// Parameters that are fitted to the shots: any of stress, exponent and shear_modulus (all if absent)

@@ -36,6 +36,8 @@ pub enum ShotOutcome {
     },
     /// The projectile reached the back face of the gel, or is below the target depth and not at rest.
     Through,
+    /// The projectile was thrown back out of the gel, which is too strong.
+    ThrownBack,
     /// The run failed; the reason.
     Failed(String),
 }
@@ -77,7 +79,7 @@ pub struct StrengthSearch {
 struct LogPoint {
     /// ln strength.
     strength: f64,
-    /// ln (depth / target), infinite for a projectile that goes through.
+    /// ln (depth / target): ∞ for a projectile that goes through, −∞ for one that is thrown back.
     depth: f64,
 }
 
@@ -91,7 +93,7 @@ impl StrengthSearch {
     pub fn best(&self) -> Option<(&StrengthTrial, f64)> {
         let stopped = self.trials.iter().filter_map(|trial| match trial.outcome {
             ShotOutcome::Stopped { depth, .. } => Some((trial, depth)),
-            ShotOutcome::Through | ShotOutcome::Failed(_) => None,
+            ShotOutcome::Through | ShotOutcome::ThrownBack | ShotOutcome::Failed(_) => None,
         });
         stopped.min_by(|a, b| self.relative_error(a.1).total_cmp(&self.relative_error(b.1)))
     }
@@ -105,7 +107,7 @@ impl StrengthSearch {
     pub fn time_to_stop(&self) -> Option<f64> {
         self.trials.iter().rev().find_map(|trial| match trial.outcome {
             ShotOutcome::Stopped { time, .. } => Some(time),
-            ShotOutcome::Through | ShotOutcome::Failed(_) => None,
+            ShotOutcome::Through | ShotOutcome::ThrownBack | ShotOutcome::Failed(_) => None,
         })
     }
 
@@ -132,6 +134,7 @@ impl StrengthSearch {
             let depth = match trial.outcome {
                 ShotOutcome::Stopped { depth, .. } => (depth / self.target).ln(),
                 ShotOutcome::Through => f64::INFINITY,
+                ShotOutcome::ThrownBack => f64::NEG_INFINITY,
                 ShotOutcome::Failed(_) => return None,
             };
             Some(LogPoint { strength: trial.strength.ln(), depth })
@@ -155,7 +158,11 @@ impl StrengthSearch {
     /// Chooses a strength inside a bracket: regula falsi, or bisection if one end of the bracket stays.
     fn step_in_bracket(&self, weak: LogPoint, strong: LogPoint) -> SearchStep {
         let width = strong.strength - weak.strength;
-        let secant = if weak.depth.is_finite() { weak.depth / (weak.depth - strong.depth) } else { 0.5 };
+        let secant = if weak.depth.is_finite() && strong.depth.is_finite() {
+            weak.depth / (weak.depth - strong.depth)
+        } else {
+            0.5
+        };
         let share = if self.one_end_stays(weak, strong) { 0.5 } else { secant.clamp(0.05, 0.95) };
         let candidates = [share, 0.5, 0.25, 0.75, 0.125, 0.875].map(|share| weak.strength + share * width);
         let clear = candidates.into_iter().find(|ln| self.is_clear_of_failures(*ln, 0.1 * width) && self.is_new(*ln));
@@ -211,7 +218,7 @@ impl StrengthSearch {
         let secant = other.map(|other| (last.depth - other.depth) / (last.strength - other.strength));
         let slope = secant.filter(|slope| slope.is_finite()).unwrap_or(DEFAULT_SLOPE);
         let slope = slope.clamp(SLOPE_RANGE.0, SLOPE_RANGE.1);
-        let stride = if last.depth.is_finite() { -last.depth / slope } else { LONGEST_STRIDE };
+        let stride = if last.depth.is_finite() { -last.depth / slope } else { LONGEST_STRIDE.copysign(last.depth) };
         let mut ln_strength = last.strength + stride.clamp(-LONGEST_STRIDE, LONGEST_STRIDE);
         let distance = |ln_strength: f64| (ln_strength - last.strength).abs();
         while !self.is_clear_of_failures(ln_strength, 0.1 * distance(ln_strength))
@@ -226,8 +233,10 @@ impl StrengthSearch {
     fn describe_limit(&self, relation: &str, last: LogPoint) -> String {
         let reached = if last.depth.is_finite() {
             format!("{:.2} mm", 1e3 * self.target * last.depth.exp())
-        } else {
+        } else if last.depth > 0.0 {
             "through the gel".to_owned()
+        } else {
+            "thrown back".to_owned()
         };
         let strength = last.strength.exp();
         format!(
@@ -303,6 +312,18 @@ mod tests {
         assert_eq!(end, SearchStep::Fitted, "{:?}", search.trials);
         let through = |y: f64| if y < 0.5e6 { ShotOutcome::Through } else { power_law(y) };
         let (search, end) = run_search(0.045, through);
+        assert_eq!(end, SearchStep::Fitted, "{:?}", search.trials);
+    }
+
+    #[test]
+    fn a_gel_that_throws_the_projectile_back_bounds_the_strength() {
+        for limit in [0.11e6, 0.3e6] {
+            let law = |y: f64| if y > limit { ShotOutcome::ThrownBack } else { power_law(y) };
+            let (search, end) = run_search(0.079, law);
+            assert_eq!(end, SearchStep::Fitted, "{limit}: {:?}", search.trials);
+        }
+        let thrown = |y: f64| if y > 0.03e6 { ShotOutcome::ThrownBack } else { power_law(y) };
+        let (search, end) = run_search(0.13, thrown);
         assert_eq!(end, SearchStep::Fitted, "{:?}", search.trials);
     }
 

@@ -122,6 +122,7 @@ impl SensitivityRow {
                 json!({ "name": shot.name, "measure": measure, "derivative": derivative.as_ref().ok() })
             })
             .collect();
-        json!({ "parameter": key_name(self.given.key), "value": self.given.value, "tried": self.tried, "shots": derivatives })
+        let parameter = key_name(self.given.key);
+        json!({ "parameter": parameter, "value": self.given.value, "tried": self.tried, "shots": derivatives })
     }
 }

@@ -81,8 +81,8 @@ impl<'a> CalibrationTask<'a> {
         Ok(Self { name, overrides, scene, strength, options })
     }
 
-    /// Returns the greatest strength that is tried: a thousand times the first one, or less if the bulk modulus bounds the
-    /// shear moduli.
+    /// Returns the greatest strength that is tried: a thousand times the first one, or less if the bulk modulus bounds
+    /// the shear moduli.
     pub fn strongest(&self) -> f64 {
         let gel = &self.scene.gel;
         let shear = gel.shear_modulus + gel.branches.iter().map(|branch| branch.shear_modulus).sum::<f64>();
@@ -95,6 +95,7 @@ impl<'a> CalibrationTask<'a> {
         match run.end {
             ShotEnd::AtRest { depth, time } => ShotOutcome::Stopped { depth, time },
             ShotEnd::Perforated => ShotOutcome::Through,
+            ShotEnd::ThrownBack => ShotOutcome::ThrownBack,
             ShotEnd::Moving { depth, speed } if depth > self.options.depth && speed > 0.0 => ShotOutcome::Through,
             ShotEnd::Moving { depth, speed } => ShotOutcome::Failed(format!(
                 "found the projectile still moving at {speed:.3} m/s after {:e} s, {:.2} mm deep: give it a longer \

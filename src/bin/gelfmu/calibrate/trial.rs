@@ -48,6 +48,8 @@ pub enum ShotEnd {
     },
     /// The foremost point has reached the back face of the gel.
     Perforated,
+    /// The projectile has left the gel through the entry.
+    ThrownBack,
     /// The projectile does not rest.
     Moving {
         /// Depth of the foremost point, m.
@@ -89,32 +91,32 @@ pub fn run(
     let thickness = -start.points.iter().map(|point| point.z).fold(0.0, f64::min);
     let gauge = if needs.cavity { CavityGauge::new(&scene, &start) } else { None };
     let trial = ShotTrial { scene, simulation, needs, detector: RestDetector::new(), gauge, thickness, end_time };
-    trial.finish(watch)
+    Ok(trial.finish(watch))
 }
 
 impl ShotTrial {
     /// Steps the simulation to the end of the run.
-    fn finish(mut self, watch: &mut ShotCallback<'_>) -> Result<Option<ShotRun>, CommandError> {
+    fn finish(mut self, watch: &mut ShotCallback<'_>) -> Option<ShotRun> {
         let step = self.scene.scene.communication_step;
         let stride = (CAVITY_INTERVAL / step).round().max(1.0) as u64;
         for (k, end) in (1_u64..).zip(job::step_ends(&self.scene, step)) {
             let inputs = self.simulation.inputs();
             if let Err(error) = self.simulation.step(&inputs, end) {
-                return Ok(Some(self.into_run(ShotEnd::Failed(error.to_string()))));
+                return Some(self.into_run(ShotEnd::Failed(error.to_string())));
             }
             let (time, depth) = (self.simulation.time(), self.simulation.depth(0));
             if watch(time, depth).is_break() {
-                return Ok(None);
+                return None;
             }
             if k.is_multiple_of(stride) {
                 self.measure_cavity(time, depth);
             }
             if let Some(end) = self.check_end(time, depth) {
-                return Ok(Some(self.into_run(end)));
+                return Some(self.into_run(end));
             }
         }
         let (depth, speed) = (self.simulation.depth(0), -self.simulation.kinematics(0).velocity.z);
-        Ok(Some(self.into_run(ShotEnd::Moving { depth, speed })))
+        Some(self.into_run(ShotEnd::Moving { depth, speed }))
     }
 
     /// Measures the cavity up to the end time of the scene.
@@ -135,6 +137,10 @@ impl ShotTrial {
         }
         if self.detector.peak().is_some_and(|peak| peak.depth >= self.thickness) {
             return Some(ShotEnd::Perforated);
+        }
+        let is_deep = self.detector.peak().is_some_and(|peak| peak.depth > 0.0);
+        if is_deep && depth <= 0.0 && self.simulation.kinematics(0).velocity.z > 0.0 {
+            return Some(ShotEnd::ThrownBack);
         }
         self.detector.rest().map(|rest| ShotEnd::AtRest { depth: rest.depth, time: rest.time })
     }

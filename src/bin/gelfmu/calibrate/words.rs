@@ -35,6 +35,7 @@ fn describe_outcome(outcome: &ShotOutcome) -> String {
             format!("rests {} deep after {:.3} ms", in_millimetres(*depth), 1e3 * time)
         }
         ShotOutcome::Through => "goes deeper".to_owned(),
+        ShotOutcome::ThrownBack => "is thrown back out of the gel".to_owned(),
         ShotOutcome::Failed(why) => format!("failed: {why}"),
     }
 }
@@ -93,7 +94,7 @@ pub fn to_json(task: &CalibrationTask, search: &StrengthSearch, end: &Calibratio
 fn trial_json(trial: &StrengthTrial) -> Value {
     let (depth, time, failure) = match &trial.outcome {
         ShotOutcome::Stopped { depth, time } => (Some(depth), Some(time), None),
-        ShotOutcome::Through => (None, None, None),
+        ShotOutcome::Through | ShotOutcome::ThrownBack => (None, None, None),
         ShotOutcome::Failed(why) => (None, None, Some(why)),
     };
     json!({ "strength_scale": trial.strength, "depth": depth, "time": time, "failure": failure })

@@ -50,6 +50,9 @@ pub struct CommonSetting<'a> {
     pub level: Option<FidelityKind>,
 }
 
+/// Measurements of a run; `None` if the user interrupted it.
+type RunResult = Result<Option<ShotRun>, CommandError>;
+
 /// Computed values of the shots at a point; a text for a shot without a value.
 pub type ComputedShots = Vec<Result<f64, String>>;
 
@@ -138,13 +141,17 @@ impl<'a> ShotCampaign<'a> {
         match &result.end {
             ShotEnd::AtRest { depth, .. } => Ok(*depth),
             ShotEnd::Perforated => Err(format!(
-                "found a projectile{velocity} that perforates the gel of {:.0} mm, expected one that comes to rest: give \
-                 the scene a deeper gel.shape, or measure its cavity",
+                "found a projectile{velocity} that perforates the gel of {:.0} mm, expected one that comes to rest: \
+                 give the scene a deeper gel.shape, or measure its cavity",
                 1e3 * result.thickness
             )),
+            ShotEnd::ThrownBack => Err(format!(
+                "found a projectile{velocity} that is thrown back out of the gel, expected one that comes to rest: \
+                 give it more speed or the gel less strength, or measure its cavity"
+            )),
             ShotEnd::Moving { depth, speed } => Err(format!(
-                "found a projectile{velocity} that still moves at {speed:.3} m/s after {:.3} ms, {:.2} mm deep, expected \
-                 rest within {END_TIME_FACTOR} times scene.end_time: give the scene a longer scene.end_time",
+                "found a projectile{velocity} that still moves at {speed:.3} m/s after {:.3} ms, {:.2} mm deep, \
+                 expected rest within {END_TIME_FACTOR} times scene.end_time: give the scene a longer scene.end_time",
                 1e3 * result.time,
                 1e3 * depth
             )),
@@ -172,8 +179,7 @@ impl<'a> ShotCampaign<'a> {
         let workers = threads.min(n_jobs).max(1);
         let board = RunBoard::new(stage, n_jobs, self.console);
         let (next, jobs) = (AtomicUsize::new(0), jobs.into_iter().map(Some).map(Mutex::new).collect::<Vec<_>>());
-        let results: Vec<Mutex<Option<Result<Option<ShotRun>, CommandError>>>> =
-            (0..n_jobs).map(|_| Mutex::new(None)).collect();
+        let results: Vec<Mutex<Option<RunResult>>> = (0..n_jobs).map(|_| Mutex::new(None)).collect();
         let work = || {
             loop {
                 let at = next.fetch_add(1, Ordering::Relaxed);
@@ -190,13 +196,7 @@ impl<'a> ShotCampaign<'a> {
     }
 
     /// Carries out one run; `None` if the user interrupted it.
-    fn run_one(
-        &self,
-        run: usize,
-        scene: Scene,
-        threads: usize,
-        show: &dyn Fn(f64, f64),
-    ) -> Result<Option<ShotRun>, CommandError> {
+    fn run_one(&self, run: usize, scene: Scene, threads: usize, show: &dyn Fn(f64, f64)) -> RunResult {
         trial::run(scene, self.runs[run].needs, threads.max(1), &mut |time, depth| {
             show(time, depth);
             if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

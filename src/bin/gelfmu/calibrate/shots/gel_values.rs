@@ -6,9 +6,9 @@ use nalgebra::DVector;
 
 /// Strain rate at which a dashpot's stress is the coordinate of a fit, 1/s.
 ///
-/// The depth fixes the stress at the rate of the shot. With this stress as a coordinate, the exponent hardly changes the
-/// depth, and the two are nearly independent: of gels with exponents of 0.5 to 0.85 that stop a BB at the same depth, it is
-/// the common stress.
+/// The depth fixes the stress at the rate of the shot. With this stress as a coordinate, the exponent hardly changes
+/// the depth, and the two are nearly independent: gels with exponents of 0.5 to 0.85 that stop a BB at the same depth
+/// have this stress in common.
 const REFERENCE_RATE: f64 = 1e4;
 
 /// Value of a parameter.
@@ -99,8 +99,8 @@ fn branches_text(branches: &[BranchSpec]) -> String {
     format!("[{}]", branches.iter().map(text).collect::<Vec<_>>().join(", "))
 }
 
-/// Coordinates of a fit: logarithms of the parameters; with the exponent, the stress at [`REFERENCE_RATE`] in the place of
-/// the stress at 1/s.
+/// Coordinates of a fit: logarithms of the parameters; with the exponent, the stress at [`REFERENCE_RATE`] in the place
+/// of the stress at 1/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitCoordinates {
     /// Fitted parameters, without repetitions.
@@ -109,8 +109,8 @@ pub struct FitCoordinates {
 
 impl FitCoordinates {
     /// Returns the coordinates of values, in the order of the keys.
-    pub fn from_values(&self, values: &[GelValue]) -> DVector<f64> {
-        let exponent = self.free_exponent(values);
+    pub fn of_values(values: &[GelValue]) -> DVector<f64> {
+        let exponent = free_exponent(values);
         let coordinate = |given: &GelValue| match given.key {
             GelKey::Stress => given.value.ln() + exponent * REFERENCE_RATE.ln(),
             _ => given.value.ln(),
@@ -123,7 +123,7 @@ impl FitCoordinates {
         let plain =
             self.keys.iter().zip(coordinates.iter()).map(|(&key, ln)| GelValue { key, value: rounded(ln.exp()) });
         let mut values: Vec<GelValue> = plain.collect();
-        let exponent = self.free_exponent(&values);
+        let exponent = free_exponent(&values);
         for (given, coordinate) in values.iter_mut().zip(coordinates.iter()) {
             match given.key {
                 GelKey::Stress => given.value = rounded((coordinate - exponent * REFERENCE_RATE.ln()).exp()),
@@ -139,11 +139,11 @@ impl FitCoordinates {
         let bound = |key: &GelKey| if *key == GelKey::Exponent { 0.0 } else { f64::INFINITY };
         DVector::from_iterator(self.keys.len(), self.keys.iter().map(bound))
     }
+}
 
-    /// Returns the fitted exponent; 0 if it is not fitted.
-    fn free_exponent(&self, values: &[GelValue]) -> f64 {
-        values.iter().find(|given| given.key == GelKey::Exponent).map_or(0.0, |given| given.value.min(1.0))
-    }
+/// Returns the fitted exponent; 0 if it is not fitted.
+fn free_exponent(values: &[GelValue]) -> f64 {
+    values.iter().find(|given| given.key == GelKey::Exponent).map_or(0.0, |given| given.value.min(1.0))
 }
 
 /// Rounds a value to five digits.

@@ -1,8 +1,8 @@
 //! Damped Gauss–Newton method for shots: the secant version of the Levenberg–Marquardt method (Madsen, Nielsen and
 //! Tingleff 2004, Methods for non-linear least squares problems, 3.2 and 3.5).
 //!
-//! The Jacobian of the computed values is that of finite differences at the start, and Broyden's rank-one update corrects
-//! it between. Steps are longer than the scatter of remeshed runs. A residual is zero within a window: each step is the
+//! The Jacobian of the computed values is that of finite differences at the start, and Broyden's rank-one update
+//! corrects it between. Steps are longer than the scatter of remeshed runs. A residual is zero within a window: each step is the
 //! least squares of the linear model with its windows, by a Newton method with an active set.
 
 use super::target::FitTarget;

@@ -45,14 +45,14 @@ pub fn fit(file: &str, options: &CalibrateOptions, console: &Console) -> Result<
     }
     let acceptance = options.level.unwrap_or(FidelityKind::Fine);
     if let Some(start) = options.start.filter(|start| *start != acceptance) {
-        let report = fit_level(start, shots.clone(), &gel, values, options, console)?;
+        let report = fit_level(start, shots.clone(), &gel, &values, options, console)?;
         if report.end == FitEnd::Interrupted {
             return Ok(conclude(&report, console));
         }
         console.note(&format!("start from the fit of the level {}:\n{}", start.as_str(), report.table()));
         values = report.values;
     }
-    let report = fit_level(acceptance, shots, &gel, values, options, console)?;
+    let report = fit_level(acceptance, shots, &gel, &values, options, console)?;
     Ok(conclude(&report, console))
 }
 
@@ -89,7 +89,7 @@ fn fit_level(
     level: FidelityKind,
     shots: Vec<shot_file::MeasuredShot>,
     gel: &GelSpec,
-    start: Vec<GelValue>,
+    start: &[GelValue],
     options: &CalibrateOptions,
     console: &Console,
 ) -> Result<FitReport, CommandError> {
@@ -101,7 +101,7 @@ fn fit_level(
     let mut model = |stage: &str, points: &[DVector<f64>]| {
         run_points(&mut campaign, &format!("{}, {stage}", level.as_str()), &coordinates, points)
     };
-    let (first, upper) = (coordinates.from_values(&start), coordinates.upper_bounds());
+    let (first, upper) = (FitCoordinates::of_values(start), coordinates.upper_bounds());
     let FitResult { point, computed, end, iterations } = least_squares::fit(&targets, &upper, first, &mut model)?;
     Ok(FitReport {
         level,

@@ -88,19 +88,25 @@ pub fn parse(file: &str, text: &str) -> Result<Vec<MeasuredShot>, CommandError> 
         ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
     let broken = |error: csv::Error| CommandError::BadInput(format!("{file}: found no CSV table: {error}"));
     let header = reader.headers().map_err(broken)?.clone();
-    let columns = parse_header(file, &header)?;
+    let columns = parse_header(file, first_line(text, &header), &header)?;
     let mut shots = vec![];
     for cells in reader.records() {
         let cells = cells.map_err(broken)?;
-        let line = cells.position().map_or(0, csv::Position::line);
+        let line = first_line(text, &cells);
         shots.push(ShotRecord { file, line, columns: &columns, cells: &cells }.parse()?);
     }
     Ok(shots)
 }
 
+/// Returns the line of a record, from 1: the position of the reader is before the comments and empty lines above it.
+fn first_line(text: &str, record: &StringRecord) -> u64 {
+    let start = record.position().map_or(1, csv::Position::line);
+    let above = text.lines().skip(start.saturating_sub(1) as usize);
+    start + above.take_while(|line| line.is_empty() || line.starts_with('#')).count() as u64
+}
+
 /// Returns the columns of a header; refuses unknown, missing and repeated columns.
-fn parse_header(file: &str, header: &StringRecord) -> Result<Vec<&'static str>, CommandError> {
-    let line = header.position().map_or(1, csv::Position::line);
+fn parse_header(file: &str, line: u64, header: &StringRecord) -> Result<Vec<&'static str>, CommandError> {
     let refuse = |found: String, expected: String| {
         CommandError::BadInput(format!("{file}: line {line}: found {found}, expected {expected}"))
     };
@@ -221,8 +227,9 @@ mod tests {
 
     #[test]
     fn the_shots_of_a_file_are_read_with_quotes_comments_and_empty_cells() {
-        let text = "# measured\nspeed,name,measure,value,band,set,window\n180,\"BB, steel\",depth,0.085,5e-4,\"mesh.size=1e-3; \
-                    projectile.position=[0, 0, 1]\",\n165 / 195,growth,slope,5.1e-4,2e-5,,5e-5\n720,ball,cavity,0.058,8e-3,,0\n";
+        let text = "# measured\nspeed,name,measure,value,band,set,window\n\
+                    180,\"BB, steel\",depth,0.085,5e-4,\"mesh.size=1e-3; projectile.position=[0, 0, 1]\",\n\
+                    165 / 195,growth,slope,5.1e-4,2e-5,,5e-5\n\n# fast\n720,ball,cavity,0.058,8e-3,,0\n";
         let shots = parse("shots.csv", text).unwrap();
         assert_eq!(shots.len(), 3);
         assert_eq!(
@@ -235,7 +242,7 @@ mod tests {
         assert_eq!(shots[1].target, FitTarget { value: 5.1e-4, band: 2e-5, window: 5e-5 });
         assert_eq!(
             (shots[2].measure, shots[2].place.as_str()),
-            (ShotMeasure::Cavity { speed: 720.0 }, "shots.csv: line 5: ")
+            (ShotMeasure::Cavity { speed: 720.0 }, "shots.csv: line 7: ")
         );
         assert_eq!(shots[2].scene, None);
     }

@@ -57,10 +57,13 @@ fn scattered_shots_are_met_within_their_scatter() {
 }
 
 #[test]
-fn a_window_leaves_the_exponent_alone_and_a_band_without_it_does_not() {
+fn a_window_accepts_what_an_exact_value_does_not() {
     let start = [0.3, -0.02, 0.4];
     let (windowed, _) = fit_shots(&[DEPTH, SLOPE, CAVITY], &unbounded(), start, 0.0);
-    assert!((windowed.point[1] - start[1]).abs() < 0.02, "{windowed:?}");
+    let computed = windowed.computed.as_ref().unwrap();
+    let residuals = [DEPTH, SLOPE, CAVITY].iter().zip(computed.iter()).map(|(target, value)| target.residual(*value));
+    assert!(residuals.into_iter().all(|residual| residual.abs() <= 0.1), "{windowed:?}");
+    assert!((computed[1] / 0.51e-3 - 1.0).abs() > 5e-3, "the middle of the window does not draw: {windowed:?}");
     let exact = FitTarget { value: 0.47e-3, window: 0.0, ..SLOPE };
     let (bound, _) = fit_shots(&[DEPTH, exact, CAVITY], &unbounded(), start, 0.0);
     assert!((bound.computed.as_ref().unwrap()[1] / 0.47e-3 - 1.0).abs() < 5e-3, "{bound:?}");
@@ -126,5 +129,5 @@ fn an_interrupted_fit_keeps_its_best_point() {
     assert_eq!((result.end, result.iterations), (FitEnd::Interrupted, 2));
     let [before, after] =
         [shots(&start, 0.0), result.computed.unwrap()].map(|computed| DEPTH.residual(computed[0]).abs());
-    assert!(after < 0.7 * before && result.point != start, "{before}, {after}");
+    assert!(after < 0.8 * before && result.point != start, "{before}, {after}");
 }
