@@ -39,7 +39,7 @@ pub struct EnergyAccounts {
     pub remesh: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
     pub load: f64,
-    /// Σ J·(v⁻ + v⁺)/2 of the air in a sealed cavity, on its wall and on the projectile.
+    /// Σ J·(v⁻ + v⁺)/2 of the air in a sealed cavity.
     pub air: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,

@@ -10,8 +10,8 @@ mod spectral;
 mod symmetric_tensor;
 
 pub use number::{Number, exp, exp_less_one, ln, power};
+pub(crate) use spectral::diagonalise;
 pub use spectral::spectral;
-pub(crate) use spectral::{diagonalise, spectral_map};
 pub(crate) use symmetric_tensor::{SymmetricTensor, isochoric_mean};
 
 /// Vector of the gel's space.

@@ -132,7 +132,8 @@ fn the_document_lists_every_value_with_its_source() {
 #[test]
 fn the_document_says_which_shots_each_preset_was_fitted_to() {
     for preset in Preset::ALL {
-        let source = format!("only: {}. A shot", preset.shots().source);
-        assert_eq!(DOCUMENT.matches(&source).count(), 1, "docs/materials.md should have {source}");
+        let shots = preset.shots();
+        let said = format!("Fitted to {}. Validated on {}. A shot", shots.fitted, shots.validated);
+        assert_eq!(DOCUMENT.matches(&said).count(), 1, "docs/materials.md should have {said}");
     }
 }

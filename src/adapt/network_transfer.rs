@@ -11,6 +11,7 @@ use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
 use crate::math::{SymmetricTensor, Tensor, Vector, array, cofactor, det};
 use crate::mesh::{ElementId, ElementPatches};
 use crate::remesh::{OverlapSource, UnchangedElement};
+use std::collections::BTreeMap;
 
 /// Most networks: the elastic one and the branches.
 const MOST_NETWORKS: usize = 1 + TwoNetwork::MOST_BRANCHES;
@@ -38,8 +39,8 @@ struct NetworkTransfer<'a, const D: usize> {
     past: &'a SourceMesh<'a, D>,
     x: &'a [Vector<D>],
     rule: ElasticAverage,
-    /// States of the old elements that were asked for; `None` inside for an inverted element.
-    known: Vec<Option<Option<Box<SpatialState<D>>>>>,
+    /// States of the old elements that were asked for; `None` for an inverted element.
+    known: BTreeMap<ElementId, Option<SpatialState<D>>>,
 }
 
 /// Transfers the history of a two-network gel; `None` if an element has no valid rest shape.
@@ -55,8 +56,7 @@ pub(super) fn inherit_networks<const D: usize>(
     patches: &ElementPatches,
 ) -> Option<NetworkHistory<D>> {
     let n = gel.records();
-    let known = vec![None; past.old.mesh.elements.len()];
-    let mut transfer = NetworkTransfer { gel, past, x, rule: new.rule, known };
+    let mut transfer = NetworkTransfer { gel, past, x, rule: new.rule, known: BTreeMap::new() };
     let mut memory = vec![HistoryVariables::default(); new.elements.len() * n];
     let mut references = vec![];
     let (stays, rests) = (stays(past.potential.patches(), patches, new.same), rests(past, x, new));
@@ -163,10 +163,12 @@ impl<const D: usize> NetworkTransfer<'_, D> {
 
     /// Returns the state of an old element; `None` if it is inverted.
     fn state(&mut self, element: ElementId) -> Option<SpatialState<D>> {
-        if self.known[element.index()].is_none() {
-            self.known[element.index()] = Some(self.find_state(element).map(Box::new));
+        if let Some(state) = self.known.get(&element) {
+            return *state;
         }
-        self.known[element.index()].as_ref().and_then(|state| state.as_deref().copied())
+        let state = self.find_state(element);
+        self.known.insert(element, state);
+        state
     }
 
     fn find_state(&self, element: ElementId) -> Option<SpatialState<D>> {

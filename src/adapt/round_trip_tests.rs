@@ -93,7 +93,7 @@ impl<const D: usize> TestGel<D> {
         let inherited = history::inherited(
             &source,
             &self.position,
-            &source_mesh::TargetMesh::by(&proposal, &new, Default::default()),
+            &source_mesh::TargetMesh::by(&proposal, &new, crate::constitutive::ElasticAverage::default()),
             &patches,
         );
         let references = inherited.map(|(references, _)| references);

@@ -1,6 +1,6 @@
 //! Averages of the elastic left Cauchy–Green tensors b̄ of matter that becomes one element.
 
-use crate::math::{SymmetricTensor, diagonalise, exp, ln, spectral_map};
+use crate::math::{SymmetricTensor, diagonalise, exp, ln};
 use serde::{Deserialize, Serialize};
 
 /// Elastic left Cauchy–Green tensor b̄ of determinant 1, with its logarithm.
@@ -55,7 +55,7 @@ impl<const D: usize> LeftCauchyGreen<D> {
         let tensor = tensor.scaled(part, 0.0);
         let (values, _) = diagonalise(tensor.rows());
         let is_positive = values.iter().all(|value| *value > 0.0) && (D == 3 || tensor.out > 0.0);
-        is_positive.then(|| Self { tensor, logarithm: spectral_map(&tensor, ln) })
+        is_positive.then(|| Self { tensor, logarithm: tensor.mapped(ln) })
     }
 
     /// Returns tr b̄ − 3, twice the stored energy over the modulus.
@@ -77,7 +77,7 @@ pub(crate) fn average_elastic<const D: usize>(
     rule: ElasticAverage,
 ) -> LeftCauchyGreen<D> {
     let whole: f64 = parts.iter().map(|part| part.weight).sum();
-    if !(whole > 0.0) {
+    if whole <= 0.0 {
         return LeftCauchyGreen::undistorted();
     }
     let mean = |of: fn(&LeftCauchyGreen<D>) -> &SymmetricTensor<D, f64>| {
@@ -92,7 +92,7 @@ pub(crate) fn average_elastic<const D: usize>(
         ElasticAverage::StoredEnergy => {
             let direction = mean(|own| &own.logarithm).deviator();
             let logarithm = direction.scaled(scale_to_distortion(&direction, distortion), 0.0);
-            LeftCauchyGreen { tensor: spectral_map(&logarithm, exp), logarithm }
+            LeftCauchyGreen { tensor: logarithm.mapped(exp), logarithm }
         }
     }
 }

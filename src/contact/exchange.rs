@@ -16,18 +16,16 @@ pub struct ImpulseExchange {
     pub impulse_moment: Vector3,
     /// Σ Jₖ·∂x/∂h and Σ Jₖ·∂x/∂a, the impulses that work on height and base radius of a dome, N·s.
     pub bulge_impulse: Vector<2>,
-    /// True if contact is a part of the impulse; the air in the cavity is another.
-    pub has_contact: bool,
     /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J. For a prescribed motion V₁ = V₀ +
     /// J/M and Ω₁ = Ω₀ + I⁻¹A: the effect of the impulse on the importer's body.
     pub energy_residual: f64,
 }
 
 impl ImpulseExchange {
-    /// Returns true if an impulse of contact acted.
+    /// Returns true if an impulse acted.
     #[must_use]
     pub fn is_contact(&self) -> bool {
-        self.has_contact
+        self.impulse != Vector3::zeros()
     }
 
     /// Returns the mean force on the body, N; zero before the first step.

@@ -6,7 +6,6 @@
 
 mod element_states;
 mod facet_pressure;
-mod facet_section;
 mod history;
 mod inversion_time;
 mod law;
@@ -18,7 +17,6 @@ mod simplex;
 mod simplex_potential;
 
 pub use facet_pressure::{FacetPressure, push};
-pub use facet_section::slab_volume;
 pub use history::{HistoryLanes, HistoryVariables};
 pub use inversion_time::{FORESEEN, TURNED};
 pub use potential::Potential;

@@ -4,6 +4,7 @@ use super::element_states::{build_batches, evaluate_all};
 use super::history::MOST_MEMORIES;
 use super::inversion_time::closing_rate_of_element;
 use super::potential::measure_patches;
+use super::scalar::one_lane::PatchUpdate;
 use super::simd::batch::on;
 use super::{
     DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, HistoryVariables, MAX_NODES, Potential,
@@ -44,12 +45,13 @@ impl<const D: usize> Simplices<D> {
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
         let memory = &mut own[..ids.len() * self.records()];
+        let update = PatchUpdate { elapsed: step, memory, viscous };
         // A fused multiply-add is one instruction of AVX2, and a call without it.
         on!(narrow Level::new(), _simd => match &self.material {
-            Material::NeoHookean(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
-            Material::MooneyRivlin(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
-            Material::Ogden(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
-            Material::TwoNetwork(gel) => self.evaluate_patch(gel, ids, x, step, memory, viscous, answers),
+            Material::NeoHookean(gel) => self.evaluate_patch(gel, ids, x, update, answers),
+            Material::MooneyRivlin(gel) => self.evaluate_patch(gel, ids, x, update, answers),
+            Material::Ogden(gel) => self.evaluate_patch(gel, ids, x, update, answers),
+            Material::TwoNetwork(gel) => self.evaluate_patch(gel, ids, x, update, answers),
         })
     }
 }

@@ -231,6 +231,12 @@ fn count_of(observed: Observed, model: &mut BuiltModel) -> i32 {
     i32::try_from(n).unwrap_or(i32::MAX)
 }
 
+/// Returns the smallest or the largest step, s.
+fn step_of(observed: Observed, model: &mut BuiltModel) -> f64 {
+    let cost = model.cost();
+    if matches!(observed, Observed::CostSmallestStep) { cost.smallest_step } else { cost.largest_step }
+}
+
 /// Returns the value of an observed variable. Reports with a loop over the mesh come from the cache of `model`, other
 /// values from the simulation. A sensor has no coupling exchange.
 fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltModel) -> ObservedValue {
@@ -288,8 +294,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::MomentumImbalance => vector(model.books().momentum_imbalance),
         Observed::AngularMomentumImbalance => vector(model.books().angular_momentum_imbalance),
         Observed::CostElementUpdates => scalar(model.simulation.updates()),
-        Observed::CostSmallestStep => scalar(model.cost().smallest_step),
-        Observed::CostLargestStep => scalar(model.cost().largest_step),
+        Observed::CostSmallestStep | Observed::CostLargestStep => scalar(step_of(observed, model)),
         Observed::CostIncompatibleFraction => scalar(model.simulation.fallback()),
         Observed::CostElements | Observed::CostRemeshes => ObservedValue::Integer(count_of(observed, model)),
     }

@@ -15,42 +15,16 @@ pub(super) fn post_body_impulses<const D: usize, P: Potential<D>>(
     exchanges: &mut [ImpulseExchange],
 ) {
     for (body, exchange) in exchanges.iter_mut().enumerate() {
-        let contact = body_impulse(system, body, exchange);
-        let air = air_impulse(system, body, exchange);
-        let Some(impulse) = add_impulses(contact, air) else { continue };
+        let Some(impulse) = body_impulse(system, body, exchange) else { continue };
         exchange.impulse += impulse;
-        exchange.has_contact |= contact.is_some_and(|contact| contact != Vector3::zeros());
         exchange.impulse_moment += impulse * (end - time);
         rebase_body(system, body, time);
         system.state.bodies[body] = system.workspace.bodies_after[body];
         record_impulse(system, body, impulse, time);
-        contact.iter().for_each(|contact| record_contact(system, body, *contact, time));
     }
 }
 
-/// Returns the sum of two impulses that may be absent, N·s.
-fn add_impulses(one: Option<Vector3>, other: Option<Vector3>) -> Option<Vector3> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(one + other),
-        (one, other) => one.or(other),
-    }
-}
-
-/// Returns the impulse of the air in the cavity on a body at this tick, N·s, if there is one, and adds its work to the
-/// exchange.
-fn air_impulse<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
-    body: usize,
-    exchange: &mut ImpulseExchange,
-) -> Option<Vector3> {
-    let workspace = &system.workspace;
-    let impulse = Some(workspace.air_impulse).filter(|impulse| body == 0 && *impulse != Vector3::zeros())?;
-    let mean_velocity = (workspace.bodies_before[0].velocity + workspace.bodies_after[0].velocity) / 2.0;
-    exchange.energy_residual -= impulse.dot(&mean_velocity);
-    Some(impulse)
-}
-
-/// Returns the impulse of contact on a body at this tick, N·s, if there is one, and adds the sums over its contact points to
+/// Returns the impulse of this tick on a body, N·s, if there is one, and adds the sums over its contact points to
 /// the exchange and to the record.
 fn body_impulse<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
@@ -79,7 +53,7 @@ fn body_impulse<const D: usize, P: Potential<D>>(
     })
 }
 
-/// Records an impulse on a body: its sum, and the depth.
+/// Records an impulse on a body: its sum, direction and time, the depth and the window of the peak force.
 fn record_impulse<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     body: usize,
@@ -87,24 +61,14 @@ fn record_impulse<const D: usize, P: Potential<D>>(
     time: f64,
 ) {
     let depth = depth_in_gel(system, system.model.bodies[body].depth(&system.state.bodies[body]));
+    let width = system.model.settings.force_window;
     let record = &mut system.state.record.contacts[body];
     record.impulse += impulse;
+    record.direction = impulse.try_normalize(0.0).unwrap_or(record.direction);
+    record.touched = Some((record.touched.map_or(time, |touched| touched.0), time));
     if depth > record.peak_depth.0 {
         record.peak_depth = (depth, time);
     }
-}
-
-/// Records an impulse of contact on a body: its direction and time, and the window of the peak force.
-fn record_contact<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
-    body: usize,
-    impulse: Vector3,
-    time: f64,
-) {
-    let width = system.model.settings.force_window;
-    let record = &mut system.state.record.contacts[body];
-    record.direction = impulse.try_normalize(0.0).unwrap_or(record.direction);
-    record.touched = Some((record.touched.map_or(time, |touched| touched.0), time));
     let window = (time / width) as u64;
     let (number, sum, greatest) = record.window;
     let sum = if window == number { sum + impulse } else { impulse };

@@ -2,13 +2,13 @@
 //! that element's energy (numerics A6). The work of the pressures is booked.
 
 use super::LoadedFacet;
-use super::cavity::{OpenCavity, find_air_load, push_projectile, work_on_projectile};
+use super::cavity::{OpenCavity, find_air_load};
 use super::element_order::SLOTS;
 use super::kick_sums::ConstraintReaction;
 use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, LoadStiffness, PressureSource};
 use crate::fem::{Potential, push};
-use crate::math::{Vector, Vector3, embed};
+use crate::math::{Vector, embed};
 use crate::mesh::NodeId;
 use crate::state::Tick;
 
@@ -17,7 +17,6 @@ use crate::state::Tick;
 pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
     system.workspace.facet_loads.clear();
     system.workspace.load_stiffness.clear();
-    system.workspace.air_impulse = Vector3::zeros();
     if !system.is_loaded() {
         return;
     }
@@ -130,7 +129,6 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
         return;
     }
     let (gel, freedom, mut reaction) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
-    let mut on_projectile = 0.0;
     let mut load = std::mem::take(&mut system.workspace.facet_loads);
     for load in &mut load {
         load.weight += 0.5 * system.model.grid.time(system.ahead(load.group, tick));
@@ -142,17 +140,13 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
             let ledger = &mut system.state.ledger;
             let (momentum, angular_momentum) = match load.source {
                 PressureSource::Face => (&mut ledger.momentum.load, &mut ledger.angular_momentum.load),
-                PressureSource::Cavity { .. } => (&mut ledger.momentum.air, &mut ledger.angular_momentum.air),
+                PressureSource::Cavity => (&mut ledger.momentum.air, &mut ledger.angular_momentum.air),
             };
             *momentum += freedom.translation(&push);
             *angular_momentum += freedom.rotation(&at.cross(&push));
             system.state.record.pressed += push.norm();
         }
-        if let PressureSource::Cavity { on_body } = load.source {
-            on_projectile += on_body * load.weight;
-        }
     }
-    push_projectile(system, on_projectile);
     reaction.post(&mut system.state.ledger);
     system.workspace.facet_loads = load;
 }
@@ -179,12 +173,11 @@ pub(super) fn post_load_work<const D: usize, P: Potential<D>>(system: &mut Discr
         let velocity_sum = velocity_before_loads(system, node) + system.state.velocity[node.index()];
         0.5 * impulse.component_mul(&system.model.gel.free(node.index())).dot(&velocity_sum)
     };
-    let of_source = |is_face: bool| -> f64 {
-        let own = system.workspace.facet_loads.iter().filter(|load| (load.source == PressureSource::Face) == is_face);
+    let of_source = |source: PressureSource| -> f64 {
+        let own = system.workspace.facet_loads.iter().filter(|load| load.source == source);
         own.flat_map(FacetLoad::impulses).map(work).sum()
     };
-    let [load, air] = [true, false].map(of_source);
-    let on_projectile = work_on_projectile(system);
+    let [load, air] = [PressureSource::Face, PressureSource::Cavity].map(of_source);
     system.state.ledger.energy.load += load;
-    system.state.ledger.energy.air += air + on_projectile;
+    system.state.ledger.energy.air += air;
 }

@@ -58,7 +58,6 @@ mod tile_overlap;
 mod worker_spin;
 mod workspace;
 
-pub use cavity::CavityAir;
 pub use end_conditions::DistortionLimits;
 pub use engine::Engine;
 pub use error::StepError;
@@ -69,7 +68,7 @@ pub use gel::DiscreteGel;
 pub use grid::TickGrid;
 pub use layout_stats::BlockLayout;
 pub use pool::WorkerPool;
-pub use pressure::{LoadedFacet, PressureHistory, PressureLoads};
+pub use pressure::{CavityAir, LoadedFacet, PressureHistory, PressureLoads};
 pub use report::{BalanceTotals, EnergySums};
 pub use schedule::SteppingSchedule;
 pub use settings::{IntegratorSettings, UnusableStep};

@@ -1,6 +1,5 @@
 //! Pressures on faces of the gel: their histories, and the facets on which they act.
 
-use super::CavityAir;
 use crate::fem::Section;
 use crate::mesh::{CAVITY_MARK, ElementId, Facet};
 
@@ -71,6 +70,16 @@ impl LoadedFacet {
     pub(super) fn can_bound_cavity(&self) -> bool {
         self.mark & CAVITY_MARK != 0
     }
+}
+
+/// Air in a sealed cavity behind the projectile, body 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CavityAir {
+    /// Gauge pressure, Pa, scaled by the number of symmetric copies: positive pushes the wall outwards.
+    pub gauge: f64,
+    /// Ramp length δ below z = 0 over which the pressure rises, m: by the depth of the wall, and by that of the rear of
+    /// the projectile.
+    pub ramp: f64,
 }
 
 /// Pressure loads of a gel.

@@ -4,7 +4,7 @@ use super::active_set::ActiveSet;
 use super::kick_sums::KickSums;
 use crate::contact::{BodyState, ContactPoint, SymmetryContact};
 use crate::fem::{ElementResponse, GroupResponse};
-use crate::math::{Vector, Vector3};
+use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
 use crate::state::Tick;
 use std::ops::Range;
@@ -48,8 +48,6 @@ pub(super) struct Workspace<const D: usize> {
     pub impulse_nodes: Vec<ImpulseNode<D>>,
     /// Pressure loads on the facets of active elements.
     pub facet_loads: Vec<FacetLoad<D>>,
-    /// Impulse of the air in the cavity on the projectile, N·s.
-    pub air_impulse: Vector3,
     /// Stiffness that the loads add to the elements behind them.
     pub load_stiffness: Vec<LoadStiffness>,
     /// Blocks whose stiffness these loads changed.
@@ -112,8 +110,8 @@ pub(super) struct FacetLoad<const D: usize> {
 pub(super) enum PressureSource {
     /// Load on a face.
     Face,
-    /// Air in the cavity; the facet's share of the force on the projectile along z, N.
-    Cavity { on_body: f64 },
+    /// Air in the cavity.
+    Cavity,
 }
 
 impl<const D: usize> FacetLoad<D> {

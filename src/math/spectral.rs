@@ -1,7 +1,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::{Number, SymmetricTensor, Tensor, Vector, array};
+use super::{Number, Tensor, Vector, array};
 
 /// Most Jacobi sweeps; the tensors of the tests, with eigenvalues up to twelve decades apart, need five.
 const MAX_SWEEPS: usize = 12;
@@ -41,16 +41,6 @@ pub fn diagonalise<const D: usize, V: Number>(mut a: [[V; D]; D]) -> ([V; D], [[
         }
     }
     (std::array::from_fn(|i| a[i][i]), vectors)
-}
-
-/// Returns f(A) of a symmetric tensor: its eigenvalues, the out-of-plane one too, are mapped, its axes kept.
-pub fn spectral_map<const D: usize>(a: &SymmetricTensor<D, f64>, map: fn(f64) -> f64) -> SymmetricTensor<D, f64> {
-    let (values, vectors) = diagonalise(a.rows());
-    let values = values.map(map);
-    let inner = std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..D).map(|k| vectors[i][k] * values[k] * vectors[j][k]).sum())
-    });
-    SymmetricTensor { inner, out: if D == 2 { map(a.out) } else { 0.0 } }
 }
 
 /// Applies the Jacobi rotation that zeroes the entry (p, q) where `excess` is positive.

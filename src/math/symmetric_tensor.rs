@@ -34,6 +34,18 @@ pub fn isochoric_mean<V: Number>(above: V, a: V, c: V) -> V {
     mean
 }
 
+impl<const D: usize> SymmetricTensor<D, f64> {
+    /// Returns f(A): its eigenvalues, the out-of-plane one too, are mapped, its axes kept.
+    pub fn mapped(&self, map: fn(f64) -> f64) -> Self {
+        let (values, vectors) = diagonalise(self.rows());
+        let values = values.map(map);
+        let inner = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..D).map(|k| vectors[i][k] * values[k] * vectors[j][k]).sum())
+        });
+        Self { inner, out: if D == 2 { map(self.out) } else { 0.0 } }
+    }
+}
+
 impl<const D: usize, V: Number> SymmetricTensor<D, V> {
     /// Creates the right Cauchy–Green tensor C = FᵀF, with the square of the out-of-plane stretch in the plane.
     #[inline(always)]

@@ -245,6 +245,11 @@ pub(super) struct RunInfo {
 }
 
 impl RunInfo {
+    /// Returns the wall time since the start of the run, s.
+    fn wall_seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
     pub(super) fn start(scene: &Scene, interface: DriverInterface, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let threads = if threads == 0 { all() } else { threads };
@@ -273,7 +278,6 @@ impl RunSummary {
     pub(super) fn of(run: &RunInfo, ending: &FinalState, penetration: Option<&PenetrationRecord>) -> Self {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
-        let wall_seconds = run.started.elapsed().as_secs_f64();
         let greatest_cavity = penetration.and_then(|shot| shot.cavity.course.greatest());
         let (doubts, ended_by) = (run.doubts(ending.observation), EndCause::of(ending, run.scene.scene.end_time));
         Self {
@@ -285,13 +289,13 @@ impl RunSummary {
             completed: matches!(ended_by, EndCause::EndTime | EndCause::Exit),
             ended_by,
             end_time: *time,
-            wall_seconds,
+            wall_seconds: run.wall_seconds(),
             threads: run.threads,
             dimension: run.scene.scene.dimension,
             elements: cost.elements,
             nodes: cost.nodes,
             element_updates: cost.element_updates,
-            updates_per_second: cost.element_updates / wall_seconds,
+            updates_per_second: cost.element_updates / run.wall_seconds(),
             synchronous_updates: cost.synchronous_updates,
             smallest_step: cost.smallest_step,
             largest_step: cost.largest_step,

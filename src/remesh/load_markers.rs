@@ -195,4 +195,17 @@ mod tests {
             assert!(new.elements != mesh.elements || size == 0.12, "{size}: nothing was changed");
         }
     }
+
+    #[test]
+    fn the_wall_of_a_cavity_grows_over_facets_that_were_inside_and_adjoin_it() {
+        let chain = |from: u32| [NodeId(from), NodeId(from + 1), NodeId(from + 1)];
+        // A side, a row of three fresh facets, the wall; a fresh facet elsewhere.
+        let facets = [chain(0), chain(1), chain(2), chain(3), chain(4), chain(8)];
+        let inherited = [Some(1), None, None, None, Some(CAVITY_MARK | 2), None];
+        let marks = spread_cavity_mark::<2>(&facets, &inherited);
+        assert_eq!(marks, [1, CAVITY_MARK, CAVITY_MARK, CAVITY_MARK, CAVITY_MARK | 2, 0]);
+        // Loads do not spread.
+        let loaded = inherited.map(|mark| mark.map(|mark| mark & !CAVITY_MARK));
+        assert_eq!(spread_cavity_mark::<2>(&facets, &loaded), [1, 0, 0, 0, 2, 0]);
+    }
 }

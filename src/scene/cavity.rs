@@ -41,7 +41,7 @@ impl CavitySpec {
         let Self::Sealed { pressure } = self else { return None };
         Some(format!(
             "air: {pressure:?} Pa in the sealed cavity behind the projectile, {AMBIENT_PRESSURE:?} Pa on the rest of \
-             the surface; the difference acts on the wall of the cavity and the rear of the projectile"
+             the surface; the difference acts on the wall of the cavity"
         ))
     }
 

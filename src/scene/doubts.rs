@@ -121,14 +121,14 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
 fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) -> Option<String> {
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::TwoNetwork)?;
     shape.volume()?;
-    let ShotRange { speed, calibre: sizes, source } = preset.shots();
+    let ShotRange { speed, calibre: sizes, fitted, .. } = preset.shots();
     let found = relative_speed(scene, body);
     let size = calibre(shape);
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
     (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
         format!(
-            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is calibrated and validated \
-             for {} and {} only ({source})",
+            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is fitted and validated \
+             for {} and {} only (fitted to {fitted})",
             1e3 * size,
             preset.name(),
             range(sizes.map(|size| 1e3 * size), "mm"),
@@ -180,7 +180,7 @@ mod tests {
             ("fbi-bb", "projectile.velocity=[0, 0, 179.8]", "projectile.velocity points away"),
             ("sphere-block", "projectile.velocity=[3, 0, 0.1]", "projectile.velocity points away"),
             ("fbi-bb", "projectile.velocity=[0, 0, -350]", ""),
-            ("fbi-bb", "projectile.velocity=[0, 0, -1100]", "4.37 to 4.8 mm and 165 to 720 m/s only"),
+            ("fbi-bb", "projectile.velocity=[0, 0, -1300]", "4.37 to 5.5 mm and 75 to 1150 m/s only"),
             (
                 "fbi-bb",
                 "projectile.shape={capsule={radius=2.185e-3,length=8e-3}};projectile.position=[0, 0, 0.004]",

@@ -185,8 +185,6 @@ mod tests {
         let note = "gel.material = \"viscoelastic\" is now \"two-network\"; the former name is accepted until the \
                     next release";
         assert_eq!((former_keys(&old), former_keys(text)), (vec![note.to_owned()], vec![]));
-        let named: [Override; 1] = ["gel.material=viscoelastic".parse().expect("it is an override")];
-        assert_eq!(read(&resolve(text, &named).expect("it is TOML")), read(text));
     }
 
     #[test]

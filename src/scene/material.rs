@@ -63,7 +63,7 @@ pub struct BranchSpec {
 pub struct PowerLawSpec {
     /// Equivalent stress at a rate of 1/s, Pa.
     pub stress: f64,
-    /// Exponent of the rate, above 0, to 1.
+    /// Exponent of the rate, 0.01 to 1.
     pub exponent: f64,
 }
 

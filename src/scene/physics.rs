@@ -155,7 +155,7 @@ fn is_fluid(gel: &GelSpec) -> bool {
 }
 
 /// Describes the networks, the equation of state, bulk viscosity and erosion of a two-network gel.
-fn describe_networks(scene: &Scene) -> [Option<&'static str>; 8] {
+fn describe_networks(scene: &Scene) -> [Option<&'static str>; 9] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let has_networks = gel.material == MaterialModel::TwoNetwork;
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
@@ -163,6 +163,9 @@ fn describe_networks(scene: &Scene) -> [Option<&'static str>; 8] {
     [
         (has_networks && gel.shear_modulus > 0.0).then_some("elastic network: neo-Hookean, closes what a shot opens"),
         gel.damage.is_some().then_some("damage: of the elastic network, by stretch and with a delay"),
+        (has_networks && !is_fluid(gel)).then_some(
+            "well-posed: flow does not depend on pressure, damage has a delay, branches remain where the network fails",
+        ),
         gel.branches.iter().any(|branch| branch.power_law.is_some()).then_some(
             "viscous branches: springs in series with power-law dashpots, without a yield stress and independent of pressure",
         ),

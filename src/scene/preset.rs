@@ -37,8 +37,10 @@ pub struct ShotRange {
     pub speed: [f64; 2],
     /// Least and greatest width of the projectile, m.
     pub calibre: [f64; 2],
-    /// Source of the shots: the tags are those of `docs/materials.md`.
-    pub source: &'static str,
+    /// Data that the values were fitted to: the tags are those of `docs/materials.md`.
+    pub fitted: &'static str,
+    /// Shots that nothing was fitted to, with their result.
+    pub validated: &'static str,
 }
 
 /// Material models that use a value of a preset.
@@ -90,13 +92,17 @@ impl Preset {
         let calibre = [4.37e-3; 2];
         match self {
             Self::Gelatin10 => ShotRange {
-                speed: [165.0, 720.0],
-                calibre: [4.37e-3, 4.8e-3],
-                source: "a steel BB at 165 to 195 m/s [R1, D], and a steel sphere of 4.8 mm at 720 m/s, see sphere-720",
+                speed: [75.0, 1150.0],
+                calibre: [4.37e-3, 5.5e-3],
+                fitted: "85 mm of a steel BB of 179.8 m/s [R1], within the slope of 165 to 195 m/s [D] and the cavity of 4.8 mm at 720 m/s [R12]",
+                validated: "depths of the BB at 75 to 210 m/s, of 4.8 mm at 650 to 1150 m/s and of 5.5 mm at 122 to 526 m/s, within the brackets of penetration laws [D]",
             },
-            Self::Gelatin20 => ShotRange { speed: [180.0; 2], calibre, source: "a BB of 180 m/s at 10 °C [R2]" },
+            Self::Gelatin20 => {
+                ShotRange { speed: [180.0; 2], calibre, fitted: "a BB of 180 m/s at 10 °C [R2]", validated: NOTHING }
+            }
             Self::SyntheticClear => {
-                ShotRange { speed: [179.8; 2], calibre, source: "a predicted depth of a BB of 179.8 m/s [R4]" }
+                let fitted = "a predicted depth of a BB of 179.8 m/s [R4]";
+                ShotRange { speed: [179.8; 2], calibre, fitted, validated: NOTHING }
             }
         }
     }
@@ -111,6 +117,8 @@ impl Preset {
         }
     }
 }
+
+const NOTHING: &str = "nothing";
 
 const fn fact(key: &'static str, value: &'static str, of: ApplicableModels, source: &'static str) -> PresetValue {
     PresetValue { key, value, of, source }
@@ -127,14 +135,14 @@ const ELASTIC: PresetValue = fact(
     "gel.shear_modulus",
     "0.08e6",
     ApplicableModels::TwoNetwork,
-    "elastic network: fitted to the temporary cavity of a steel sphere of 720 m/s, 58 ± 8 mm [R12, D], in sphere-720",
+    "elastic network: within 50 to 66 mm of temporary cavity of a steel sphere of 720 m/s [R12, D], in sphere-720",
 );
 const BRANCH: PresetValue = fact(
     "gel.branches",
     "[{ shear_modulus = 4.8e6, power_law = { stress = 600.0, exponent = 0.80 } }]",
     ApplicableModels::TwoNetwork,
-    "stress and exponent: fitted to 85 mm of a BB of 179.8 m/s [R1] and to how its depth grows from 165 to 195 m/s, \
-     0.46 to 0.56 mm per m/s [D], in fbi-bb; modulus: assumed, no data read",
+    "stress: fitted to 85 mm of rest depth of a BB of 179.8 m/s [R1], in fbi-bb in cells of R/16; exponent: within 0.46 to 0.56 mm per m/s \
+     [D] from 165 to 195 m/s; modulus: assumed, no data read",
 );
 const STRETCH: PresetValue = fact(
     "gel.damage.critical_stretch",
@@ -206,7 +214,7 @@ const GELATIN_20: [PresetValue; 14] = [
     BRANCH,
     fact(
         "gel.strength_scale",
-        "2.08",
+        "1.87",
         ApplicableModels::TwoNetwork,
         "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
     ),
@@ -238,7 +246,7 @@ const SYNTHETIC_CLEAR: [PresetValue; 14] = [
     BRANCH,
     fact(
         "gel.strength_scale",
-        "2.92",
+        "2.5",
         ApplicableModels::TwoNetwork,
         "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
     ),

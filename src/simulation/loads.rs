@@ -110,7 +110,7 @@ pub(super) fn pressures(scene: &Scene) -> Vec<PressureHistory> {
     scene.load.iter().map(|load| PressureHistory::new(load.history()).below(load.depth)).collect()
 }
 
-/// Length of the ramps of the air at both ends of the cavity, relative to the radius of the greatest ball inside the
+/// Ramp length of the air in a cavity, relative to the radius of the greatest ball inside the
 /// projectile.
 const AIR_RAMP: f64 = 0.5;
 

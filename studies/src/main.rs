@@ -2,7 +2,6 @@
 
 mod backface_dent;
 mod ball_bounce;
-mod bb_limit;
 mod behind_plate;
 mod bounce_visco;
 mod bullet_yaw;
@@ -14,9 +13,7 @@ mod deepest;
 mod extremes;
 mod fast_ball;
 mod fbi_bb;
-mod fbi_bb_3d;
 mod gain;
-mod gel;
 mod hydro_drag;
 mod impacts;
 mod l_beam;
@@ -40,7 +37,6 @@ mod table;
 type Study = (&'static str, &'static str, fn());
 
 const STUDIES: [Study; 24] = [
-    ("gel", "the two-network gel: refinement, fit, validation, forces, sensitivities, air, space", gel::study),
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -75,20 +71,17 @@ const STUDIES: [Study; 24] = [
     ("thousand", "ball-square with a thousand exchanges of its mesh in a row, by both methods", thousand::study),
     (
         "fbi-bb",
-        "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
+        "the calibration shot by mesh and rule of transfer; fit, validation and forces of the gel",
         fbi_bb::study,
     ),
-    (
-        "bb-limit",
-        "depth and forces of fbi-bb on finer and finer meshes, by damage and rule of transfer",
-        bb_limit::study,
-    ),
+    ("fbi-bb-numbers", "rest depth of fbi-bb by the logarithm of each number of the gel", fbi_bb::sensitivities),
+    ("fbi-bb-3d", "the calibration shot in space, and about the axis with the same cells", fbi_bb::space),
+    ("sphere-720", "4.8 mm at 720 m/s with a vented and a sealed cavity", fbi_bb::air),
     (
         "behind-plate",
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",
         behind_plate::study,
     ),
-    ("fbi-bb-3d", "the calibration shot in space, a quarter of the block", fbi_bb_3d::study),
     (
         "bullet-yaw",
         "a rigid bullet by the yaw with which it comes: yaw by depth, neck, law of the cosh",

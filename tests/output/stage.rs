@@ -13,7 +13,8 @@ const CELLS: u32 = 12;
 const DEPTH: f64 = 0.014;
 const SPEED: f64 = 5.0;
 
-/// A ball above a gel of 0.1 m edge and 0.05 m height.
+/// A ball of 10 mm above a gel of 0.1 m edge and 0.05 m height.
+#[allow(dead_code, reason = "not every test that uses this file needs it")]
 pub fn scene(dimension: &str) -> Scene {
     scene_of_ball(dimension, 0.01)
 }

@@ -38,6 +38,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         "memory_to_build": memory.building,
         "memory_to_remesh": memory.remeshing,
         "preset": scene.gel.preset.map(Preset::name),
+        "fitted_to": scene.gel.preset.map(|preset| preset.shots().fitted),
+        "validated_on": scene.gel.preset.map(|preset| preset.shots().validated),
         "from_preset": preset_facts.iter().map(|fact| fact_json(fact)).collect::<Vec<_>>(),
         "fidelity": scene.fidelity,
         "doubts": doubts,
@@ -105,6 +107,11 @@ fn preset_section(preset: Option<Preset>, preset_facts: &[&PresetValue], console
     let Some(preset) = preset else { return String::new() };
     let lines: Vec<String> =
         preset_facts.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();
+    let shots = preset.shots();
+    let lines: Vec<String> = lines
+        .into_iter()
+        .chain([format!("fitted to: {}", shots.fitted), format!("validated on: {}", shots.validated)])
+        .collect();
     format!("{}\n{}\n\n", console.heading(&format!("from the preset {}", preset.name())), bullet_list(&lines))
 }
 

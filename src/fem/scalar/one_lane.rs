@@ -17,22 +17,28 @@ struct LoneElement<const D: usize, R> {
     rest: R,
 }
 
+/// Time and history of a patch at its evaluation.
+pub(crate) struct PatchUpdate<'a, const D: usize> {
+    /// Time since the last tick, s; a time above 0 updates the history variables.
+    pub elapsed: f64,
+    /// History variables of the elements of the patch, element by element.
+    pub memory: &'a mut [HistoryVariables<D>],
+    /// Viscous part of U′ of each element at the same tick, Pa.
+    pub viscous: &'a [f64; DEPTH],
+}
+
 impl<const D: usize> Simplices<D> {
-    /// Evaluates a patch `elapsed` s after its last tick: its energy, J, its dissipation, and the responses.
-    ///
-    /// `memory` holds the history variables of the elements of the patch, element by element; a step above 0 s updates
-    /// them. At step 0 the viscous part of U′ of each element is `viscous`, Pa.
+    /// Evaluates a patch: its energy, J, its dissipation, and the responses.
     #[inline(always)]
     pub(crate) fn evaluate_patch<G: ElementLaw<D>>(
         &self,
         gel: &G,
         ids: &[ElementId],
         x: &[Vector<D>],
-        elapsed: f64,
-        memory: &mut [HistoryVariables<D>],
-        viscous: &[f64; DEPTH],
+        update: PatchUpdate<'_, D>,
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
+        let PatchUpdate { elapsed, memory, viscous } = update;
         let mut strains = [ElementDeformation::at_rest(0.0); DEPTH];
         let mut slopes = [VolumetricSlopes { slope: 0.0, curvature: 0.0 }; DEPTH];
         let mut volumes = [0.0; DEPTH];

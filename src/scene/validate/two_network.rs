@@ -4,6 +4,9 @@ use super::domain::{CheckResult, positive, require, within};
 use crate::constitutive::TwoNetwork;
 use crate::scene::{BranchSpec, GelSpec, PowerLawSpec};
 
+/// Least exponent of a power law: with less the rate of a stress overflows.
+const LEAST_EXPONENT: f64 = 0.01;
+
 /// Checks a two-network gel; it may be a fluid, without moduli.
 pub(super) fn check(gel: &GelSpec) -> CheckResult {
     let is_modulus = gel.shear_modulus >= 0.0 && gel.shear_modulus.is_finite();
@@ -55,8 +58,8 @@ fn check_branch(branch: &BranchSpec) -> CheckResult {
         (Some(time), None) => return positive("gel.branches.time", time, "a positive relaxation time, s"),
         (None, Some(PowerLawSpec { stress, exponent })) => {
             positive("gel.branches.power_law.stress", stress, "a positive stress at a rate of 1/s, Pa")?;
-            let is_good = exponent > 0.0 && exponent <= 1.0;
-            let (key, expected) = ("gel.branches.power_law.exponent", "a number above 0, to 1 (a linear dashpot)");
+            let is_good = (LEAST_EXPONENT..=1.0).contains(&exponent);
+            let (key, expected) = ("gel.branches.power_law.exponent", "a number from 0.01 to 1 (a linear dashpot)");
             return require(is_good, key, || format!("{exponent:?}"), expected);
         }
         (Some(_), Some(_)) => "both time and power_law",

@@ -8,7 +8,7 @@ use ballistic_gel::simulation::{CouplingMode, RestDetector, Simulation};
 use std::ops::ControlFlow;
 
 /// Greatest end time of a run to rest, in end times of the scene: a gel springs back long after the greatest depth.
-pub const END_TIME_FACTOR: f64 = 8.0;
+pub const END_TIME_FACTOR: f64 = 4.0;
 /// Interval between two measurements of the cavity, s: the greatest diameter lasts for some tenths of a millisecond.
 const CAVITY_INTERVAL: f64 = 20e-6;
 /// Fraction of a communication step below which a difference of times is round-off.

@@ -62,7 +62,9 @@ fn write_value(gel: &mut GelSpec, given: GelValue) {
 /// Returns the overrides that give the gel of a scene these values.
 pub fn gel_overrides(gel: &GelSpec, values: &[GelValue]) -> Vec<Override> {
     let mut changed = gel.clone();
-    values.iter().for_each(|value| write_value(&mut changed, *value));
+    for value in values {
+        write_value(&mut changed, *value);
+    }
     let damage = changed
         .damage
         .filter(|_| changed.damage != gel.damage)
@@ -79,7 +81,9 @@ pub fn gel_overrides(gel: &GelSpec, values: &[GelValue]) -> Vec<Override> {
 /// Returns the lines of a scene with the elastic modulus and the branches of a gel with these values.
 pub fn scene_lines(gel: &GelSpec, values: &[GelValue]) -> String {
     let mut fitted = gel.clone();
-    values.iter().for_each(|value| write_value(&mut fitted, *value));
+    for value in values {
+        write_value(&mut fitted, *value);
+    }
     format!("[gel]\nshear_modulus = {:?}\nbranches = {}", fitted.shear_modulus, branches_text(&fitted.branches))
 }
 
