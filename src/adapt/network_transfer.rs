@@ -106,8 +106,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let reference = self.past.kept_reference(same).scaled(part);
         records.copy_from_slice(self.records(same.element));
         if let Some(at) = self.deformation(&reference, now) {
-            let networks = self.networks(&at, records);
-            self.note_tick(&at, networks.as_ref(), records);
+            let tensors = self.spatial_tensors(&at, records);
+            self.note_tick(&at, &tensors, records);
         }
         reference
     }
@@ -189,15 +189,28 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         records: &[HistoryVariables<D>],
     ) -> Option<[LeftCauchyGreen<D>; MOST_NETWORKS]> {
         let mut networks = [LeftCauchyGreen::undistorted(); MOST_NETWORKS];
-        let own = records.iter().take(1).chain(&records[self.gel.first_branch()..]);
-        for (k, (network, record)) in networks.iter_mut().zip(own).enumerate() {
-            // A network that stores nothing has a free rest state.
-            if k > 0 || self.gel.shear_modulus() > 0.0 && 1.0 - record.damage >= NEGLIGIBLE {
-                let own = symmetric(record);
-                *network = LeftCauchyGreen::of(&at.elastic(&at.times_inverse_shape(&own), own.out))?;
-            }
+        let tensors = self.spatial_tensors(at, records);
+        for (network, tensor) in networks.iter_mut().zip(&tensors).take(1 + self.gel.branches().len()) {
+            *network = LeftCauchyGreen::of(tensor)?;
         }
         Some(networks)
+    }
+
+    /// Returns J^(−2/3) F C Fᵀ of all networks; 1 of one that stores nothing, whose rest state is free.
+    fn spatial_tensors(
+        &self,
+        at: &IsochoricDeformation<D, f64>,
+        records: &[HistoryVariables<D>],
+    ) -> [SymmetricTensor<D, f64>; MOST_NETWORKS] {
+        let mut tensors = [LeftCauchyGreen::undistorted().tensor; MOST_NETWORKS];
+        let own = records.iter().take(1).chain(&records[self.gel.first_branch()..]);
+        for (k, (tensor, record)) in tensors.iter_mut().zip(own).enumerate() {
+            if k > 0 || self.gel.shear_modulus() > 0.0 && 1.0 - record.damage >= NEGLIGIBLE {
+                let own = symmetric(record);
+                *tensor = at.elastic(&at.times_inverse_shape(&own), own.out);
+            }
+        }
+        tensors
     }
 
     /// Gives an element the present shape, scaled to the measure `rest`, as its reference, with these b̄.
@@ -210,13 +223,13 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     ) -> ReferenceShape<D> {
         let reference = now.scaled(rest / now.size(self.is_ring()));
         let Some(at) = self.deformation(&reference, now) else { return reference };
-        let tensors = state.networks.iter().map(|network| at.pull_back(&network.tensor));
+        let tensors = state.networks.map(|network| network.tensor);
         let first = self.gel.first_branch();
-        for (k, tensor) in tensors.enumerate().take(1 + self.gel.branches().len()) {
-            store(&mut records[if k == 0 { 0 } else { first + k - 1 }], &tensor);
+        for (k, tensor) in tensors.iter().enumerate().take(1 + self.gel.branches().len()) {
+            store(&mut records[if k == 0 { 0 } else { first + k - 1 }], &at.pull_back(tensor));
         }
         records[0].damage = state.damage;
-        self.note_tick(&at, Some(&state.networks), records);
+        self.note_tick(&at, &tensors, records);
         reference
     }
 
@@ -224,7 +237,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     fn note_tick(
         &self,
         at: &IsochoricDeformation<D, f64>,
-        networks: Option<&[LeftCauchyGreen<D>; MOST_NETWORKS]>,
+        tensors: &[SymmetricTensor<D, f64>; MOST_NETWORKS],
         records: &mut [HistoryVariables<D>],
     ) {
         records[0].jacobian = if D == 2 { at.det_f * at.out } else { at.det_f };
@@ -233,10 +246,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
             store(&mut records[1], &IsochoricShape::now(at).inverse);
         }
         for (k, branch) in self.gel.branches().iter().enumerate() {
-            if let Some(networks) = networks {
-                let deviator = networks[k + 1].tensor.deviator();
-                records[first + k].stress = branch.shear_modulus() * (1.5 * deviator.dot(&deviator)).sqrt();
-            }
+            let deviator = tensors[k + 1].deviator();
+            records[first + k].stress = branch.shear_modulus() * (1.5 * deviator.dot(&deviator)).sqrt();
         }
     }
 
