@@ -26,7 +26,8 @@ pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
 /// loads.
 ///
 /// A facet inherits the marker of the old facet nearest to its centroid at rest, among those that contain its nodes and
-/// face the same way. A facet without any, inside before, belongs to the wall of the cavity if it adjoins it.
+/// face the same way. Facets of a plane of symmetry or of an axis hand theirs on to facets that lie in it alone. A facet
+/// that inherits none, inside before, belongs to the wall of the cavity if it adjoins it.
 #[must_use]
 pub fn facet_load_markers<const D: usize>(
     old: &Mesh<D>,
@@ -46,10 +47,18 @@ pub fn facet_load_markers<const D: usize>(
             (face.normal().dot(&own.normal()) <= 0.0, apart, old_facet)
         };
         let candidates = facet[..D].iter().flat_map(|node| lies_on::<D>(&origin[node.index()], (old, &around)));
+        let is_off = |axis: &usize| facet[..D].iter().any(|node| rest[node.index()][*axis] != 0.0);
+        let off_planes: Vec<usize> = (0..D - 1).filter(is_off).collect();
+        let is_in_other_plane =
+            |old_facet: &ElementId| off_planes.iter().any(|axis| is_in_mirror(old, *old_facet, *axis));
         let before = |a: &(bool, f64, ElementId), b: &(bool, f64, ElementId)| {
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
         };
-        candidates.map(distance).min_by(before).map(|(.., nearest)| old.marks[nearest.index()])
+        candidates
+            .filter(|old_facet| !is_in_other_plane(old_facet))
+            .map(distance)
+            .min_by(before)
+            .map(|(.., nearest)| old.marks[nearest.index()])
     };
     spread_cavity_mark::<D>(facets, &facets.iter().map(mark).collect::<Vec<_>>())
 }
@@ -78,6 +87,12 @@ pub fn spread_cavity_mark<const D: usize>(facets: &[Facet], inherited: &[Option<
         }
         fresh = apart;
     }
+}
+
+/// Returns true if a facet lies at rest in the plane through the origin normal to an axis, and is held there.
+fn is_in_mirror<const D: usize>(mesh: &Mesh<D>, facet: ElementId, axis: usize) -> bool {
+    let is_there = |node: &NodeId| mesh.held[node.index()][axis] && mesh.rest[node.index()][axis] == 0.0;
+    mesh.facets[facet.index()][..D].iter().all(is_there)
 }
 
 /// Old facets that contain a new node.
