@@ -157,7 +157,7 @@ fn meshes() -> Shot {
                 shot.cells(),
                 1e3 * shot.widest([0.0, BB_END], here)[0],
                 1e3 * shot.widest([1.95e-3, 2.05e-3], here)[0],
-                1e-6 * shot.summary.element_updates as f64
+                1e-6 * shot.summary.element_updates
             );
             if (rule, *cells) == ("stored-energy", "R/16") {
                 fitted = Some(shot);
@@ -254,6 +254,9 @@ fn forces(shot: &Shot) {
     }
 }
 
+/// Change of a number of the gel by a factor: its key and value; the function writes a branch of a modulus, stress and exponent.
+type Change = fn(f64, &dyn Fn(f64, f64, f64) -> String) -> (&'static str, String);
+
 /// Rest depth by the logarithm of each number that is not fitted, and of those that are.
 pub fn sensitivities() {
     println!("\nRest depth of the BB, cells of R/8, by the logarithm of each number (±20 %)\n");
@@ -262,7 +265,6 @@ pub fn sensitivities() {
     let branch = |modulus: f64, stress: f64, exponent: f64| {
         format!("[{{ shear_modulus = {modulus}, power_law = {{ stress = {stress}, exponent = {exponent} }} }}]")
     };
-    type Change = fn(f64, &dyn Fn(f64, f64, f64) -> String) -> (&'static str, String);
     let all: [(&str, Change); 5] = [
         ("modulus of the branch", |part, branch| ("gel.branches", branch(4.8e6 * part, 600.0, 0.8))),
         ("critical stretch", |part, _| ("gel.damage.critical_stretch", (3.0 * part).to_string())),
