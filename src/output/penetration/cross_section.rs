@@ -67,17 +67,21 @@ fn closed_loops(segments: &[SectionSegment]) -> Vec<Vec<Vector2<f64>>> {
     loops
 }
 
-/// Returns the area within a loop, m²: positive around gel, negative around a void.
-fn signed_area(points: &[Vector2<f64>]) -> f64 {
+/// Returns the area within a loop, m², positive if it runs counter-clockwise: around gel, and not around a void.
+pub(super) fn signed_area(points: &[Vector2<f64>]) -> f64 {
     let ends = points.iter().zip(points.iter().cycle().skip(1));
     0.5 * ends.map(|(a, b)| a.perp(b)).sum::<f64>()
 }
 
 /// Returns true if a point lies within a loop: a ray towards +x then crosses the loop an odd number of times.
 fn encloses(points: &[Vector2<f64>], point: &Vector2<f64>) -> bool {
-    let ends = points.iter().zip(points.iter().cycle().skip(1)).map(|(a, b)| (a - point, b - point));
-    let crossings = ends.filter(|(a, b)| (a.y > 0.0) != (b.y > 0.0) && a.x - a.y * (b.x - a.x) / (b.y - a.y) > 0.0);
-    crossings.count() % 2 == 1
+    let ends = points.iter().zip(points.iter().cycle().skip(1));
+    ends.filter(|(a, b)| crosses_ray(&[*a - point, *b - point])).count() % 2 == 1
+}
+
+/// Returns true if a segment crosses the ray from the origin towards +x.
+pub(super) fn crosses_ray([a, b]: &SectionSegment) -> bool {
+    (a.y > 0.0) != (b.y > 0.0) && a.x - a.y * (b.x - a.x) / (b.y - a.y) > 0.0
 }
 
 #[cfg(test)]

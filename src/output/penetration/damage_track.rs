@@ -1,5 +1,6 @@
 //! Permanent track of a shot: damaged gel by depth.
 
+use super::cross_section::signed_area;
 use super::shot_line::{ShotLine, depths_per_metre};
 use crate::math::Vector3;
 use crate::output::files::format_cell;
@@ -105,10 +106,7 @@ fn section_measure(dimension: Dimension, corners: &[Vector3], z: f64) -> f64 {
     match (dimension, &points[..]) {
         (Dimension::Planar, [a, b]) => (b.x - a.x).abs(),
         (Dimension::Axisymmetric, [a, b]) => PI * (b.x * b.x - a.x * a.x).abs(),
-        (Dimension::Spatial, points) => {
-            let ends = points.iter().zip(points.iter().cycle().skip(1));
-            0.5 * ends.map(|(a, b)| a.xy().perp(&b.xy())).sum::<f64>().abs()
-        }
+        (Dimension::Spatial, points) => signed_area(&points.iter().map(Vector3::xy).collect::<Vec<_>>()).abs(),
         _ => 0.0,
     }
 }

@@ -1,6 +1,6 @@
 //! Radius of the void in the gel around a vertical line, depth by depth.
 
-use super::cross_section::{SectionSegment, void_area};
+use super::cross_section::{SectionSegment, crosses_ray, void_area};
 use crate::math::Vector3;
 use crate::scene::{Dimension, GelSymmetry};
 use crate::simulation::MeshFrame;
@@ -117,11 +117,8 @@ fn intersect_edge(upper: &Vector3, lower: &Vector3, z: f64) -> Vector2<f64> {
 
 /// Returns true if the line is inside the gel: a ray towards +x then crosses the surface an odd number of times.
 fn is_line_in_gel(pieces: &[SurfacePiece]) -> bool {
-    let is_crossed = |SurfacePiece { ends: [a, b], .. }: &&SurfacePiece| {
-        if a == b {
-            return a.x > 0.0;
-        }
-        (a.y > 0.0) != (b.y > 0.0) && a.x - a.y * (b.x - a.x) / (b.y - a.y) > 0.0
+    let is_crossed = |SurfacePiece { ends, .. }: &&SurfacePiece| {
+        if ends[0] == ends[1] { ends[0].x > 0.0 } else { crosses_ray(ends) }
     };
     pieces.iter().filter(is_crossed).count() % 2 == 1
 }
