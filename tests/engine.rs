@@ -28,7 +28,7 @@ struct Case {
     gel: Made,
 }
 
-/// What its elements remember: nothing, damage and the flow of a power law, or the flow of linear branches.
+/// History of its elements: nothing, damage and the flow of a power law, or the flow of linear branches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Made {
     Elastic,

@@ -52,7 +52,7 @@ fn inherited_shapes<const D: usize>(
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
         let [told, now] = [new.rest, new.position].map(|x| ReferenceShape::of(x, nodes));
-        let mean = StateAverage::of(past, position, &strains, sources, rests[element.index()]);
+        let mean = StateAverage::of(past, &strains, sources, rests[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }

@@ -275,3 +275,79 @@ fn store<const D: usize>(record: &mut HistoryVariables<D>, tensor: &SymmetricTen
     record.inverse = Tensor::<D>::from_fn(|i, j| tensor.of(i, j));
     record.out = if D == 2 { tensor.out } else { 1.0 };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adapt::history::tests::{gel, instance};
+    use crate::constitutive::Material;
+    use crate::fem::Simplices;
+    use crate::mesh::{BlockSpec, CellSplit, block};
+    use crate::state::MeshInstance;
+
+    /// Records of an element of `gel()`: a network stretched along x, a branch along y, and damage.
+    fn records(e: usize) -> [HistoryVariables<2>; 2] {
+        let stretch = |along: usize, part: f64| {
+            let inverse = Tensor::<2>::from_fn(|i, j| match (i, j) {
+                (0, 0) | (1, 1) => {
+                    if i == along {
+                        part
+                    } else {
+                        1.0
+                    }
+                }
+                _ => 0.2,
+            });
+            let out = 1.0 / det(&inverse);
+            HistoryVariables { inverse, out, ..HistoryVariables::default() }
+        };
+        let part = 1.5 + 0.2 * e as f64;
+        [HistoryVariables { damage: 0.1 * e as f64, ..stretch(0, part) }, stretch(1, part)]
+    }
+
+    fn states(
+        potential: &Simplices<2>,
+        birth: &MeshInstance<2>,
+        memory: &[HistoryVariables<2>],
+    ) -> Vec<SpatialState<2>> {
+        let (gel, x) = (gel(), &birth.position);
+        let past = &SourceMesh::new(potential, birth, memory, x);
+        let transfer = NetworkTransfer { gel: &gel, past, x, rule: ElasticAverage::default(), known: BTreeMap::new() };
+        (0..4).map(|e| transfer.find_state(ElementId(e)).expect("it is upright")).collect()
+    }
+
+    #[test]
+    fn elements_of_another_reference_keep_their_spatial_tensors_and_damage() {
+        for section in [Section::Planar { thickness: 1.0 }, Section::Axisymmetric] {
+            let planes = [vec![1.0, 2.0], vec![1.0, 2.0]];
+            let mesh = block::<2>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
+            let wave = |x: &Vector<2>| Vector::<2>::new(0.1 * x[0] * x[1], 0.2 * x[0]);
+            let position: Vec<_> = mesh.rest.iter().map(|x| x + wave(x)).collect();
+            let old = Simplices::in_patches(&mesh, ElementPatches::grouped(&mesh), (Material::from(gel()), section));
+            let memory: Vec<_> = (0..4).flat_map(records).collect();
+            let birth = instance(mesh.clone(), &position, 1.0);
+            let before = states(&old, &birth, &memory);
+            // Two elements stay in other patches, two are made anew, each of one old element.
+            let same = [Some(0), Some(1), None, None].map(|e| e.map(|e| UnchangedElement::in_order(ElementId(e))));
+            let whole = |e: u32| OverlapSource { new: ElementId(e), old: ElementId(e), mass: 1.0, part: 1.0 };
+            let past = SourceMesh::new(&old, &birth, &memory, &position);
+            assert!(past.shares.iter().all(|share| (share - 1.0).abs() > 1e-6));
+            let (rest, elements, rule) = (&mesh.rest, &mesh.elements, ElasticAverage::default());
+            let new =
+                TargetMesh { position: &position, rest, elements, same: &same, sources: &[whole(2), whole(3)], rule };
+            let alone = ElementPatches::alone(4);
+            let NetworkHistory { references, memory } =
+                inherit_networks(&gel(), &past, &position, &new, &alone).expect("all rest shapes are valid");
+            let made =
+                Simplices::in_patches(&mesh, alone, (Material::from(gel()), section)).with_references(&references);
+            assert_eq!(references.len(), 4);
+            for (found, before) in states(&made, &birth, &memory).iter().zip(&before) {
+                assert!((found.damage - before.damage).abs() < 1e-15);
+                for (found, before) in found.networks.iter().zip(&before.networks) {
+                    let off = found.tensor.combined(1.0, &before.tensor, -1.0);
+                    assert!(off.dot(&off) < 1e-20 * before.tensor.dot(&before.tensor), "{section:?}");
+                }
+            }
+        }
+    }
+}

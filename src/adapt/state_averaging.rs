@@ -74,7 +74,6 @@ impl<const D: usize> ElementStrain<D> {
 }
 
 /// Strains and distortions of source elements, computed once: most have several targets.
-#[derive(Default)]
 pub(super) struct SourceStrains<const D: usize> {
     /// Index of each old element among these, if it is a source.
     place: Vec<Option<u32>>,
@@ -88,39 +87,27 @@ impl<const D: usize> SourceStrains<D> {
         for old in sources.iter().map(|source| source.old) {
             if strains.place[old.index()].is_none() {
                 strains.place[old.index()] = Some(strains.all.len() as u32);
-                strains.all.push(Self::found(past, x, old));
+                let strain = ElementStrain::of(past, x, old);
+                strains.all.push((strain, strain.distortion()));
             }
         }
         strains
     }
 
-    /// Strain and distortion of an old element.
-    fn found(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
-        let strain = ElementStrain::of(past, x, element);
-        (strain, strain.distortion())
-    }
-
-    /// Strain of an old element.
-    fn at(&self, past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
-        let place = self.place.get(element.index()).copied().flatten();
-        place.map_or_else(|| Self::found(past, x, element), |place| self.all[place as usize])
+    /// Strain and distortion of a source.
+    fn at(&self, element: ElementId) -> (ElementStrain<D>, f64) {
+        self.all[self.place[element.index()].expect("it is a source") as usize]
     }
 }
 
 impl<const D: usize> StateAverage<D> {
     /// Average of parts of old elements, with this measure at rest.
-    pub fn of(
-        past: &SourceMesh<'_, D>,
-        x: &[Vector<D>],
-        strains: &SourceStrains<D>,
-        sources: &[OverlapSource],
-        rest: f64,
-    ) -> Self {
+    pub fn of(past: &SourceMesh<'_, D>, strains: &SourceStrains<D>, sources: &[OverlapSource], rest: f64) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut mass) = (ElementStrain::zero(), 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
-            let (own, own_distortion) = strains.at(past, x, source.old);
+            let (own, own_distortion) = strains.at(source.old);
             // Sources created outside the gel have no mass: their average is by volume.
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
             strain = strain.plus(&own, weight);
@@ -249,7 +236,7 @@ mod tests {
             let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
             let [less, most] = [all[1].1, all[0].1];
             let strains = SourceStrains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
-            let mean = StateAverage::of(&past, &position, &strains, &sources, 0.25);
+            let mean = StateAverage::of(&past, &strains, &sources, 0.25);
             let now = ReferenceShape { edges: turn * there.edges, ..there };
             let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
             assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");

@@ -169,7 +169,7 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
             (released, rows) = (after.1, others);
         }
         let before = zero.load(&numbers[0].0);
-        let lost = sum.add_branches(self.branches(), &kinematics, before, elapsed, rows);
+        let lost = sum.add_branches(self, &kinematics, before, elapsed, rows);
         let (rate, viscous) =
             self.bulk_viscous(&kinematics, s.jacobian() - before, elapsed, zero.load(&numbers[VISCOUS].0));
         numbers[VISCOUS].0 = viscous.store();
@@ -300,26 +300,25 @@ impl<const D: usize, V: Number> NetworkForces<D, V> {
     #[inline(always)]
     fn add_branches(
         &mut self,
-        branches: &[Branch],
+        gel: &TwoNetwork,
         kinematics: &NetworkKinematics<D, V>,
         jacobian: V,
         elapsed: f64,
         mut rows: &mut [HistoryLanes<V::Lanes>],
     ) -> V {
         let (at, mut lost) = (&kinematics.at, jacobian.constant(0.0));
-        if branches.is_empty() {
+        if gel.branches().is_empty() {
             return lost;
         }
         let now = IsochoricShape::now(at);
-        let is_linear = branches.iter().any(|branch| branch.numbers() == 0);
         let mut before = now;
-        if is_linear {
+        if gel.is_linear() {
             let (last, others) = rows.split_at_mut(shape_rows::<D>());
             before = IsochoricShape::before(load_tensor(lost, last), jacobian);
             store_tensor(&now.inverse.where_positive(now.above_floor, &before.inverse), last);
             rows = others;
         }
-        for branch in branches {
+        for branch in gel.branches() {
             let (own_rows, others) = rows.split_at_mut(shape_rows::<D>() + branch.numbers());
             let mut own = load_tensor(lost, own_rows);
             let modulus = branch.shear_modulus();
