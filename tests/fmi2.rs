@@ -4,6 +4,8 @@
 
 #[path = "fmi2/bodies.rs"]
 mod bodies;
+#[path = "fmi2/cavity.rs"]
+mod cavity;
 #[path = "fmi2/coupling.rs"]
 mod coupling;
 #[cfg(target_arch = "x86_64")]

@@ -5,6 +5,7 @@ use super::call::CallError;
 use super::memory::{RoomError, reserve_for_building};
 use super::parameters::ResolvedScene;
 use super::scalar::{ScalarValues, ScalarVariable, VariablePorts, input_start_values, table_of};
+use crate::output::{CavityCoursePoint, CavityGauge};
 use crate::scene::Scene;
 use crate::simulation::{
     BalanceReport, ContactReport, CostReport, ExitReport, Observation, RestoreError, SavedSimulation, SensorReport,
@@ -25,6 +26,8 @@ pub(super) struct BuiltModel {
     pub starts: ScalarValues,
     /// Simulation.
     pub simulation: Simulation,
+    /// Gauge of the cavity along the shot line of the scene; `None` for a scene without a shot along −z.
+    gauge: Option<CavityGauge>,
     /// Reports cached since the last step.
     pub reports: ReportCache,
 }
@@ -44,7 +47,8 @@ impl BuiltModel {
         };
         let table = table_of(&scene);
         let starts = input_start_values(VariablePorts::of(&scene), &table);
-        Ok(Self { origin, text, scene, table, starts, simulation, reports: ReportCache::default() })
+        let gauge = CavityGauge::new(&scene, &simulation.frame());
+        Ok(Self { origin, text, scene, table, starts, simulation, gauge, reports: ReportCache::default() })
     }
 
     /// Refuses a scalar of a missing body or sensor.
@@ -96,6 +100,14 @@ impl BuiltModel {
         self.simulation.exit(body).unwrap_or_default()
     }
 
+    /// Returns the widest point of the cavity behind the projectile; all 0 without a cavity.
+    pub(super) fn cavity(&mut self) -> CavityCoursePoint {
+        let deepest = self.contact(0).peak_depth.0;
+        let Self { scene, simulation, gauge, reports, .. } = self;
+        let widest = || gauge.as_ref()?.widest(scene, deepest, || simulation.frame());
+        *reports.cavity.get_or_insert_with(|| widest().unwrap_or_default())
+    }
+
     /// Returns the report of an existing sensor.
     pub(super) fn sensor(&mut self, sensor: usize) -> &SensorReport {
         &self.reports.sensors.get_or_insert_with(|| self.simulation.sensors())[sensor]
@@ -116,13 +128,14 @@ pub(super) struct ReportCache {
     cost: Option<CostReport>,
     /// Contact reports by body, as far as computed.
     contacts: Vec<Option<ContactReport>>,
+    cavity: Option<CavityCoursePoint>,
     sensors: Option<Vec<SensorReport>>,
 }
 
 impl ReportCache {
     /// Drops all cached reports; called after every step.
     pub(super) fn invalidate(&mut self) {
-        (self.books, self.cost, self.sensors) = (None, None, None);
+        (self.books, self.cost, self.cavity, self.sensors) = (None, None, None, None);
         self.contacts.clear();
     }
 

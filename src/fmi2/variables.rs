@@ -9,6 +9,7 @@ use super::parameters::RunSettings;
 use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Kind, Observed, Source};
 use crate::math::Vector3;
+use crate::simulation::ContactReport;
 
 /// Value of an observed variable.
 enum ObservedValue {
@@ -224,6 +225,17 @@ fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
     if matches!(observed, Observed::ProjectileExitTime) { exit.time } else { exit.residual_energy }
 }
 
+/// Returns the diameter of the cavity, m, or its depth, m.
+fn cavity_figure(observed: Observed, model: &mut BuiltModel) -> f64 {
+    let widest = model.cavity();
+    if matches!(observed, Observed::CavityDiameter) { widest.diameter } else { widest.depth }
+}
+
+/// Returns the recommended communication step, or the least without chatter, s.
+fn advised_step(observed: Observed, contact: &ContactReport) -> f64 {
+    if matches!(observed, Observed::CouplingStepAdvice) { contact.step_advice } else { contact.step_min }
+}
+
 /// Returns the number of elements, or of remeshings.
 fn count_of(observed: Observed, model: &mut BuiltModel) -> i32 {
     let elements = matches!(observed, Observed::CostElements);
@@ -267,10 +279,10 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::ProjectileExitVelocity => vector(model.exit(body).velocity),
         Observed::ProjectileExitTime | Observed::ProjectileResidualEnergy => scalar(exit_figure(observed, model, body)),
         Observed::ProjectileEnergyDeposited => scalar(model.simulation.energy_deposited(body)),
+        Observed::CavityDiameter | Observed::CavityDepth => scalar(cavity_figure(observed, model)),
         Observed::SceneIsOver => ObservedValue::Boolean(model.simulation.is_over()),
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
-        Observed::CouplingStepAdvice => scalar(model.contact(body).step_advice),
-        Observed::CouplingStepMin => scalar(model.contact(body).step_min),
+        Observed::CouplingStepAdvice | Observed::CouplingStepMin => scalar(advised_step(observed, model.contact(body))),
         Observed::SensorPressure => scalar(model.sensor(body).pressure),
         Observed::SensorDisplacement => vector(model.sensor(body).displacement),
         Observed::SensorVelocity => vector(model.sensor(body).velocity),

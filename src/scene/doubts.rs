@@ -111,7 +111,7 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
     let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::TwoNetwork;
     (held && along > LONG * calibre(shape)).then(|| {
-        "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth is 30 to 60 % too \
+        "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth may be twice as \
          great; use a spatial scene with an initial yaw and gel.symmetry = \"half\""
             .to_owned()
     })

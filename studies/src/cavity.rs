@@ -17,10 +17,12 @@ const LOOKS: u32 = 400;
 /// C₂/(C₁ + C₂) of the Mooney–Rivlin gel.
 const SECOND: f64 = 0.1;
 
-/// The cavity of a shell, also of a Mooney–Rivlin one, or the bore of a cylinder that keeps its length.
+/// The cavity of a shell, also of a two-network and a Mooney–Rivlin one, or the bore of a cylinder that keeps its length.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     Sphere,
+    /// The elastic network of a two-network gel.
+    Networks,
     MooneyRivlin,
     Cylinder,
 }
@@ -29,7 +31,7 @@ impl Form {
     /// h(λ) of p/G = h(λ_b) − h(λ).
     fn h(self, stretch: f64) -> f64 {
         match self {
-            Self::Sphere => 2.0 / stretch + 0.5 / stretch.powi(4),
+            Self::Sphere | Self::Networks => 2.0 / stretch + 0.5 / stretch.powi(4),
             Self::MooneyRivlin => {
                 let second = 1.0 / (stretch * stretch) - 2.0 * stretch;
                 (1.0 - SECOND) * Self::Sphere.h(stretch) + SECOND * second
@@ -70,7 +72,7 @@ pub fn study() {
         "| shape | h, mm | meshes | elements | p/p exact − 1, %, at λ = 1.5 | 2 | 3 | 4 | 5 | greatest to 5 | closure | defect | seconds |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    for form in [Form::Sphere, Form::MooneyRivlin, Form::Cylinder] {
+    for form in [Form::Sphere, Form::Networks, Form::MooneyRivlin, Form::Cylinder] {
         for size in [1e-3, 0.5e-3] {
             for fixed in [true, false] {
                 row(form, size, fixed);
@@ -86,6 +88,7 @@ fn row(form: Form, size: f64, is_fixed: bool) {
     }
     match form {
         Form::Sphere => {}
+        Form::Networks => keys.push(("gel.material", "\"two-network\"".to_owned())),
         Form::MooneyRivlin => keys.extend(mooney_rivlin()),
         Form::Cylinder => keys.extend(cylinder(size)),
     }
@@ -99,6 +102,7 @@ fn row(form: Form, size: f64, is_fixed: bool) {
     });
     let name = match form {
         Form::Sphere => "sphere",
+        Form::Networks => "sphere, two-network",
         Form::MooneyRivlin => "sphere, Mooney-Rivlin",
         Form::Cylinder => "cylinder",
     };

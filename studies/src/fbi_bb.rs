@@ -299,6 +299,34 @@ pub fn air() {
     }
 }
 
+/// A .45 ACP ball of 265 m/s (230 grains, 869 ft/s) that cannot turn over, by mesh: 660 mm are measured.
+pub fn bullet() {
+    println!("\n.45 ACP ball of 265 m/s about an axis, where 660 mm are measured\n");
+    println!("| cells | {CELLS} | speed at 660 mm, m/s |");
+    println!("|---|---|---|---|---|---|---|---|");
+    let nose = "{ ogive = { length = 10e-3, meplat_radius = 2e-3 } }";
+    let shape = format!("{{ bullet = {{ radius = 5.74e-3, length = 17.3e-3, edge_radius = 0.5e-3, nose = {nose} }} }}");
+    for (cells, size) in [("R/4", 1.4e-3), ("R/6", 0.96e-3)] {
+        let keys: Keys = [
+            ("gel.shape", "{ cylinder = { radius = 0.15, height = 1.6 } }".to_owned()),
+            ("scene.end_time", "20e-3".to_owned()),
+            ("scene.communication_step", STEP.to_string()),
+            ("projectile.shape", shape.clone()),
+            ("projectile.mass", "14.9e-3".to_owned()),
+            ("projectile.position", "[0, 0, 11e-3]".to_owned()),
+            ("projectile.velocity", "[0, 0, -265]".to_owned()),
+            ("mesh.size", size.to_string()),
+            ("mesh.tree.core", "8e-3".to_owned()),
+            ("remesh.smallest", (0.5 * size).to_string()),
+            ("remesh.erosion_thickness", (0.05 * size).to_string()),
+        ]
+        .to_vec();
+        let shot = Shot::fly("sphere-720", &keys);
+        let passing = shot.way.iter().find(|look| look[1] >= 0.66).map_or(f64::NAN, |look| look[2]);
+        println!("| {cells} | {} | {passing:.0} |", shot.cells());
+    }
+}
+
 /// The shot in space, and about the axis with the same cells, bulk modulus and end.
 pub fn space() {
     println!("\nThe BB in space and about the axis, with cells, bulk modulus and end of fbi-bb-3d\n");

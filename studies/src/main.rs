@@ -36,7 +36,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 24] = [
+const STUDIES: [Study; 25] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -76,6 +76,7 @@ const STUDIES: [Study; 24] = [
     ),
     ("fbi-bb-numbers", "rest depth of fbi-bb by the logarithm of each number of the gel", fbi_bb::sensitivities),
     ("fbi-bb-3d", "the calibration shot in space, and about the axis with the same cells", fbi_bb::space),
+    ("45-acp", "a .45 ACP ball about an axis, where it cannot turn over", fbi_bb::bullet),
     ("sphere-720", "4.8 mm at 720 m/s with a vented and a sealed cavity", fbi_bb::air),
     (
         "behind-plate",

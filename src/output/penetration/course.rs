@@ -8,7 +8,7 @@ const COLLAPSED: f64 = 0.4;
 const PULSATION: f64 = 0.05;
 
 /// Greatest diameter of the cavity over the depth, at one time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct CavityCoursePoint {
     /// Time, s.
     pub time: f64,

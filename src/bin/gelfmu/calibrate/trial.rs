@@ -123,7 +123,7 @@ impl ShotTrial {
     fn measure_cavity(&mut self, time: f64, depth: f64) {
         let tolerance = ROUND_OFF * self.scene.scene.communication_step;
         if let Some(gauge) = self.gauge.as_mut().filter(|_| time <= self.end_time + tolerance) {
-            gauge.measure(&self.scene, &self.simulation.frame(), depth);
+            gauge.measure(&self.scene, depth, || self.simulation.frame());
         }
     }
 
