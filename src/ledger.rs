@@ -43,10 +43,9 @@ pub struct EnergyAccounts {
     pub air: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
-    /// Dissipation by bulk viscosity, negative (numerics 6.2).
+    /// Dissipation by bulk viscosity, −Σ q ΔJ w, negative (numerics 6.2).
     pub bulk_viscous: f64,
-    /// Viscous dissipation, negative: −Σ q ΔJ w of bulk viscosity, and the relaxed energy of the viscoelastic
-    /// branches.
+    /// Relaxed energy of the viscous branches, negative.
     pub viscous: f64,
     /// Energy of the eroded mass.
     pub eroded: f64,

@@ -1,6 +1,6 @@
 """Writes pictures of the film of a report as PNG files: python docs/pictures/film.py REPORT.html NAME NUMBER...
 
-Those of the README: `gelfmu run fbi-bb`, then `python docs/pictures/film.py gelfmu-out/fbi-bb/report.html fbi-bb 5 9 21`.
+Those of the README: `gelfmu run fbi-bb`, then `python docs/pictures/film.py gelfmu-out/fbi-bb/report.html fbi-bb 3 5 21`.
 """
 
 import base64

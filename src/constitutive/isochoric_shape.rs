@@ -124,7 +124,7 @@ impl LinearDashpot {
                 both = both + first.inner[i][j] * second.inner[j][i];
             }
         }
-        // (d_b − s_a d_a):[(1 − s_b) d_b − (1 − s_a) d_a].
+        // (d_b − s_a d_a):[(1 − s_b) d_b − (1 − s_a) d].
         let (left, gone) = (parts[0], parts.map(|part| 1.0 - part));
         let excess = second.square * gone[1] - both * (gone[0] + left * gone[1]) + first.square * (left * gone[0]);
         let zero = excess.constant(0.0);

@@ -105,7 +105,7 @@ impl BuiltModel {
         let deepest = self.contact(0).peak_depth.0;
         let Self { scene, simulation, gauge, reports, .. } = self;
         let widest = || gauge.as_ref()?.widest(scene, deepest, || simulation.frame());
-        *reports.cavity.get_or_insert_with(|| widest().unwrap_or_default())
+        *reports.cavity.get_or_insert_with(|| widest().filter(|widest| widest.diameter > 0.0).unwrap_or_default())
     }
 
     /// Returns the report of an existing sensor.

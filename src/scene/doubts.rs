@@ -1,6 +1,6 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
-use super::preset::ShotRange;
+use super::preset::{NOTHING, ShotRange};
 use super::{BranchSpec, Dimension, MaterialModel, ProjectileSpec, Scene, body_name, numbered};
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
@@ -121,14 +121,15 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
 fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) -> Option<String> {
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::TwoNetwork)?;
     shape.volume()?;
-    let ShotRange { speed, calibre: sizes, fitted, .. } = preset.shots();
+    let ShotRange { speed, calibre: sizes, fitted, validated } = preset.shots();
     let found = relative_speed(scene, body);
     let size = calibre(shape);
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
+    let known = if validated == NOTHING { "fitted" } else { "fitted and validated" };
     (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
         format!(
-            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is fitted and validated \
-             for {} and {} only (fitted to {fitted})",
+            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is {known} for \
+             {} and {} only (fitted to {fitted})",
             1e3 * size,
             preset.name(),
             range(sizes.map(|size| 1e3 * size), "mm"),

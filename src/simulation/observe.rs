@@ -178,7 +178,7 @@ pub struct EnergyReport {
     pub damping: f64,
     /// Dissipation by bulk viscosity: negative.
     pub bulk_viscous: f64,
-    /// Dissipation by bulk viscosity: negative.
+    /// Dissipation by the dashpots of the viscous branches: negative.
     pub viscous: f64,
     /// Energy of eroded gel: negative if it has left with energy.
     pub eroded: f64,
