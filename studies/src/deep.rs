@@ -55,7 +55,7 @@ fn head() {
 }
 
 /// What puts the ball on the axis of a cylinder.
-fn round() -> [(&'static str, String); 3] {
+pub fn round() -> [(&'static str, String); 3] {
     [
         ("scene.dimension", "axisymmetric".to_owned()),
         ("gel.shape", "{ cylinder = { radius = 0.07, height = 0.12 } }".to_owned()),
@@ -64,7 +64,7 @@ fn round() -> [(&'static str, String); 3] {
 }
 
 /// Where a run stopped, if it did.
-fn told(end: Result<(), StepError>) -> String {
+pub fn told(end: Result<(), StepError>) -> String {
     end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned())
 }
 

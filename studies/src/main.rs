@@ -10,6 +10,7 @@ mod coupling;
 mod cpu;
 mod deep;
 mod deepest;
+mod elastic_gel;
 mod extremes;
 mod fast_ball;
 mod fbi_bb;
@@ -36,7 +37,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 25] = [
+const STUDIES: [Study; 26] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -67,6 +68,11 @@ const STUDIES: [Study; 25] = [
     ("deep", "sphere-deep by mesh size: a ball of 20 m/s in space, its mesh exchanged", deep::study),
     ("deep-worn", "sphere-deep by the quality at which a mesh is exchanged: what fewer exchanges save", deep::worn),
     ("deep-speeds", "sphere-deep about an axis by speed and mesh size: whether a mesh can follow", deep::speeds),
+    (
+        "deep-elastic",
+        "sphere-deep about an axis: depth, rebound, energy and remade elements by speed and mesh size, slow force",
+        elastic_gel::study,
+    ),
     ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
     ("thousand", "ball-square with a thousand exchanges of its mesh in a row, by both methods", thousand::study),
     (
