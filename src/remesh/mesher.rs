@@ -50,7 +50,7 @@ pub struct RemeshRules {
     /// Greatest distance, in target lengths, that a surface point in space may slide off its facets to improve its
     /// elements; 0 disables sliding.
     pub slide: f64,
-    /// True for a gel with a surface at rest, whose corners stay and along which a new surface lies. A flowing gel has
+    /// True for a gel with a surface at rest, whose corners stay and along which a new surface lies. A two-network gel has
     /// none.
     pub rests: bool,
     /// Greatest number of points of a mesh.

@@ -257,7 +257,7 @@ fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
     for rests in [false, true] {
         assert_eq!(folded(&tip, rests), [false; 2]);
     }
-    // A gel with a surface at rest keeps its corners; a flowing gel has none.
+    // A gel with a surface at rest keeps its corners; a two-network gel has none.
     let corner = [(at(1.0, 1.0), at(0.775, 0.98)), (at(0.875, 1.0), at(0.875, 0.95)), (at(1.0, 0.875), at(1.125, 1.0))];
     assert!(folded(&corner, true)[0]);
     assert_eq!(folded(&corner, false), [false; 2]);

@@ -35,7 +35,7 @@ pub(in crate::remesh) fn propose(
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Result<ProposedMesh<3>, RemeshError> {
     check(old, size, rules)?;
-    // A flowing gel has no surface at rest that a new one must lie along: treat the current configuration as the rest
+    // A two-network gel has no surface at rest that a new one must lie along: treat the current configuration as the rest
     // configuration.
     let flown = (!rules.rests).then(|| Mesh { rest: old.position.to_vec(), ..old.mesh.clone() });
     let old = &flown.as_ref().map_or(*old, |mesh| DeformedMesh { mesh, position: old.position });

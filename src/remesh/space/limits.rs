@@ -13,7 +13,7 @@ pub(super) const FAIR: f64 = 0.35;
 /// Gain in the cubed quality that makes an operation worthwhile.
 pub(super) const GAIN: f64 = 1.02;
 /// Depth, in target lengths, that surface points may stand in a body: twice the depth that contact leaves, for a
-/// flowing gel exactly that depth.
+/// two-network gel exactly that depth.
 pub(super) const STANDING: f64 = 0.06;
 /// Cubed quality.
 pub(super) fn cube(quality: f64) -> f64 {

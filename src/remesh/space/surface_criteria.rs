@@ -13,13 +13,13 @@ pub(super) struct SurfaceCriteria<'a> {
     pub sag: f64,
     /// Greatest distance of a sliding point from its facets, in target lengths; 0 disables sliding.
     pub slide: f64,
-    /// True if all facets within a held plane count as flat. It must be false for a flowing gel: otherwise the run of
+    /// True if all facets within a held plane count as flat. It must be false for a two-network gel: otherwise the run of
     /// `bullet-yaw` with a yaw of 4° ends after 117 µs.
     pub planes: bool,
     /// Greatest total change of volume, and the change so far, m³.
     pub volume: f64,
     pub swept: f64,
-    /// Projection out of bodies, for a flowing gel: no new facet may be deep in a body. In other gels facets may be 0.3
+    /// Projection out of bodies, for a two-network gel: no new facet may be deep in a body. In other gels facets may be 0.3
     /// of a size deep, and some of the remeshed ones around the body are.
     pub cleared: Option<&'a dyn Fn(&Vector<3>) -> Vector<3>>,
 }

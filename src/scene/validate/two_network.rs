@@ -2,7 +2,7 @@
 
 use super::domain::{CheckResult, positive, require, within};
 use crate::constitutive::TwoNetwork;
-use crate::scene::{BranchSpec, GelSpec, PowerLawSpec};
+use crate::scene::{BranchSpec, GelSpec, PowerLawSpec, numbered};
 
 /// Least exponent of a power law: with less the rate of a stress overflows.
 const LEAST_EXPONENT: f64 = 0.01;
@@ -49,24 +49,25 @@ fn check_branches(gel: &GelSpec) -> CheckResult {
     let (n, most) = (gel.branches.len(), TwoNetwork::MOST_BRANCHES);
     let expected = format!("at most {most} tables");
     require(n <= most, "gel.branches", || format!("{n} of them"), &expected)?;
-    gel.branches.iter().try_for_each(check_branch)
+    gel.branches.iter().enumerate().try_for_each(|(i, branch)| check_branch(branch, &numbered("gel.branches", i)))
 }
 
-fn check_branch(branch: &BranchSpec) -> CheckResult {
-    positive("gel.branches.shear_modulus", branch.shear_modulus, "a positive modulus, Pa: leave out an idle branch")?;
+fn check_branch(branch: &BranchSpec, key: &str) -> CheckResult {
+    let own = |name: &str| format!("{key}.{name}");
+    positive(&own("shear_modulus"), branch.shear_modulus, "a positive modulus, Pa: leave out an idle branch")?;
     let found = match (branch.time, branch.power_law) {
-        (Some(time), None) => return positive("gel.branches.time", time, "a positive relaxation time, s"),
+        (Some(time), None) => return positive(&own("time"), time, "a positive relaxation time, s"),
         (None, Some(PowerLawSpec { stress, exponent })) => {
-            positive("gel.branches.power_law.stress", stress, "a positive stress at a rate of 1/s, Pa")?;
+            positive(&own("power_law.stress"), stress, "a positive stress at a rate of 1/s, Pa")?;
             let is_good = (LEAST_EXPONENT..=1.0).contains(&exponent);
-            let (key, expected) = ("gel.branches.power_law.exponent", "a number from 0.01 to 1 (a linear dashpot)");
-            return require(is_good, key, || format!("{exponent:?}"), expected);
+            let expected = "a number from 0.01 to 1 (a linear dashpot)";
+            return require(is_good, &own("power_law.exponent"), || format!("{exponent:?}"), expected);
         }
         (Some(_), Some(_)) => "both time and power_law",
         (None, None) => "neither time nor power_law",
     };
     let expected = "one of them: time for a linear dashpot, or power_law = { stress, exponent }";
-    require(false, "gel.branches", || found.to_owned(), expected)
+    require(false, key, || found.to_owned(), expected)
 }
 
 fn check_damage(gel: &GelSpec) -> CheckResult {
