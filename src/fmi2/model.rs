@@ -2,7 +2,7 @@
 //! variables after a step.
 
 use super::call::CallError;
-use super::memory::{RoomError, reserve_for_building};
+use super::memory::{MemoryPhase, RoomError, reserve_for_building, reserve_large};
 use super::parameters::ResolvedScene;
 use super::scalar::{ScalarValues, ScalarVariable, VariablePorts, input_start_values, table_of};
 use crate::output::{CavityCoursePoint, CavityGauge};
@@ -47,7 +47,7 @@ impl BuiltModel {
         };
         let table = table_of(&scene);
         let starts = input_start_values(VariablePorts::of(&scene), &table);
-        let gauge = CavityGauge::new(&scene, &simulation.frame());
+        let gauge = CavityGauge::new(&scene, &simulation);
         Ok(Self { origin, text, scene, table, starts, simulation, gauge, reports: ReportCache::default() })
     }
 
@@ -101,11 +101,21 @@ impl BuiltModel {
     }
 
     /// Returns the widest point of the cavity behind the projectile; all 0 without a cavity.
-    pub(super) fn cavity(&mut self) -> CavityCoursePoint {
+    ///
+    /// # Errors
+    /// [`CallError`] if the memory is too small for a frame.
+    pub(super) fn cavity(&mut self) -> Result<CavityCoursePoint, CallError> {
+        if let Some(widest) = self.reports.cavity {
+            return Ok(widest);
+        }
         let deepest = self.contact(0).peak_depth.0;
         let Self { scene, simulation, gauge, reports, .. } = self;
-        let widest = || gauge.as_ref()?.widest(scene, deepest, || simulation.frame());
-        *reports.cavity.get_or_insert_with(|| widest().filter(|widest| widest.diameter > 0.0).unwrap_or_default())
+        let Some(gauge) = gauge.as_ref().filter(|gauge| gauge.is_reached(deepest)) else {
+            return Ok(CavityCoursePoint::default());
+        };
+        let _reserve = reserve_large(MemoryPhase::Writing, simulation.memory_of_writing())?;
+        let widest = gauge.widest(scene, deepest, || simulation.frame()).filter(|widest| widest.diameter > 0.0);
+        Ok(*reports.cavity.insert(widest.unwrap_or_default()))
     }
 
     /// Returns the report of an existing sensor.

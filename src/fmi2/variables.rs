@@ -158,7 +158,7 @@ impl FmuInstance {
         let now = self.clock.now;
         let model = self.model()?;
         model.expect_body(scalar)?;
-        Ok(observed_value(observed, scalar.body, now, model))
+        observed_value(observed, scalar.body, now, model)
     }
 
     fn replace_settings(&mut self, settings: RunSettings) {
@@ -226,9 +226,9 @@ fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
 }
 
 /// Returns the diameter of the cavity, m, or its depth, m.
-fn cavity_figure(observed: Observed, model: &mut BuiltModel) -> f64 {
-    let widest = model.cavity();
-    if matches!(observed, Observed::CavityDiameter) { widest.diameter } else { widest.depth }
+fn cavity_figure(observed: Observed, model: &mut BuiltModel) -> Result<f64, CallError> {
+    let widest = model.cavity()?;
+    Ok(if matches!(observed, Observed::CavityDiameter) { widest.diameter } else { widest.depth })
 }
 
 /// Returns the recommended communication step, or the least without chatter, s.
@@ -251,9 +251,14 @@ fn step_of(observed: Observed, model: &mut BuiltModel) -> f64 {
 
 /// Returns the value of an observed variable. Reports with a loop over the mesh come from the cache of `model`, other
 /// values from the simulation. A sensor has no coupling exchange.
-fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltModel) -> ObservedValue {
+fn observed_value(
+    observed: Observed,
+    body: usize,
+    now: f64,
+    model: &mut BuiltModel,
+) -> Result<ObservedValue, CallError> {
     let exchange = model.simulation.exchanges().get(body).copied().unwrap_or_default();
-    match observed {
+    Ok(match observed {
         Observed::Time => scalar(now),
         Observed::ProjectileEffectiveMass => scalar(body::mass(&model.simulation, body)),
         Observed::ProjectileEffectiveInertia => ObservedValue::Real(body::inertia(&model.simulation, body)),
@@ -279,7 +284,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::ProjectileExitVelocity => vector(model.exit(body).velocity),
         Observed::ProjectileExitTime | Observed::ProjectileResidualEnergy => scalar(exit_figure(observed, model, body)),
         Observed::ProjectileEnergyDeposited => scalar(model.simulation.energy_deposited(body)),
-        Observed::CavityDiameter | Observed::CavityDepth => scalar(cavity_figure(observed, model)),
+        Observed::CavityDiameter | Observed::CavityDepth => scalar(cavity_figure(observed, model)?),
         Observed::SceneIsOver => ObservedValue::Boolean(model.simulation.is_over()),
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
         Observed::CouplingStepAdvice | Observed::CouplingStepMin => scalar(advised_step(observed, model.contact(body))),
@@ -309,7 +314,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::CostSmallestStep | Observed::CostLargestStep => scalar(step_of(observed, model)),
         Observed::CostIncompatibleFraction => scalar(model.simulation.fallback()),
         Observed::CostElements | Observed::CostRemeshes => ObservedValue::Integer(count_of(observed, model)),
-    }
+    })
 }
 
 fn real(values: &[f64]) -> ObservedValue {

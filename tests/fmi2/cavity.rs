@@ -1,4 +1,4 @@
-//! Cavity behind the projectile as outputs: the figures of the run's own tables, also after a restored state.
+//! Cavity behind the projectile as outputs: nothing before the ball is inside, and the same after a restored state.
 
 use super::host::Host;
 use ballistic_gel::scene::{self, Override};

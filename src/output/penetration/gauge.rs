@@ -3,8 +3,9 @@
 use super::cavity::CavityProfile;
 use super::course::CavityCoursePoint;
 use super::shot_line::ShotLine;
-use crate::scene::Scene;
-use crate::simulation::MeshFrame;
+use crate::output::bounds::AxisAlignedBox;
+use crate::scene::{GelBox, Scene};
+use crate::simulation::{BodyPose, MeshFrame, Simulation, StepInputs};
 
 /// Gauge of the cavity behind a projectile: greatest diameter over the depth, and over the frames of a run.
 #[derive(Debug, Clone)]
@@ -17,10 +18,14 @@ pub struct CavityGauge {
 }
 
 impl CavityGauge {
-    /// Creates the gauge from the first frame of a run; `None` if the scene has no shot along −z.
+    /// Creates the gauge from a simulation at its start; `None` if the scene has no shot along −z, or a gel without a
+    /// back face.
     #[must_use]
-    pub fn new(scene: &Scene, start: &MeshFrame) -> Option<Self> {
-        ShotLine::of(scene, start).map(|line| Self { line, deepest: 0.0, greatest: 0.0 })
+    pub fn new(scene: &Scene, start: &Simulation) -> Option<Self> {
+        let StepInputs { kinematics, bulge, active, .. } = start.unchanged(0);
+        let GelBox { lower, upper } = scene.gel.shape.bounding_box()?;
+        let line = ShotLine::along(scene, &BodyPose { kinematics, bulge, active }, &AxisAlignedBox { lower, upper });
+        line.map(|line| Self { line, deepest: 0.0, greatest: 0.0 })
     }
 
     /// Measures the cavity; `depth` is that of the foremost point of the projectile, m.
@@ -28,6 +33,13 @@ impl CavityGauge {
         self.deepest = self.deepest.max(depth);
         let widest = self.widest(scene, self.deepest, frame);
         self.greatest = widest.map_or(self.greatest, |widest| self.greatest.max(widest.diameter));
+    }
+
+    /// Returns true if the depths at which a diameter counts are reached by `deepest`, the greatest depth so far of the
+    /// foremost point, m.
+    #[must_use]
+    pub fn is_reached(&self, deepest: f64) -> bool {
+        deepest > self.line.projectile_width
     }
 
     /// Returns the point of the greatest diameter over the depth, below one projectile diameter; `None` while the rear
@@ -38,8 +50,9 @@ impl CavityGauge {
     #[must_use]
     pub fn widest(&self, scene: &Scene, deepest: f64, frame: impl FnOnce() -> MeshFrame) -> Option<CavityCoursePoint> {
         let profile = || CavityProfile::of(&self.line, scene, &frame());
-        let is_deep = deepest > self.line.projectile_width;
-        is_deep.then(|| profile().behind_projectile(deepest.min(self.line.gel_depth)).widest(&self.line)).flatten()
+        self.is_reached(deepest)
+            .then(|| profile().behind_projectile(deepest.min(self.line.gel_depth)).widest(&self.line))
+            .flatten()
     }
 
     /// Returns the greatest diameter so far, m.

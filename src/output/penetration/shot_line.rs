@@ -4,7 +4,7 @@ use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::MeshFrame;
+use crate::simulation::{BodyPose, MeshFrame};
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
 pub(super) const DEPTHS_PER_METRE: f64 = 1e3;
@@ -29,9 +29,12 @@ pub(in crate::output) struct ShotLine {
 impl ShotLine {
     /// Returns the shot line of a bounded projectile with initial motion along −z, otherwise `None`.
     pub(in crate::output) fn of(scene: &Scene, start: &MeshFrame) -> Option<Self> {
-        let scenery = AxisAlignedBox::around(start.points.iter().copied());
-        let projectile = start.bodies[0];
-        let solid = body::body_surface(&scene.shape(0), &projectile, &scenery);
+        Self::along(scene, &start.bodies[0], &AxisAlignedBox::around(start.points.iter().copied()))
+    }
+
+    /// Returns the shot line of a projectile at its start, given the box of the gel at rest.
+    pub(super) fn along(scene: &Scene, projectile: &BodyPose, gel: &AxisAlignedBox) -> Option<Self> {
+        let solid = body::body_surface(&scene.shape(0), projectile, gel);
         let velocity = projectile.kinematics.velocity;
         let is_downwards = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
         if !(is_downwards && solid.bounded && projectile.active) {
@@ -44,7 +47,7 @@ impl ShotLine {
             origin: projectile.kinematics.position,
             projectile_length: size.z,
             projectile_width: width,
-            gel_depth: -scenery.lower.z,
+            gel_depth: -gel.lower.z,
         })
     }
 

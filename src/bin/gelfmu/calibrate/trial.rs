@@ -89,7 +89,7 @@ pub fn run(
     let simulation = job::build_simulation(&scene, CouplingMode::Integrated, threads)?;
     let start = simulation.frame();
     let thickness = -start.points.iter().map(|point| point.z).fold(0.0, f64::min);
-    let gauge = if needs.cavity { CavityGauge::new(&scene, &start) } else { None };
+    let gauge = if needs.cavity { CavityGauge::new(&scene, &simulation) } else { None };
     let trial = ShotTrial { scene, simulation, needs, detector: RestDetector::new(), gauge, thickness, end_time };
     Ok(trial.finish(watch))
 }
