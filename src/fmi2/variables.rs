@@ -18,6 +18,9 @@ enum ObservedValue {
     Boolean(bool),
 }
 
+/// Value of an observed variable, or the reason why it cannot be computed.
+type ObservedResult = Result<ObservedValue, CallError>;
+
 impl FmuInstance {
     /// Returns the value of a Real.
     pub(super) fn real(&mut self, reference: u32) -> Result<f64, CallError> {
@@ -154,7 +157,7 @@ impl FmuInstance {
         Ok(())
     }
 
-    fn observe_scalar(&mut self, scalar: &ScalarVariable, observed: Observed) -> Result<ObservedValue, CallError> {
+    fn observe_scalar(&mut self, scalar: &ScalarVariable, observed: Observed) -> ObservedResult {
         let now = self.clock.now;
         let model = self.model()?;
         model.expect_body(scalar)?;
@@ -251,12 +254,7 @@ fn step_of(observed: Observed, model: &mut BuiltModel) -> f64 {
 
 /// Returns the value of an observed variable. Reports with a loop over the mesh come from the cache of `model`, other
 /// values from the simulation. A sensor has no coupling exchange.
-fn observed_value(
-    observed: Observed,
-    body: usize,
-    now: f64,
-    model: &mut BuiltModel,
-) -> Result<ObservedValue, CallError> {
+fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltModel) -> ObservedResult {
     let exchange = model.simulation.exchanges().get(body).copied().unwrap_or_default();
     Ok(match observed {
         Observed::Time => scalar(now),
