@@ -32,6 +32,13 @@ pub(crate) struct AdaptiveGel<const D: usize> {
     pub failed_remeshes: Vec<FailedRemesh>,
 }
 
+/// Stable step, as a fraction of the least one of the first mesh, below which an element is remade.
+const LEAST_STEP: f64 = 0.125;
+/// Edge of a facet at a body, in usual lengths, above which the mesh ends.
+const LONG_FACET: f64 = 2.5;
+/// Fraction of the step of an element on a new mesh below which the mesh ends, where that step is short already.
+const AGED_STEP: f64 = 0.6;
+
 /// Derived properties of a mesh and its nodal positions, computed once.
 #[derive(Debug, Clone)]
 pub(super) struct MeshProperties {
@@ -54,9 +61,10 @@ impl<const D: usize> AdaptiveGel<D> {
         let adjacency = definition.remesh.as_ref().map(|_| adjacency);
         let Mesh { facets, marks, rest, .. } = mesh;
         let (first_mesh, remesh_records, failed_remeshes) = (None, vec![], vec![]);
+        let steps = engine.stable_steps();
         let mut gel =
             Self { engine, definition, facets, marks, adjacency, first_mesh, remesh_records, failed_remeshes };
-        gel.set_distortion_limits(&rest, &qualities);
+        gel.set_distortion_limits(&rest, &qualities, &steps);
         gel
     }
 
@@ -131,21 +139,40 @@ impl<const D: usize> AdaptiveGel<D> {
         let gel = self.gel_on_mesh(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))?;
-        self.adopt_mesh(&self.current_mesh(), &qualities, adjacency);
+        let steps = self.engine.stable_steps();
+        self.adopt_mesh(&self.current_mesh(), (&qualities, &steps), adjacency);
         Ok(())
     }
 
-    /// Takes over the data that is kept beside the engine; `qualities` are those of the elements when the mesh was new.
-    pub(super) fn adopt_mesh(&mut self, birth: &MeshInstance<D>, qualities: &[f64], adjacency: ElementNeighbours) {
+    /// Takes over the data that is kept beside the engine; `qualities` and `steps`, s, are those of the elements when the
+    /// mesh was new.
+    pub(super) fn adopt_mesh(
+        &mut self,
+        birth: &MeshInstance<D>,
+        (qualities, steps): (&[f64], &[f64]),
+        adjacency: ElementNeighbours,
+    ) {
         self.adjacency = Some(adjacency);
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
-        self.set_distortion_limits(&birth.position, qualities);
+        self.set_distortion_limits(&birth.position, qualities, steps);
     }
 
-    /// Limits the distortion of the current mesh by its nodal positions and element qualities when new.
-    fn set_distortion_limits(&mut self, position: &[Vector<D>], qualities: &[f64]) {
-        let limits = self.definition.distortion_limits(&self.engine.gel().potential, position, qualities);
+    /// Limits the distortion of the current mesh by its nodal positions, element qualities and stable steps, s, when new.
+    fn set_distortion_limits(&mut self, position: &[Vector<D>], qualities: &[f64], steps: &[f64]) {
+        let mut limits = self.definition.distortion_limits(&self.engine.gel().potential, position, qualities);
+        if let Some(limits) = limits.as_mut().filter(|_| self.definition.is_edited()) {
+            // Need asks for a remeshing, not shape.
+            let least = self.least_step();
+            limits.quality.fill(0.0);
+            limits.facet_edge = LONG_FACET * self.definition.remesh.as_ref().map_or(0.0, |settings| settings.usual);
+            limits.step = steps.iter().map(|step| least.min(AGED_STEP * step)).collect();
+        }
         self.engine.set_distortion_limits(limits);
+    }
+
+    /// Stable step below which an element is remade, s.
+    pub(super) fn least_step(&self) -> f64 {
+        LEAST_STEP * self.engine.grid().first_step()
     }
 }

@@ -149,7 +149,7 @@ fn transfer_fields<const D: usize>(
 
 /// Projects a point inside a body onto its surface: contact would have to push a new boundary node out of the body
 /// later.
-fn clear_of_bodies<const D: usize>(bodies: &[(&RigidBody, BodyState)], x: &Vector<D>) -> Vector<D> {
+pub(super) fn clear_of_bodies<const D: usize>(bodies: &[(&RigidBody, BodyState)], x: &Vector<D>) -> Vector<D> {
     bodies.iter().fold(*x, |x, (body, at)| {
         let gap = body.gap(at, &embed(&x));
         x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)

@@ -12,6 +12,7 @@ use super::candidate::{CandidateMesh, OldMeshData, RemeshInput, generate_candida
 use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode_thin_gel};
 use super::erosion_on_failure::erode_on_failure;
 use super::history::inherited;
+use super::local_edits::{edit_mesh, install_edited};
 use super::preview::{RemeshTrial, try_remesh};
 use super::record::RemeshRecord;
 use super::refusal::{FailedRemesh, RemeshRefusal};
@@ -21,6 +22,7 @@ use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::constitutive::ElasticAverage;
 use crate::integrator::{BalanceTotals, StepError, UnusableStep};
 use crate::mesh::{ElementId, Mesh};
+use crate::remesh::operations::EditCounts;
 use crate::remesh::{DeformedMesh, UnchangedElement};
 use crate::state::MeshInstance;
 use std::time::Instant;
@@ -143,8 +145,15 @@ fn replace_mesh<const D: usize>(
     // Neighbours are those of the mesh that is installed next.
     let adjacency = gel.adjacency.take();
     let data = old_mesh_data(gel, &moved, adjacency);
-    let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let mut reasons = vec![];
+    if gel.definition.is_edited() {
+        let edited = edit_mesh(gel, &old, settings);
+        match install_edited(gel, &old, edited, (&data, begun)) {
+            Ok(()) => return Ok(()),
+            Err(why) => reasons.push(RemeshRefusal::Steps(why)),
+        }
+    }
+    let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let attempts = RemeshAttempt::all::<D>(settings.method, gel.has_networks());
     for (attempt, number) in attempts.into_iter().zip(1..) {
         let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
@@ -214,6 +223,7 @@ fn record_of<const D: usize>(candidate: &CandidateMesh<D>, time: f64, attempt: u
         energy: 0.0,
         elements: birth.mesh.elements.len(),
         unchanged: defects.unchanged,
+        edits: EditCounts::default(),
         seconds: 0.0,
     }
 }

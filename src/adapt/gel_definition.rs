@@ -1,6 +1,6 @@
 //! Mesh-independent definition of a gel, from which it can be built on any mesh.
 
-use super::settings::AdaptSettings;
+use super::settings::{AdaptSettings, RemeshMethod};
 use crate::constitutive::Material;
 use crate::contact::ContactSurface;
 use crate::fem::{Potential, ReferenceShape, Section, Simplices};
@@ -66,6 +66,12 @@ impl GelDefinition {
     /// Finite elements of a mesh in these patches.
     pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: ElementPatches) -> Simplices<D> {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
+    }
+
+    /// Returns true if the mesh is remade by local operations that keep the rest map.
+    pub fn is_edited(&self) -> bool {
+        let is_local = |settings: &AdaptSettings| settings.method == RemeshMethod::Local;
+        !matches!(self.material, Material::TwoNetwork(_)) && self.remesh.as_ref().is_some_and(is_local)
     }
 
     /// Returns true if the neighbours of elements are needed.
@@ -139,6 +145,12 @@ impl GelDefinition {
         let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
         let facets = mesh.facets.iter().copied().filter(|facet| !is_image(facet)).collect();
         let planes = |node: NodeId| self.symmetry_planes.iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
+        // A facet that has been stretched is held no deeper in a body than one of the first mesh.
+        let greatest = match self.remesh.as_ref().filter(|_| self.is_edited()) {
+            Some(settings) if D == 2 => settings.usual,
+            Some(settings) => 0.5 * settings.usual * settings.usual,
+            None => f64::INFINITY,
+        };
         let surface = ContactSurface::new::<D>(mesh.rest.len(), facets, |facet| {
             let area = facet_measure(&mesh.rest, facet)
                 * match self.section {
@@ -146,7 +158,7 @@ impl GelDefinition {
                     Section::Axisymmetric => std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]),
                     Section::Spatial => self.copies(),
                 };
-            (area, facet_measure(position, facet))
+            (area, facet_measure(position, facet).min(greatest))
         });
         surface.mirrored(planes)
     }
@@ -194,6 +206,8 @@ impl GelDefinition {
         Some(DistortionLimits {
             quality: qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
             least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
+            step: vec![],
+            facet_edge: f64::INFINITY,
         })
     }
 }

@@ -3,6 +3,7 @@
 //! - `driver`: replaces a distorted mesh, and continues on the new one; `restore`: continues from a saved state.
 //! - `adaptive_gel`: the gel with its engine and present mesh, by its `gel_definition` and `settings`.
 //! - `candidate`: one `attempt` at a mesh of target `sizes`, its acceptance, and the transfer of the fields.
+//! - `local_edits`: remeshing by local operations that keep the rest map.
 //! - `history`: transfer of rest shapes and history variables from the `source_mesh`, by `state_averaging`, or
 //!   `network_transfer` for a two-network gel, `rest_volumes` and `patch_volume_share`.
 //! - `erosion`, `erosion_on_failure`: removal of gel that no mesh can follow.
@@ -18,6 +19,7 @@ mod erosion;
 mod erosion_on_failure;
 mod gel_definition;
 mod history;
+mod local_edits;
 mod network_transfer;
 mod patch_volume_share;
 mod preview;

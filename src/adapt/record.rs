@@ -1,6 +1,7 @@
 //! Record of a remeshing.
 
 use crate::remesh::MeshQuality;
+use crate::remesh::operations::EditCounts;
 
 /// Record of a remeshing.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +24,8 @@ pub struct RemeshRecord {
     pub elements: usize,
     /// Fraction of the new elements that are elements of the old mesh.
     pub unchanged: f64,
+    /// Local operations; none of a mesh that was made as a whole.
+    pub edits: EditCounts,
     /// Wall-clock time of all attempts, s.
     pub seconds: f64,
 }

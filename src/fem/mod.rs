@@ -22,6 +22,7 @@ pub use inversion_time::{FORESEEN, TURNED};
 pub use potential::Potential;
 pub use response::{Dissipation, ElementResponse, ElementStates};
 pub use scalar::simplices::Simplices;
+pub use scalar::single_element::{SingleElementLaw, SingleElementResponse};
 pub(crate) use simd::batch::on;
 pub use simd::batch::{ElementBatch, LANES};
 pub use simd::layout::{

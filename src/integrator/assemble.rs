@@ -27,13 +27,15 @@ pub(super) struct Carryover<const D: usize> {
     pub memory: Option<Vec<HistoryVariables<D>>>,
     /// Stable steps of the elements of the new mesh, s, if they are known.
     pub steps: Option<Vec<f64>>,
+    /// Steps that the elements of the new mesh may not exceed at first, s; empty if they may.
+    pub held_steps: Vec<f64>,
 }
 
 impl<const D: usize> Carryover<D> {
     /// Creates the data of the start.
     pub fn at_start(n_bodies: usize) -> Self {
         let (ledger, record) = (Ledger::default(), RunRecord::new(n_bodies));
-        Self { tick: 0, grid: None, ledger, record, memory: None, steps: None }
+        Self { tick: 0, grid: None, ledger, record, memory: None, steps: None, held_steps: vec![] }
     }
 }
 
@@ -54,10 +56,11 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
     assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
     let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
     let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
-    let Carryover { tick: origin, grid, ledger, mut record, memory, steps } = carryover;
+    let Carryover { tick: origin, grid, ledger, mut record, memory, steps, held_steps } = carryover;
     let memory = memory.unwrap_or_else(|| gel.fresh_memory());
     let measured = gel.measure(&position, &memory);
-    let steps = steps.unwrap_or_else(|| stable_steps(&gel, &measured.stiffness, settings.cfl));
+    let mut steps = steps.unwrap_or_else(|| stable_steps(&gel, &measured.stiffness, settings.cfl));
+    steps.iter_mut().zip(held_steps).for_each(|(step, held)| *step = step.min(held));
     let (grid, step) = tick_grid(&steps, grid)?;
     record.synchronous = (step, origin, record.synchronous.2);
     let layout = element_layout(&gel, &settings, |element| grid.ticks(steps[element.index()]));

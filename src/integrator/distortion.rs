@@ -3,6 +3,7 @@
 
 use super::active_set::RUN;
 use super::element_block::ElementBlock;
+use super::step_size::least_limit;
 use super::substep::{MeshPhase, TickContext};
 use super::system::DiscreteSystem;
 use crate::fem::{MAX_NODES, Potential, ReferenceShape};
@@ -36,7 +37,29 @@ pub(super) fn is_distorted<const D: usize, P: Potential<D>>(
         divide_mesh(system);
     }
     let fraction = if age < YOUNG_AGE { YOUNG_FRACTION } else { 1.0 };
+    if is_step_short(system, fraction) {
+        return true;
+    }
     (0..system.contact.neighbours.n_parts()).any(|block| is_block_distorted(system, block, tick, fraction))
+}
+
+/// Returns true if the stable step of an element is below a fraction of its limit. The step of its group is then, too:
+/// only the groups of the shortest steps are looked at.
+fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, fraction: f64) -> bool {
+    let Some(limits) = system.clock.ends.distortion.as_ref().filter(|limits| !limits.step.is_empty()) else {
+        return false;
+    };
+    let greatest = limits.step.iter().copied().fold(0.0, f64::max);
+    let is_short = |step: Tick| system.model.grid.time(step) < greatest;
+    if !is_short(system.clock.step_range.0) {
+        return false;
+    }
+    let groups = (0..system.state.clocks.len()).filter(|group| is_short(system.state.clocks[*group].step));
+    let mut elements = groups.flat_map(|group| system.model.layout.elements(system.model.layout.slots(group)));
+    elements.any(|element| {
+        let nodes = system.model.gel.potential.nodes(element);
+        least_limit(system, nodes) < fraction * limits.step[element.index()]
+    })
 }
 
 /// Returns true if an element of a block exceeds a fraction of its limits after half of its step; the reference

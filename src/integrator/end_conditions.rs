@@ -21,4 +21,16 @@ pub struct DistortionLimits {
     pub quality: Vec<f64>,
     /// Least measure, [`Potential::measure`](crate::fem::Potential::measure), of each element.
     pub least: Vec<f64>,
+    /// Least stable step of each element, s; empty if the step does not matter.
+    pub step: Vec<f64>,
+    /// Greatest edge of a facet that touches a body, m.
+    pub facet_edge: f64,
+}
+
+impl DistortionLimits {
+    /// Returns true if the mesh is remade by local operations, often and a little at a time.
+    #[must_use]
+    pub fn are_of_edits(&self) -> bool {
+        self.facet_edge.is_finite()
+    }
 }

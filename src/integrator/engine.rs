@@ -323,6 +323,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         report::element_stable_steps(&self.system)
     }
 
+    /// Returns the greatest frequency that is stable with this step, 1/s: 2 CFL over the step.
+    #[must_use]
+    pub fn frequency_of_step(&self, step: f64) -> f64 {
+        2.0 * self.system.model.settings.cfl / step
+    }
+
     /// Returns the present step of an element, ticks.
     #[must_use]
     pub fn step_of(&self, element: ElementId) -> Tick {

@@ -45,6 +45,12 @@ impl TickGrid {
         Self { tau }
     }
 
+    /// Returns the least stable step of the first mesh at rest, s, rounded down to a length of ticks.
+    #[must_use]
+    pub fn first_step(&self) -> f64 {
+        self.length(HEADROOM)
+    }
+
     /// Returns the time of a tick, s.
     #[must_use]
     #[inline]

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Creates a system that continues with another gel from the end of this one, with its nodes at these positions and
 /// velocities. The changes of energy, momentum and angular momentum are booked. `birth` is the new mesh and is given
-/// the steps with which it begins.
+/// the steps with which it begins; steps that it has already are not exceeded at first.
 ///
 /// # Errors
 /// [`UnusableStep`] if a step of the new mesh is no valid step; this system then keeps all its data.
@@ -24,8 +24,9 @@ pub(super) fn continue_on_mesh<const D: usize, P: Potential<D>>(
     nodes: Vec<(Vector<D>, Vector<D>)>,
     birth: Option<MeshInstance<D>>,
 ) -> Result<DiscreteSystem<D, P>, UnusableStep> {
+    let held = birth.as_ref().map_or_else(Vec::new, |birth| birth.steps.clone());
     // Steps with the history variables: elements that have flowed far are none the stiffer for it.
-    let (mut new, steps) = begin_mesh(system, gel, memory, nodes, system.last_tick(), None)?;
+    let (mut new, steps) = begin_mesh(system, gel, memory, nodes, (system.last_tick(), None), held)?;
     let (was, now) = (
         BalanceReference::of(&system.model.gel, &system.model.bodies, &system.state),
         BalanceReference::of(&new.model.gel, &new.model.bodies, &new.state),
@@ -53,7 +54,7 @@ pub(super) fn system_on_mesh<const D: usize, P: Potential<D>>(
     let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
     // The history variables of the new mesh are lost, apart from the steps that followed from them.
     let (tick, steps) = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
-    let (mut other, _) = begin_mesh(system, gel, None, nodes, tick, steps)?;
+    let (mut other, _) = begin_mesh(system, gel, None, nodes, (tick, steps), vec![])?;
     other.state.birth = birth;
     Ok(other)
 }
@@ -64,13 +65,13 @@ fn begin_mesh<const D: usize, P: Potential<D>>(
     gel: DiscreteGel<D, P>,
     memory: Option<Vec<HistoryVariables<D>>>,
     nodes: Vec<(Vector<D>, Vector<D>)>,
-    tick: Tick,
-    steps: Option<Vec<f64>>,
+    (tick, steps): (Tick, Option<Vec<f64>>),
+    held_steps: Vec<f64>,
 ) -> Result<(DiscreteSystem<D, P>, Vec<f64>), UnusableStep> {
     let bodies: Vec<(RigidBody, BodyState)> =
         system.model.bodies.iter().cloned().zip(system.state.bodies.iter().copied()).collect();
     let (ledger, record) = (system.state.ledger, system.state.record.clone());
-    let carryover = Carryover { tick, grid: Some(system.model.grid), ledger, record, memory, steps };
+    let carryover = Carryover { tick, grid: Some(system.model.grid), ledger, record, memory, steps, held_steps };
     let (mut new, steps) = assemble(gel, system.model.settings, bodies, nodes, carryover)?;
     new.clock.ends.clone_from(&system.clock.ends);
     if system.blocks.is_none() {

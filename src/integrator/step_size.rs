@@ -8,7 +8,7 @@ use super::stability::{nodal_limit, nodal_step_limit};
 use super::step_monitor::{RAISE_MARGIN, StepMonitor};
 use super::system::DiscreteSystem;
 use super::workspace::{ContactLimit, StepChange};
-use super::{StepError, SteppingSchedule};
+use super::{DistortionLimits, StepError, SteppingSchedule};
 use crate::fem::{ElementBatches, FORESEEN, Potential};
 use crate::geometry::{Gap, ShapeGeometry};
 use crate::math::{Vector3, embed};
@@ -50,7 +50,7 @@ pub(super) fn group_limit<const D: usize, P: Potential<D>>(system: &DiscreteSyst
 }
 
 /// Returns the least limit of these nodes, s.
-fn least_limit<'a, const D: usize, P: Potential<D>>(
+pub(super) fn least_limit<'a, const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     nodes: impl IntoIterator<Item = &'a NodeId>,
 ) -> f64 {
@@ -250,7 +250,7 @@ pub(super) fn set_clocks<const D: usize, P: Potential<D>>(
         if limit < 1.0 && collapsed.is_none() {
             collapsed = Some(collapse_error(system, i, limit, tick));
         }
-        let limit = limit.min(time_to_inversion(system, i, &was, tick));
+        let limit = limit.min(time_to_inversion(system, i, &was, tick)).min(held_step(system, i, &was));
         let (step, calm) = apply_hysteresis(system, limit.max(1.0), &was, tick);
         let (step, is_near) = limit_by_contact(system, i, step);
         let clock = &mut system.state.clocks[i];
@@ -271,6 +271,18 @@ pub(super) fn set_clocks<const D: usize, P: Potential<D>>(
         equalise_steps(system, tick);
     }
     collapsed
+}
+
+/// Returns the step that a group of a new mesh may not exceed at its first tick, ticks: where a mesh is remade often and
+/// a little at a time, steps that rose with each mesh would pump energy.
+fn held_step<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize, clock: &GroupClock) -> f64 {
+    let Some(birth) = system.state.birth.as_ref().filter(|_| clock.step == 0) else { return f64::INFINITY };
+    if !system.clock.ends.distortion.as_ref().is_some_and(DistortionLimits::are_of_edits) {
+        return f64::INFINITY;
+    }
+    let elements = system.model.layout.elements(system.model.layout.slots(group));
+    let steps = elements.map(|element| birth.steps[element.index()]);
+    system.model.grid.ticks(steps.fold(f64::INFINITY, f64::min))
 }
 
 /// Sets all steps to the least one, for the global schedule.

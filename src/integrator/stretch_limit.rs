@@ -3,9 +3,10 @@
 use super::StepError;
 use super::contact_phase::SurfaceAtTick;
 use super::system::DiscreteSystem;
-use crate::contact::{FacetCandidate, facet_corners, find_deepest_point, find_penetration};
+use crate::contact::{BodyState, FacetCandidate, RigidBody, facet_corners, find_deepest_point, find_penetration};
 use crate::fem::Potential;
 use crate::geometry::SignedDistance as _;
+use crate::math::Vector3;
 use crate::state::SurfaceStretch;
 
 /// Leak depth: a stopped facet leaks if it is deeper in the body, at its deepest point or where a pole of the body
@@ -69,5 +70,18 @@ fn check_facet<const D: usize, P: Potential<D>>(
             return Err(StepError::Leak { body, element, time, depth, at: point.into() });
         }
     }
-    Ok(if deep.is_some() && system.can_be_distorted() { SurfaceStretch::Worn } else { SurfaceStretch::Little })
+    let is_worn = deep.is_some() || is_long::<D, P>(system, &corners, rigid, at);
+    Ok(if is_worn && system.can_be_distorted() { SurfaceStretch::Worn } else { SurfaceStretch::Little })
+}
+
+/// Returns true if an edge of a facet touches a body and is longer than the mesh allows.
+fn is_long<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    corners: &[Vector3; 3],
+    rigid: &RigidBody,
+    at: &BodyState,
+) -> bool {
+    let most = system.clock.ends.distortion.as_ref().map_or(f64::INFINITY, |limits| limits.facet_edge);
+    let sides = (0..D).map(|i| (corners[i], corners[(i + 1) % D]));
+    sides.filter(|(a, b)| (a - b).norm() > most).any(|(a, b)| rigid.gap(at, &((a + b) * 0.5)).distance < 0.0)
 }

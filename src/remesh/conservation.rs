@@ -84,7 +84,7 @@ impl<const D: usize> NodeGroup<'_, D> {
     }
 
     /// Angular velocity ω of Θ ω = L, Θ = Σ m (|r|² 1 − r ⊗ r) about the centre; in the plane ω_y = L_y/Σ m |r|².
-    fn rate(&self, centre: &Vector<D>, angular: &Vector3) -> Vector3 {
+    pub fn rate(&self, centre: &Vector<D>, angular: &Vector3) -> Vector3 {
         let arm = |k: usize| (self.mass[self.members[k]], embed(&(self.x[self.members[k]] - centre)));
         let n = self.members.len();
         let polar = ordered_sum(n, 0.0, |k| arm(k).0 * arm(k).1.norm_squared());

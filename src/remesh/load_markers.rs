@@ -2,8 +2,8 @@
 
 use super::NodeOrigin;
 use crate::math::{Vector, Vector3, embed};
-use crate::mesh::{CAVITY_MARK, ElementId, Facet, Mesh, NodeId, NodeIncidence};
-use std::collections::BTreeSet;
+use crate::mesh::{CAVITY_MARK, ElementId, Facet, Mesh, NodeId, NodeIncidence, sorted};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Loads of each node that act on some of its facets only; empty where there are no loads. At such a node the loaded
 /// face ends, and its facets may not be remade across it. The wall of a cavity ends at the edges of the entry surface,
@@ -38,29 +38,59 @@ pub fn facet_load_markers<const D: usize>(
         return vec![];
     }
     let around = NodeIncidence::new(old.rest.len(), old.facets.iter().map(|facet| &facet[..D]));
-    let corners = |facet: &Facet, x: &[Vector<D>]| facet.map(|node| embed(&x[node.index()]));
     let mark = |facet: &Facet| {
-        let own = FacetCorners::<D>(corners(facet, rest));
-        let distance = |old_facet: ElementId| {
-            let face = FacetCorners::<D>(corners(&old.facets[old_facet.index()], &old.rest));
-            let apart = face.distance(&own.middle());
-            (face.normal().dot(&own.normal()) <= 0.0, apart, old_facet)
-        };
         let candidates = facet[..D].iter().flat_map(|node| lies_on::<D>(&origin[node.index()], (old, &around)));
-        let is_off = |axis: &usize| facet[..D].iter().any(|node| rest[node.index()][*axis] != 0.0);
-        let off_planes: Vec<usize> = (0..D - 1).filter(is_off).collect();
-        let is_in_other_plane =
-            |old_facet: &ElementId| off_planes.iter().any(|axis| is_in_mirror(old, *old_facet, *axis));
-        let before = |a: &(bool, f64, ElementId), b: &(bool, f64, ElementId)| {
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
-        };
-        candidates
-            .filter(|old_facet| !is_in_other_plane(old_facet))
-            .map(distance)
-            .min_by(before)
-            .map(|(.., nearest)| old.marks[nearest.index()])
+        nearest_mark(old, (facet, rest), candidates)
     };
     spread_cavity_mark::<D>(facets, &facets.iter().map(mark).collect::<Vec<_>>())
+}
+
+/// Computes the load markers of new facets that lie at rest where old facets lie; empty where there are no loads.
+/// `unchanged` has the old node of each node between unchanged elements.
+#[must_use]
+pub fn facet_load_markers_at_rest<const D: usize>(
+    old: &Mesh<D>,
+    (facets, rest): (&[Facet], &[Vector<D>]),
+    unchanged: &[Option<NodeId>],
+) -> Vec<u8> {
+    if old.marks.is_empty() {
+        return vec![];
+    }
+    let known: BTreeMap<Facet, u8> =
+        old.facets.iter().zip(&old.marks).map(|(facet, mark)| (sorted::<D>(*facet), *mark)).collect();
+    let mark = |facet: &Facet| {
+        let was = facet.map(|node| unchanged[node.index()]);
+        let same = was.iter().all(Option::is_some).then(|| sorted::<D>(was.map(Option::unwrap_or_default)));
+        let all = (0..old.facets.len() as u32).map(ElementId);
+        same.and_then(|same| known.get(&same).copied()).or_else(|| nearest_mark(old, (facet, rest), all)).unwrap_or(0)
+    };
+    facets.iter().map(mark).collect()
+}
+
+/// Marker of the old facet among `candidates` that is nearest to a new one at rest and faces the same way.
+fn nearest_mark<const D: usize>(
+    old: &Mesh<D>,
+    (facet, rest): (&Facet, &[Vector<D>]),
+    candidates: impl Iterator<Item = ElementId>,
+) -> Option<u8> {
+    let corners = |facet: &Facet, x: &[Vector<D>]| facet.map(|node| embed(&x[node.index()]));
+    let own = FacetCorners::<D>(corners(facet, rest));
+    let distance = |old_facet: ElementId| {
+        let face = FacetCorners::<D>(corners(&old.facets[old_facet.index()], &old.rest));
+        let apart = face.distance(&own.middle());
+        (face.normal().dot(&own.normal()) <= 0.0, apart, old_facet)
+    };
+    let is_off = |axis: &usize| facet[..D].iter().any(|node| rest[node.index()][*axis] != 0.0);
+    let off_planes: Vec<usize> = (0..D - 1).filter(is_off).collect();
+    let is_in_other_plane = |old_facet: &ElementId| off_planes.iter().any(|axis| is_in_mirror(old, *old_facet, *axis));
+    let before = |a: &(bool, f64, ElementId), b: &(bool, f64, ElementId)| {
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
+    };
+    candidates
+        .filter(|old_facet| !is_in_other_plane(old_facet))
+        .map(distance)
+        .min_by(before)
+        .map(|(.., nearest)| old.marks[nearest.index()])
 }
 
 /// Returns the load markers with those of the facets that were inside before: that of the cavity if a row of such facets

@@ -23,6 +23,7 @@ mod load_markers;
 mod local;
 mod mesher;
 mod nodal_fields;
+pub mod operations;
 mod overlap_candidates;
 mod overlap_integrals;
 mod overlap_moments;
@@ -69,7 +70,7 @@ pub use immersed::{
     BackgroundCell, BackgroundMesh, ImmersedMesh, ImmersedMesher, ImmersionSteps, cells, cut_out, distances, immerse,
     rounding, snapped, triangulated,
 };
-pub use load_markers::{facet_load_markers, spread_cavity_mark};
+pub use load_markers::{facet_load_markers, facet_load_markers_at_rest, spread_cavity_mark};
 pub use local::LocalMesher;
 pub use mesher::{MeshRequest, Mesher, RemeshRules, Remeshed};
 pub use nodal_fields::{

@@ -4,3 +4,4 @@ pub(super) mod element_pressure;
 pub(super) mod one_lane;
 pub(super) mod rest_element;
 pub(super) mod simplices;
+pub(super) mod single_element;

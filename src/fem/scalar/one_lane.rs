@@ -6,15 +6,24 @@ use super::simplices::Simplices;
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
 use crate::fem::law::rest_geometry::RestGeometry;
-use crate::fem::{DEPTH, Dissipation, ElementResponse, HistoryVariables};
+use crate::fem::{DEPTH, Dissipation, ElementResponse, HistoryVariables, ReferenceShape, Section};
 use crate::math::{Vector, array};
 use crate::mesh::{ElementId, edges};
 
 /// Element of one lane.
-struct LoneElement<const D: usize, R> {
-    volume: f64,
-    scale: f64,
-    rest: R,
+pub(super) struct LoneElement<const D: usize, R> {
+    pub volume: f64,
+    pub scale: f64,
+    pub rest: R,
+}
+
+impl<const D: usize, R> LoneElement<D, R> {
+    /// Prepares an element of this rest shape.
+    #[inline(always)]
+    pub fn of<G: ElementLaw<D, Rest<f64> = R>>(gel: &G, section: Section, reference: &ReferenceShape<D>) -> Self {
+        let geometry = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, section);
+        Self { volume: geometry.volume, scale: geometry.scale(), rest: gel.rest(&geometry) }
+    }
 }
 
 /// Time and history of a patch at its evaluation.
@@ -76,9 +85,7 @@ impl<const D: usize> Simplices<D> {
     /// Prepares an element at rest.
     #[inline(always)]
     fn lone_element<G: ElementLaw<D>>(&self, gel: &G, id: ElementId) -> LoneElement<D, G::Rest<f64>> {
-        let reference = self.reference(id);
-        let geometry = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, self.section);
-        LoneElement { volume: geometry.volume, scale: geometry.scale(), rest: gel.rest(&geometry) }
+        LoneElement::of(gel, self.section, &self.reference(id))
     }
 
     /// Computes the deformation of an element; at rest, where no node has moved, without rounding.

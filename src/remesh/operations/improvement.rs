@@ -1,0 +1,338 @@
+//! Which elements are remade, and by which operation.
+//!
+//! An element is remade when it hinders: when its own frequency exceeds a limit and so sets the step. Of the operations
+//! around it the one is performed that lowers the frequency of its cavity most, at the least change of stored energy.
+//! Edges that have grown long near a body are split. Shape alone asks for nothing: a stretched skin has a good rest shape
+//! and a good step, and remaking it would cost energy.
+
+use super::editable_mesh::EditableMesh;
+use super::operation::{Operation, OperationKind};
+use super::trial::{ElementModel, Trial};
+use crate::math::Vector;
+use crate::mesh::{ElementId, NodeId};
+
+/// Limits of the operations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EditLimits {
+    /// Frequency above which an element is remade, 1/s.
+    pub frequency: f64,
+    /// Energy to which changes of stored energy are compared, J.
+    pub energy: f64,
+    /// Edge of the first mesh where it is finest, m.
+    pub usual: f64,
+}
+
+/// Surroundings of the gel.
+pub struct EditScene<'a, const D: usize> {
+    /// Distance from the nearest body, negative inside, m.
+    pub gap: &'a dyn Fn(&Vector<D>) -> f64,
+    /// Point outside all bodies that is nearest to a point.
+    pub cleared: &'a dyn Fn(&Vector<D>) -> Vector<D>,
+    /// Target edge length at a point, m.
+    pub size: &'a dyn Fn(&Vector<D>) -> f64,
+}
+
+/// Operations performed, and their energies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EditCounts {
+    /// Splits, collapses, flips and moves.
+    pub operations: [usize; 4],
+    /// Elements above the limit for which no operation was found.
+    pub stuck: usize,
+    /// Change of stored and of kinetic energy by each, J.
+    pub energy: [[f64; 2]; 4],
+}
+
+impl EditCounts {
+    /// Operations of all kinds.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.operations.iter().sum()
+    }
+}
+
+/// Rounds over the elements above the limit.
+const ROUNDS: usize = 3;
+/// Factor by which an operation must lower the frequency of the element for which it is performed.
+const GAIN: f64 = 0.93;
+/// Factor by which the frequency elsewhere in the cavity may rise: rounding.
+const NO_RISE: f64 = 1.0001;
+/// Weight of the change of energy, relative to the reference, against the logarithm of the frequency.
+const ENERGY_WEIGHT: f64 = 300.0;
+/// Greatest change of energy, relative to the reference, of an operation and of a split.
+const MAX_ENERGY: f64 = 3e-3;
+const MAX_SPLIT_ENERGY: f64 = 1e-4;
+/// Ratio to the limit above which an element is remade whatever the energy.
+const FORCED: f64 = 1.6;
+/// Ratio to the limit that splits stay below, so that collapses do not undo them.
+const SPLIT_FREQUENCY: f64 = 0.6;
+/// Factor by which the split of a surface edge may raise the frequency beyond the limit.
+const SURFACE_RISE: f64 = 1.05;
+/// Edge, in target lengths, above which it is split, and least half edge at rest, in usual lengths.
+const LONG_EDGE: f64 = 2.0;
+const LEAST_REST_EDGE: f64 = 0.2;
+/// Distance from a body, in usual lengths, up to which edges are split.
+const NEAR: f64 = 2.0;
+/// Depth of the middle of a surface edge in a body, in usual lengths, above which no operation makes it.
+const MAX_DEPTH: f64 = 0.12;
+/// Parts of the way of a node to the centroid of its neighbours, and to each of them, at rest.
+const WAYS_TO_CENTROID: [f64; 3] = [0.25, 0.5, 1.0];
+const WAYS_TO_NEIGHBOUR: [f64; 2] = [0.12, 0.3];
+
+/// Remakes the elements above the limit, and splits long edges near bodies.
+pub fn improve<const D: usize>(
+    mesh: &mut EditableMesh<D>,
+    model: &impl ElementModel<D>,
+    scene: &EditScene<'_, D>,
+    limits: &EditLimits,
+) -> EditCounts {
+    let mut improver = Improver { mesh, model, scene, limits, counts: EditCounts::default() };
+    improver.split_long_edges();
+    for _ in 0..ROUNDS {
+        if !improver.remake_round() {
+            break;
+        }
+    }
+    improver.counts
+}
+
+/// Improvement in progress.
+struct Improver<'a, 's, const D: usize, M> {
+    mesh: &'a mut EditableMesh<D>,
+    model: &'a M,
+    scene: &'a EditScene<'s, D>,
+    limits: &'a EditLimits,
+    counts: EditCounts,
+}
+
+/// Best operations so far: the one of the best score within the bound of energy, and the one of least energy beyond it.
+#[derive(Default)]
+struct Choice<const D: usize> {
+    best: Option<(f64, Operation<D>, Trial)>,
+    forced: Option<(f64, Operation<D>, Trial)>,
+}
+
+impl<const D: usize> Choice<D> {
+    fn consider(of: &mut Option<(f64, Operation<D>, Trial)>, score: f64, operation: Operation<D>, trial: Trial) {
+        if of.as_ref().is_none_or(|(best, ..)| score < *best) {
+            *of = Some((score, operation, trial));
+        }
+    }
+}
+
+impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, D, M> {
+    /// Remakes each element above the limit, the worst first; returns true if any was remade.
+    fn remake_round(&mut self) -> bool {
+        let all: Vec<ElementId> = self.mesh.present().collect();
+        let mut bad: Vec<(f64, ElementId)> = vec![];
+        for element in all {
+            let frequency = self.mesh.state(element, self.model).frequency;
+            if !(frequency <= self.limits.frequency) && self.mesh.is_compatible(element) {
+                bad.push((frequency, element));
+            }
+        }
+        bad.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut any = false;
+        self.counts.stuck = 0;
+        for (frequency, element) in bad {
+            if self.mesh.has(element) {
+                let done = self.remake(element, frequency);
+                any |= done;
+                self.counts.stuck += usize::from(!done);
+            }
+        }
+        any
+    }
+
+    /// Performs the best operation around an element; returns false if there is none.
+    fn remake(&mut self, element: ElementId, frequency: f64) -> bool {
+        let mut choice = Choice { best: None, forced: None };
+        let nodes = self.mesh.elements[element.index()];
+        for corner in 0..=D {
+            let flip = self.mesh.flip(element, corner);
+            self.consider(flip, frequency, &mut choice);
+        }
+        for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])) {
+            for (a, b, part) in [(a, b, 0.0), (b, a, 0.0), (a, b, 0.5)] {
+                let collapse = self.mesh.collapse(a, b, part);
+                self.consider(collapse, frequency, &mut choice);
+            }
+            if D == 3 {
+                for to in self.ring(a, b) {
+                    let removal = self.mesh.remove_edge(a, b, to);
+                    self.consider(Some(removal), frequency, &mut choice);
+                }
+            }
+        }
+        for node in &nodes[..=D] {
+            for rest in self.targets(*node) {
+                let moved = self.mesh.moved(*node, &rest);
+                self.consider(moved, frequency, &mut choice);
+            }
+        }
+        let is_urgent = frequency > FORCED * self.limits.frequency;
+        match choice.best.or(choice.forced.filter(|_| is_urgent)) {
+            Some((_, operation, trial)) => {
+                self.perform(&operation, &trial);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Nodes around an edge.
+    fn ring(&self, a: NodeId, b: NodeId) -> Vec<NodeId> {
+        let around = self.mesh.around_edge(a, b);
+        let nodes = around.iter().flat_map(|element| self.mesh.corners(*element)).copied();
+        let mut ring: Vec<NodeId> = nodes.filter(|node| *node != a && *node != b).collect();
+        ring.sort_unstable();
+        ring.dedup();
+        ring
+    }
+
+    /// Rest positions to which a node may move.
+    fn targets(&self, node: NodeId) -> Vec<Vector<D>> {
+        let here = self.mesh.nodes[node.index()].rest;
+        let mut neighbours = self.mesh.neighbours(node);
+        // A node of the surface stays in it, and a support keeps its ends.
+        if self.mesh.is_boundary(node) {
+            let held = |node: NodeId| self.mesh.held[node.index()];
+            let is_as_held = |other: NodeId| (0..D).all(|axis| held(other)[axis] || !held(node)[axis]);
+            neighbours.retain(|other| is_as_held(*other) && self.mesh.is_boundary_edge(node, *other));
+        }
+        if neighbours.is_empty() {
+            return vec![];
+        }
+        let rest = |other: &NodeId| self.mesh.nodes[other.index()].rest;
+        let centroid = neighbours.iter().map(rest).sum::<Vector<D>>() / neighbours.len() as f64;
+        let inwards = WAYS_TO_CENTROID.map(|way| here + (centroid - here) * way);
+        let along = neighbours.iter().flat_map(|other| WAYS_TO_NEIGHBOUR.map(|way| here + (rest(other) - here) * way));
+        inwards.into_iter().chain(along).collect()
+    }
+
+    /// Tries an operation for an element of this frequency.
+    fn consider(&mut self, operation: Option<Operation<D>>, frequency: f64, choice: &mut Choice<D>) {
+        let Some(mut operation) = operation else { return };
+        self.clear(&mut operation);
+        let Some(trial) = self.mesh.attempt(&operation, self.model) else { return };
+        let [before, after] = trial.frequency;
+        if after > GAIN * frequency || after > NO_RISE * before || self.is_in_body(&operation) {
+            return;
+        }
+        let energy = trial.energy.abs() / self.limits.energy;
+        if energy <= MAX_ENERGY {
+            let score = (after / before).ln() + ENERGY_WEIGHT * energy;
+            Choice::consider(&mut choice.best, score, operation, trial);
+        } else {
+            Choice::consider(&mut choice.forced, energy, operation, trial);
+        }
+    }
+
+    /// Moves the node of an operation out of the bodies if it is of the surface.
+    fn clear(&self, operation: &mut Operation<D>) {
+        let [a, b] = operation.parents;
+        let is_surface = match operation.kind {
+            OperationKind::Split => self.mesh.is_boundary_edge(a, b),
+            OperationKind::Collapse | OperationKind::Move => self.mesh.is_boundary(b),
+            OperationKind::Flip => false,
+        };
+        if let Some((_, state)) = operation.node.as_mut().filter(|_| is_surface) {
+            state.position = (self.scene.cleared)(&state.position);
+        }
+    }
+
+    /// Returns true if an operation makes a surface edge whose middle is deep in a body.
+    fn is_in_body(&self, operation: &Operation<D>) -> bool {
+        let depth = MAX_DEPTH * self.limits.usual;
+        let at = |node: NodeId| match operation.node {
+            Some((moved, state)) if moved == node => state.position,
+            _ => self.mesh.nodes[node.index()].position,
+        };
+        if operation.kind == OperationKind::Split {
+            return false;
+        }
+        let mut sides: Vec<[NodeId; 2]> = operation
+            .new
+            .iter()
+            .flat_map(|nodes| edges_of::<D>().map(|(i, j)| [nodes[i].min(nodes[j]), nodes[i].max(nodes[j])]))
+            .filter(|[a, b]| (self.scene.gap)(&((at(*a) + at(*b)) * 0.5)) < -depth)
+            .collect();
+        sides.sort_unstable();
+        sides.dedup();
+        sides.iter().any(|[a, b]| self.mesh.is_boundary(*a) && self.mesh.is_boundary(*b))
+    }
+
+    /// Splits the edges near bodies that have grown long, the longest first.
+    fn split_long_edges(&mut self) {
+        for _ in 0..ROUNDS {
+            let long = self.long_edges();
+            let mut any = false;
+            for (_, a, b) in long {
+                any |= self.split(a, b);
+            }
+            if !any {
+                break;
+            }
+        }
+    }
+
+    /// Edges near bodies that are too long, with the negative of their length in target lengths, the longest first.
+    fn long_edges(&self) -> Vec<(f64, NodeId, NodeId)> {
+        let mut long = vec![];
+        let at = |node: NodeId| self.mesh.nodes[node.index()].position;
+        for element in self.mesh.present().filter(|element| self.mesh.is_compatible(*element)) {
+            let nodes = &self.mesh.elements[element.index()];
+            for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
+                let length = (at(a) - at(b)).norm();
+                if length <= LONG_EDGE * self.limits.usual {
+                    continue;
+                }
+                let middle = (at(a) + at(b)) * 0.5;
+                let ratio = length / (self.scene.size)(&middle);
+                if ratio > LONG_EDGE && (self.scene.gap)(&middle) < NEAR * self.limits.usual {
+                    long.push((-ratio, a, b));
+                }
+            }
+        }
+        long.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        long.dedup_by(|a, b| (a.1, a.2) == (b.1, b.2));
+        long
+    }
+
+    fn split(&mut self, a: NodeId, b: NodeId) -> bool {
+        let rest = |node: NodeId| self.mesh.nodes[node.index()].rest;
+        if 0.5 * (rest(a) - rest(b)).norm() < LEAST_REST_EDGE * self.limits.usual {
+            return false;
+        }
+        let mut operation = self.mesh.split(a, b);
+        if operation.old.is_empty() {
+            return false;
+        }
+        self.clear(&mut operation);
+        let is_surface = self.mesh.is_boundary_edge(a, b);
+        let Some(trial) = self.mesh.attempt(&operation, self.model) else { return false };
+        let [before, after] = trial.frequency;
+        let is_slow = if is_surface {
+            after < self.limits.frequency || after < SURFACE_RISE * before
+        } else {
+            after < SPLIT_FREQUENCY * self.limits.frequency
+        };
+        if !is_slow || trial.energy.abs() > MAX_SPLIT_ENERGY * self.limits.energy {
+            return false;
+        }
+        self.perform(&operation, &trial);
+        true
+    }
+
+    fn perform(&mut self, operation: &Operation<D>, trial: &Trial) {
+        let kinetic = self.mesh.commit(operation, &trial.states);
+        self.counts.operations[operation.kind as usize] += 1;
+        let [stored, moving] = &mut self.counts.energy[operation.kind as usize];
+        (*stored, *moving) = (*stored + trial.energy, *moving + kinetic);
+    }
+}
+
+/// Pairs of corners of a simplex.
+fn edges_of<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
+    (0..=D).flat_map(|j| (0..j).map(move |i| (i, j)))
+}

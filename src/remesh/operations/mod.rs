@@ -1,0 +1,23 @@
+//! Local operations that keep the rest map: split, collapse, flip and move (Wicke et al. 2010, Lahiri et al. 2008).
+//!
+//! Every node carries its rest position X beside its position x, and every element made here has F = ∂x/∂X of its own
+//! nodes: a gel that is unloaded takes its first shape again. An operation replaces the elements of a cavity by others
+//! that fill the same gel, positive in both spaces.
+//!
+//! - `editable_mesh`: the mesh, its elements replaced one cavity at a time.
+//! - `operation`: the four operations, in the plane and in space.
+//! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity.
+//! - `velocity`: the velocities after an operation, which keep momentum and kinetic energy.
+//! - `improvement`: which elements are remade, and by which operation.
+
+mod editable_mesh;
+mod improvement;
+mod operation;
+#[cfg(test)]
+mod tests;
+mod trial;
+mod velocity;
+
+pub use editable_mesh::{EditableMesh, EditedMesh};
+pub use improvement::{EditCounts, EditLimits, EditScene, improve};
+pub use trial::{ElementModel, ElementState};

@@ -1,0 +1,252 @@
+//! Operations on random cavities of deformed blocks, in the plane, about an axis and in space.
+
+use super::editable_mesh::EditableMesh;
+use super::operation::Operation;
+use super::trial::{ElementModel, ElementState};
+use super::{EditLimits, EditScene, improve};
+use crate::math::{Tensor, Vector, det};
+use crate::mesh::{
+    BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, NodeId, block, boundary, edges, facet_measure, shape_quality,
+    signed_volume, uniform,
+};
+use crate::remesh::test_bodies::TestRandom;
+use crate::remesh::{BodySymmetry, ConservedTotals, corner_masses, nodal_masses};
+
+/// Elements of ψ = ½ (|F|² − D − 2 ln J) + 5 (J − 1)², in units of the shear modulus; the frequency is that of the least
+/// height.
+struct Solid {
+    symmetry: BodySymmetry,
+}
+
+const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
+
+impl<const D: usize> ElementModel<D> for Solid {
+    fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
+        let [rest_edges, now_edges] = [rest, now].map(|x| edges(x, &CORNERS));
+        let inverse = rest_edges.try_inverse().unwrap_or_else(Tensor::<D>::zeros);
+        let f = now_edges * inverse;
+        let ring = |x: &[Vector<D>; 4]| x[..=D].iter().map(|x| x[0]).sum::<f64>();
+        let is_ring = self.symmetry == BodySymmetry::Axisymmetric;
+        let hoop = if is_ring { ring(now) / ring(rest) } else { 1.0 };
+        let volume = signed_volume(rest, &CORNERS) * if is_ring { ring(rest) } else { 1.0 };
+        let jacobian = det(&f) * hoop;
+        let strain = f.norm_squared() + hoop * hoop - (D + 1) as f64 - 2.0 * jacobian.abs().ln();
+        let energy = volume * (0.5 * strain + 5.0 * (jacobian - 1.0).powi(2));
+        let frequency = now_edges.norm() / signed_volume(now, &CORNERS);
+        ElementState { volume, jacobian, energy, frequency }
+    }
+
+    fn common_energy(&self, _jacobian: f64) -> f64 {
+        0.0
+    }
+}
+
+/// A block, strained and moving, held at its first face of the last axis.
+struct Body<const D: usize> {
+    mesh: Mesh<D>,
+    position: Vec<Vector<D>>,
+    velocity: Vec<Vector<D>>,
+    corner_mass: Vec<[f64; 4]>,
+    solid: Solid,
+}
+
+impl<const D: usize> Body<D> {
+    fn new(symmetry: BodySymmetry, is_held: bool, random: &mut TestRandom) -> Self {
+        let from = if symmetry == BodySymmetry::Axisymmetric { 0.3 } else { 0.0 };
+        let planes =
+            std::array::from_fn(
+                |axis| if axis == 0 { uniform(from, from + 1.0, 0.25) } else { uniform(0.0, 1.0, 0.25) },
+            );
+        let faces =
+            if is_held { vec![HeldFace { axis: D - 1, high: false, hold: FaceConstraint::Normal }] } else { vec![] };
+        let mesh = block::<D>(BlockSpec { planes, split: CellSplit::Centred, faces });
+        let bent = |x: &Vector<D>, random: &mut TestRandom| {
+            let (across, along) = (x[0], x[D - 1]);
+            let mut now = *x;
+            now[0] += 0.3 * across * along;
+            now[D - 1] *= 1.4 - 0.2 * across;
+            now + Vector::<D>::from_fn(|_, _| 0.02 * along * (random.next() - 0.5))
+        };
+        let position: Vec<_> = mesh.rest.iter().map(|x| bent(x, random)).collect();
+        let velocity = mesh
+            .held
+            .iter()
+            .map(|held| Vector::<D>::from_fn(|axis, _| if held[axis] { 0.0 } else { random.next() - 0.3 }))
+            .collect();
+        let solid = Solid { symmetry };
+        let volume = |nodes: &[NodeId; 4]| solid.state(&at(&mesh.rest, nodes), &at(&position, nodes)).volume;
+        let masses: Vec<f64> = mesh.elements.iter().map(volume).collect();
+        let corner_mass = corner_masses(&mesh.rest, &mesh.elements, &masses, symmetry);
+        Self { mesh, position, velocity, corner_mass, solid }
+    }
+
+    fn editable(&self) -> EditableMesh<D> {
+        let n = self.mesh.elements.len();
+        let mass = nodal_masses::<D>(self.mesh.rest.len(), &self.mesh.elements, &self.corner_mass);
+        EditableMesh::new(
+            &self.mesh,
+            (&self.position, &self.velocity),
+            (&mass, &self.corner_mass),
+            (vec![1.0; n], vec![true; n]),
+            self.solid.symmetry,
+        )
+    }
+}
+
+fn at<const D: usize>(x: &[Vector<D>], nodes: &[NodeId; 4]) -> [Vector<D>; 4] {
+    std::array::from_fn(|k| x[nodes[k.min(D)].index()])
+}
+
+/// Stored energy of a mesh, and its totals.
+fn totals<const D: usize>(mesh: &EditableMesh<D>, solid: &Solid) -> (f64, ConservedTotals<D>) {
+    let (edited, _) = mesh.clone().finish();
+    let energy = |nodes: &[NodeId; 4]| solid.state(&at(&edited.rest, nodes), &at(&edited.position, nodes)).energy;
+    let stored = edited.elements.iter().map(energy).sum();
+    (stored, ConservedTotals::of(&edited.position, &edited.mass, &edited.velocity))
+}
+
+/// A random operation.
+fn drawn<const D: usize>(mesh: &EditableMesh<D>, random: &mut TestRandom) -> Option<Operation<D>> {
+    let present: Vec<_> = mesh.present().collect();
+    let mut pick = |n: usize| ((random.next() * n as f64) as usize).min(n - 1);
+    let element = present[pick(present.len())];
+    let nodes = mesh.elements[element.index()];
+    let (i, kind) = (pick(D + 1), pick(5));
+    let (a, b) = (nodes[i], nodes[(i + 1 + pick(D)) % (D + 1)]);
+    match kind {
+        0 => Some(mesh.split(a, b)),
+        1 => mesh.collapse(a, b, 0.5 * pick(2) as f64),
+        2 => mesh.flip(element, i),
+        3 if D == 3 => {
+            let to = *nodes[..=D].iter().find(|node| **node != a && **node != b)?;
+            Some(mesh.remove_edge(a, b, to))
+        }
+        _ => {
+            let way = mesh.nodes[b.index()].rest - mesh.nodes[a.index()].rest;
+            mesh.moved(a, &(mesh.nodes[a.index()].rest + way * (0.3 * random.next())))
+        }
+    }
+}
+
+fn check_random_operations<const D: usize>(symmetry: BodySymmetry, is_held: bool) {
+    let mut random = TestRandom::new(5);
+    let body = Body::<D>::new(symmetry, is_held, &mut random);
+    let mut mesh = body.editable();
+    let measure = |x: &[Vector<D>], elements: &[[NodeId; 4]]| -> f64 {
+        elements.iter().map(|nodes| signed_volume(x, nodes)).sum()
+    };
+    let surface = |x: &[Vector<D>], elements: &[[NodeId; 4]]| -> f64 {
+        boundary::<D>(elements).iter().map(|facet| facet_measure(x, facet)).sum()
+    };
+    let mut done = [0; 4];
+    for _ in 0..600 {
+        let Some(operation) = drawn(&mesh, &mut random) else { continue };
+        let Some(trial) = mesh.attempt(&operation, &body.solid) else { continue };
+        let (stored, before) = totals(&mesh, &body.solid);
+        let kinetic = mesh.commit(&operation, &trial.states);
+        let (after_stored, after) = totals(&mesh, &body.solid);
+        done[operation.kind as usize] += 1;
+        let kind = operation.kind;
+        assert!((after_stored - stored - trial.energy).abs() < 1e-11, "{kind:?}: {stored} {after_stored}");
+        assert!((after.kinetic - before.kinetic - kinetic).abs() < 1e-11);
+        assert!((after.mass - before.mass).abs() < 1e-13);
+        if !is_held {
+            let radial = usize::from(symmetry == BodySymmetry::Axisymmetric);
+            let slip = after.momentum - before.momentum;
+            assert!((radial..D).all(|axis| slip[axis].abs() < 1e-13), "{kind:?}: {slip}");
+            if radial == 0 {
+                assert!((after.angular - before.angular).norm() < 1e-12, "{kind:?}");
+            }
+        }
+    }
+    assert!(done.iter().all(|n| *n > 8), "{done:?}");
+    let (edited, pairing) = mesh.finish();
+    let (old, new) = (&body.mesh, &edited);
+    assert!((measure(&old.rest, &old.elements) - measure(&new.rest, &new.elements)).abs() < 1e-12);
+    assert!((surface(&old.rest, &old.elements) - surface(&new.rest, &new.elements)).abs() < 1e-11);
+    for nodes in &new.elements {
+        assert!(shape_quality(&new.rest, nodes) > 0.0 && shape_quality(&new.position, nodes) > 0.0);
+    }
+    let mass = nodal_masses::<D>(new.rest.len(), &new.elements, &new.corner_mass);
+    assert!(mass.iter().zip(&new.mass).all(|(a, b)| (a - b).abs() < 1e-15 && *b > 0.0));
+    for (same, nodes) in pairing.same.iter().zip(&new.elements) {
+        let Some(same) = same else { continue };
+        let was = at(&old.rest, &old.elements[same.element.index()]);
+        assert!(was == at(&new.rest, nodes));
+    }
+}
+
+#[test]
+fn operations_keep_mass_momentum_surface_and_what_they_say_of_energy() {
+    for is_held in [false, true] {
+        check_random_operations::<2>(BodySymmetry::Planar, is_held);
+        check_random_operations::<2>(BodySymmetry::Axisymmetric, is_held);
+        check_random_operations::<3>(BodySymmetry::Spatial, is_held);
+    }
+}
+
+fn check_split<const D: usize>(symmetry: BodySymmetry) {
+    let mut random = TestRandom::new(7);
+    let body = Body::<D>::new(symmetry, false, &mut random);
+    let mut mesh = body.editable();
+    let nodes = mesh.elements[17];
+    let operation = mesh.split(nodes[0], nodes[1]);
+    let trial = mesh.attempt(&operation, &body.solid).unwrap();
+    assert!(trial.energy.abs() < 1e-14 && operation.new.len() == 2 * operation.old.len());
+}
+
+#[test]
+fn a_split_stores_no_energy() {
+    check_split::<2>(BodySymmetry::Planar);
+    check_split::<3>(BodySymmetry::Spatial);
+}
+
+/// Corners of the block and the ends of its support are never given up or moved.
+#[test]
+fn corners_and_supports_stay() {
+    let mut random = TestRandom::new(9);
+    let body = Body::<2>::new(BodySymmetry::Planar, true, &mut random);
+    let mut mesh = body.editable();
+    let at = |x: f64, z: f64| body.mesh.rest.iter().position(|p| (p - Vector::<2>::new(x, z)).norm() < 1e-9);
+    let node = |x: f64, z: f64| NodeId(at(x, z).unwrap() as u32);
+    let legal = |mesh: &mut EditableMesh<2>, operation: Option<Operation<2>>| {
+        operation.is_some_and(|operation| mesh.attempt(&operation, &body.solid).is_some())
+    };
+    let (corner, beside, above) = (node(1.0, 0.0), node(0.75, 0.0), node(1.0, 0.25));
+    for (a, b) in [(corner, beside), (corner, above), (above, corner)] {
+        let collapse = mesh.collapse(a, b, 0.0);
+        assert!(!legal(&mut mesh, collapse), "{a:?} {b:?}");
+    }
+    // A node of the held face, and one of a free face, may move within their faces.
+    let within = [(beside, Vector::<2>::new(0.7, 0.0)), (above, Vector::<2>::new(1.0, 0.3))];
+    let moves = within.map(|(node, rest)| mesh.moved(node, &rest));
+    assert_eq!(moves.map(|operation| legal(&mut mesh, operation)), [true; 2]);
+    let moved = mesh.moved(corner, &Vector::<2>::new(0.97, 0.0));
+    assert!(!legal(&mut mesh, moved));
+}
+
+/// A flattened element is remade, at a fraction of its frequency and hardly any energy; nothing is done without need.
+#[test]
+fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
+    let mut random = TestRandom::new(11);
+    let mut body = Body::<2>::new(BodySymmetry::Planar, false, &mut random);
+    let nodes = body.mesh.elements[30];
+    let middle = (body.position[nodes[0].index()] + body.position[nodes[1].index()]) * 0.5;
+    let apex = &mut body.position[nodes[2].index()];
+    *apex = middle + (*apex - middle) * 0.08;
+    let mut mesh = body.editable();
+    let frequencies = |mesh: &mut EditableMesh<2>| {
+        let all: Vec<_> = mesh.present().collect();
+        all.into_iter().map(|e| mesh.state(e, &body.solid).frequency).fold(0.0, f64::max)
+    };
+    let worst = frequencies(&mut mesh);
+    let far = |_: &Vector<2>| f64::INFINITY;
+    let scene = EditScene { gap: &far, cleared: &|x| *x, size: &|_| 0.25 };
+    let limits = |frequency: f64| EditLimits { frequency, energy: 100.0, usual: 0.25 };
+    let idle = improve(&mut mesh, &body.solid, &scene, &limits(1.01 * worst));
+    assert!(idle.total() == 0 && mesh.finish().1.gone.is_empty());
+    let mut mesh = body.editable();
+    let counts = improve(&mut mesh, &body.solid, &scene, &limits(0.7 * worst));
+    assert!(counts.total() > 0 && counts.stuck == 0, "{counts:?}");
+    assert!(frequencies(&mut mesh) <= 0.7 * worst);
+}
