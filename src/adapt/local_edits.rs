@@ -15,6 +15,10 @@ use crate::remesh::{self, MeshCorrespondence, MeshQuality};
 use crate::state::MeshInstance;
 use std::time::Instant;
 
+/// Frequency, as a fraction of the one that ends a mesh, from which elements are remade with the others: elements that
+/// would end the next mesh soon. Of 16 m/s on cells of 1.25 mm it leaves half of the remeshings.
+const ANTICIPATION: f64 = 0.7;
+
 /// Mesh after local operations.
 pub(super) struct EditedGel<const D: usize> {
     mesh: EditedMesh<D>,
@@ -68,7 +72,7 @@ pub(super) fn edit_mesh<const D: usize>(
     let step = |element| Some(gel.engine.step_of(ElementId(element))).filter(|step| *step > 0);
     let steps = (0..potential.len() as u32).map(|e| step(e).map_or(f64::INFINITY, |step| grid.time(step))).collect();
     let mut mesh = EditableMesh::new(
-        &old.mesh,
+        (&old.mesh, &gel.engine.gel().star),
         (&state.position, &state.velocity),
         (&old.mass, &old.corner_mass),
         (steps, compatible),
@@ -91,11 +95,12 @@ pub(super) fn edit_mesh<const D: usize>(
     let now = gel.engine.now();
     let totals = gel.engine.totals(now);
     let limits = EditLimits {
-        frequency: gel.engine.frequency_of_step(gel.least_step()),
+        frequency: ANTICIPATION * gel.engine.frequency_of_step(gel.least_step()),
         energy: totals.ledger.energy.provided(totals.initial_energy),
         usual: settings.usual,
     };
-    let counts = improve(&mut mesh, &model, &scene, &limits);
+    let bad = gel.engine.elements_above(limits.frequency, |element| old.corner_mass[element][..=D].iter().sum());
+    let counts = improve(&mut mesh, &model, &scene, &limits, bad);
     let (mesh, pairing) = mesh.finish();
     EditedGel { mesh, pairing, counts, kinetic: kinetic_energy(&old.mass, &state.velocity) }
 }

@@ -329,6 +329,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         2.0 * self.system.model.settings.cfl / step
     }
 
+    /// Returns the elements whose own frequency exceeds a limit, 1/s: the square root of (D + 1) κ/m for their masses m,
+    /// kg.
+    #[must_use]
+    pub fn elements_above(&self, frequency: f64, mass: impl Fn(usize) -> f64) -> Vec<ElementId> {
+        let system = &self.system;
+        let stiffness = |element| system.state.stiffness[system.model.layout.slot(element)];
+        let is_above =
+            |element: &ElementId| (D + 1) as f64 * stiffness(*element) > frequency * frequency * mass(element.index());
+        (0..system.model.gel.potential.len() as u32).map(ElementId).filter(is_above).collect()
+    }
+
     /// Returns the present step of an element, ticks.
     #[must_use]
     pub fn step_of(&self, element: ElementId) -> Tick {

@@ -7,6 +7,7 @@ use crate::math::Vector;
 use crate::mesh::{ElementId, Mesh, NodeId, NodeIncidence, Simplex};
 use crate::remesh::nodal_fields::corner_masses;
 use crate::remesh::{BodySymmetry, MeshCorrespondence, UnchangedElement};
+use std::collections::BTreeMap;
 
 /// Rest position, position and velocity of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,7 @@ pub struct NodeState<const D: usize> {
 ///
 /// Nodes and elements that are made are appended; those that are given up keep their number until [`Self::finish`].
 #[derive(Debug, Clone)]
-pub struct EditableMesh<const D: usize> {
+pub struct EditableMesh<'a, const D: usize> {
     pub(super) nodes: Vec<NodeState<D>>,
     /// Masses of the nodes, kg.
     pub(super) mass: Vec<f64>,
@@ -35,8 +36,10 @@ pub struct EditableMesh<const D: usize> {
     is_there: Vec<bool>,
     /// True for elements whose rest shape is that of their nodes; no operation touches the others.
     is_compatible: Vec<bool>,
-    /// Elements around each node, ascending.
-    star: Vec<Vec<ElementId>>,
+    /// Elements around each node of the first mesh.
+    incidence: &'a NodeIncidence,
+    /// Elements around the nodes of cavities, ascending.
+    star: BTreeMap<NodeId, Vec<ElementId>>,
     /// State of each element, where it has been asked for.
     states: Vec<Option<ElementState>>,
     /// Elements of the first mesh.
@@ -65,20 +68,18 @@ pub struct EditedMesh<const D: usize> {
     pub step: Vec<f64>,
 }
 
-impl<const D: usize> EditableMesh<D> {
+impl<'a, const D: usize> EditableMesh<'a, D> {
     /// Mesh with the positions, m, and velocities, m/s, of its nodes; elements with a rest shape of their own are not
-    /// `is_compatible`. `step` holds their time steps, s.
+    /// `is_compatible`. `step` holds their time steps, s, and `incidence` the elements around each node.
     #[must_use]
     pub fn new(
-        mesh: &Mesh<D>,
+        (mesh, incidence): (&Mesh<D>, &'a NodeIncidence),
         (position, velocity): (&[Vector<D>], &[Vector<D>]),
         (mass, corner_mass): (&[f64], &[[f64; 4]]),
         (step, is_compatible): (Vec<f64>, Vec<bool>),
         symmetry: BodySymmetry,
     ) -> Self {
-        let incidence = NodeIncidence::new(mesh.rest.len(), mesh.elements.iter().map(|nodes| &nodes[..=D]));
         let node = |i: usize| NodeState { rest: mesh.rest[i], position: position[i], velocity: velocity[i] };
-        let ids = (0..mesh.rest.len() as u32).map(NodeId);
         Self {
             nodes: (0..mesh.rest.len()).map(node).collect(),
             mass: mass.to_vec(),
@@ -88,11 +89,17 @@ impl<const D: usize> EditableMesh<D> {
             step,
             is_there: vec![true; mesh.elements.len()],
             is_compatible,
-            star: ids.map(|node| incidence.of(node).to_vec()).collect(),
+            incidence,
+            star: BTreeMap::new(),
             states: vec![None; mesh.elements.len()],
             n_first: mesh.elements.len(),
             symmetry,
         }
+    }
+
+    /// Number of elements so far, also of those that were replaced.
+    pub(super) fn n_elements(&self) -> usize {
+        self.elements.len()
     }
 
     /// Elements of the present mesh, ascending.
@@ -111,7 +118,12 @@ impl<const D: usize> EditableMesh<D> {
 
     /// Elements around a node, ascending.
     pub(super) fn around(&self, node: NodeId) -> &[ElementId] {
-        &self.star[node.index()]
+        self.star.get(&node).map_or_else(|| self.incidence.of(node), Vec::as_slice)
+    }
+
+    /// Elements around a node, to be changed.
+    fn star_mut(&mut self, node: NodeId) -> &mut Vec<ElementId> {
+        self.star.entry(node).or_insert_with(|| self.incidence.of(node).to_vec())
     }
 
     /// Elements around an edge, ascending.
@@ -180,8 +192,8 @@ impl<const D: usize> EditableMesh<D> {
         }
         for element in &operation.old {
             self.is_there[element.index()] = false;
-            for node in &self.elements[element.index()][..=D] {
-                self.star[node.index()].retain(|other| other != element);
+            for node in self.elements[element.index()][..=D].to_vec() {
+                self.star_mut(node).retain(|other| other != element);
             }
         }
         // Every part of the cavity has the density of the whole, at rest.
@@ -191,12 +203,12 @@ impl<const D: usize> EditableMesh<D> {
             self.add(*nodes, *state, whole * state.volume / volume);
             self.step.push(step);
         }
-        for node in touched.iter().map(|node| node.index()) {
+        for node in &touched {
             let corner = |element: &ElementId| {
                 let nodes = self.elements[element.index()];
-                (0..=D).filter(|k| nodes[*k].index() == node).map(|k| self.corner_mass[element.index()][k]).sum::<f64>()
+                (0..=D).filter(|k| nodes[*k] == *node).map(|k| self.corner_mass[element.index()][k]).sum::<f64>()
             };
-            self.mass[node] = self.star[node].iter().map(corner).sum::<f64>() + 0.0;
+            self.mass[node.index()] = self.around(*node).iter().map(corner).sum::<f64>() + 0.0;
         }
         keep_motion(self, &touched, &before)
     }
@@ -220,7 +232,7 @@ impl<const D: usize> EditableMesh<D> {
         let [a, b] = operation.parents;
         self.nodes.push(state);
         self.mass.push(0.0);
-        self.star.push(vec![]);
+        self.star.insert(node, vec![]);
         self.held.push(std::array::from_fn(|axis| self.held[a.index()][axis] && self.held[b.index()][axis]));
     }
 
@@ -229,7 +241,7 @@ impl<const D: usize> EditableMesh<D> {
         let rest: Vec<Vector<D>> = nodes[..=D].iter().map(|node| self.nodes[node.index()].rest).collect();
         let own = [0, 1, 2, if D == 2 { 0 } else { 3 }].map(NodeId);
         let corner_mass = corner_masses(&rest, &[own], &[mass], self.symmetry)[0];
-        nodes[..=D].iter().for_each(|node| self.star[node.index()].push(element));
+        nodes[..=D].iter().for_each(|node| self.star_mut(*node).push(element));
         self.elements.push(nodes);
         self.corner_mass.push(corner_mass);
         self.is_there.push(true);
@@ -240,7 +252,8 @@ impl<const D: usize> EditableMesh<D> {
     /// Mesh without what was given up, and its correspondence with the first one.
     #[must_use]
     pub fn finish(self) -> (EditedMesh<D>, MeshCorrespondence) {
-        let is_used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
+        let mut is_used = vec![true; self.nodes.len()];
+        self.star.iter().filter(|(_, star)| star.is_empty()).for_each(|(node, _)| is_used[node.index()] = false);
         let mut number = vec![NodeId(0); self.nodes.len()];
         let kept: Vec<usize> = (0..self.nodes.len()).filter(|node| is_used[*node]).collect();
         for (new, old) in (0..).map(NodeId).zip(&kept) {

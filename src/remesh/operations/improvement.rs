@@ -79,17 +79,25 @@ const MAX_DEPTH: f64 = 0.12;
 const WAYS_TO_CENTROID: [f64; 3] = [0.25, 0.5, 1.0];
 const WAYS_TO_NEIGHBOUR: [f64; 2] = [0.12, 0.3];
 
-/// Remakes the elements above the limit, and splits long edges near bodies.
+/// Remakes the elements above the limit, `bad` of the mesh as it is, and splits long edges near bodies.
 pub fn improve<const D: usize>(
-    mesh: &mut EditableMesh<D>,
+    mesh: &mut EditableMesh<'_, D>,
     model: &impl ElementModel<D>,
     scene: &EditScene<'_, D>,
     limits: &EditLimits,
+    bad: Vec<ElementId>,
 ) -> EditCounts {
+    let n_first = mesh.n_elements();
     let mut improver = Improver { mesh, model, scene, limits, counts: EditCounts::default() };
     improver.split_long_edges();
+    let (mut bad, mut seen) = (bad, n_first);
     for _ in 0..ROUNDS {
-        if !improver.remake_round() {
+        // Elements that were made since belong to the next round.
+        let made = seen..improver.mesh.n_elements();
+        seen = made.end;
+        bad.extend(made.map(|element| ElementId(element as u32)));
+        bad = improver.above_limit(bad);
+        if !improver.remake_all(&bad) {
             break;
         }
     }
@@ -97,8 +105,8 @@ pub fn improve<const D: usize>(
 }
 
 /// Improvement in progress.
-struct Improver<'a, 's, const D: usize, M> {
-    mesh: &'a mut EditableMesh<D>,
+struct Improver<'a, 'm, 's, const D: usize, M> {
+    mesh: &'a mut EditableMesh<'m, D>,
     model: &'a M,
     scene: &'a EditScene<'s, D>,
     limits: &'a EditLimits,
@@ -120,23 +128,31 @@ impl<const D: usize> Choice<D> {
     }
 }
 
-impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, D, M> {
-    /// Remakes each element above the limit, the worst first; returns true if any was remade.
-    fn remake_round(&mut self) -> bool {
-        let all: Vec<ElementId> = self.mesh.present().collect();
+impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
+    /// Those of these elements that are there and above the limit, the worst first.
+    fn above_limit(&mut self, elements: Vec<ElementId>) -> Vec<ElementId> {
         let mut bad: Vec<(f64, ElementId)> = vec![];
-        for element in all {
+        for element in elements {
+            if !self.mesh.has(element) {
+                continue;
+            }
             let frequency = self.mesh.state(element, self.model).frequency;
             if !(frequency <= self.limits.frequency) && self.mesh.is_compatible(element) {
                 bad.push((frequency, element));
             }
         }
         bad.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        bad.into_iter().map(|(_, element)| element).collect()
+    }
+
+    /// Remakes each of these elements; returns true if any was remade.
+    fn remake_all(&mut self, bad: &[ElementId]) -> bool {
         let mut any = false;
         self.counts.stuck = 0;
-        for (frequency, element) in bad {
-            if self.mesh.has(element) {
-                let done = self.remake(element, frequency);
+        for element in bad {
+            if self.mesh.has(*element) {
+                let frequency = self.mesh.state(*element, self.model).frequency;
+                let done = self.remake(*element, frequency);
                 any |= done;
                 self.counts.stuck += usize::from(!done);
             }
@@ -264,23 +280,22 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, D, M> {
 
     /// Splits the edges near bodies that have grown long, the longest first.
     fn split_long_edges(&mut self) {
+        let mut seen = 0;
         for _ in 0..ROUNDS {
-            let long = self.long_edges();
-            let mut any = false;
-            for (_, a, b) in long {
-                any |= self.split(a, b);
-            }
-            if !any {
-                break;
+            let from = std::mem::replace(&mut seen, self.mesh.n_elements());
+            for (_, a, b) in self.long_edges(from) {
+                self.split(a, b);
             }
         }
     }
 
-    /// Edges near bodies that are too long, with the negative of their length in target lengths, the longest first.
-    fn long_edges(&self) -> Vec<(f64, NodeId, NodeId)> {
+    /// Edges of the elements from a number on that are near bodies and too long, with the negative of their length in
+    /// target lengths, the longest first.
+    fn long_edges(&self, from: usize) -> Vec<(f64, NodeId, NodeId)> {
         let mut long = vec![];
         let at = |node: NodeId| self.mesh.nodes[node.index()].position;
-        for element in self.mesh.present().filter(|element| self.mesh.is_compatible(*element)) {
+        let all = (from..self.mesh.n_elements()).map(|element| ElementId(element as u32));
+        for element in all.filter(|element| self.mesh.has(*element) && self.mesh.is_compatible(*element)) {
             let nodes = &self.mesh.elements[element.index()];
             for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
                 let length = (at(a) - at(b)).norm();

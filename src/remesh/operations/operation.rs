@@ -43,7 +43,7 @@ fn between<const D: usize>(a: &NodeState<D>, b: &NodeState<D>, part: f64) -> Nod
     }
 }
 
-impl<const D: usize> EditableMesh<D> {
+impl<const D: usize> EditableMesh<'_, D> {
     /// Split of an edge at its middle.
     pub(super) fn split(&self, a: NodeId, b: NodeId) -> Operation<D> {
         let (old, node) = (self.around_edge(a, b), NodeId(self.nodes.len() as u32));

@@ -6,8 +6,8 @@ use super::trial::{ElementModel, ElementState};
 use super::{EditLimits, EditScene, improve};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{
-    BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, NodeId, block, boundary, edges, facet_measure, shape_quality,
-    signed_volume, uniform,
+    BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, NodeId, NodeIncidence, block, boundary, edges, facet_measure,
+    shape_quality, signed_volume, uniform,
 };
 use crate::remesh::test_bodies::TestRandom;
 use crate::remesh::{BodySymmetry, ConservedTotals, corner_masses, nodal_masses};
@@ -47,6 +47,7 @@ struct Body<const D: usize> {
     position: Vec<Vector<D>>,
     velocity: Vec<Vector<D>>,
     corner_mass: Vec<[f64; 4]>,
+    incidence: NodeIncidence,
     solid: Solid,
 }
 
@@ -77,14 +78,15 @@ impl<const D: usize> Body<D> {
         let volume = |nodes: &[NodeId; 4]| solid.state(&at(&mesh.rest, nodes), &at(&position, nodes)).volume;
         let masses: Vec<f64> = mesh.elements.iter().map(volume).collect();
         let corner_mass = corner_masses(&mesh.rest, &mesh.elements, &masses, symmetry);
-        Self { mesh, position, velocity, corner_mass, solid }
+        let incidence = NodeIncidence::new(mesh.rest.len(), mesh.elements.iter().map(|nodes| &nodes[..=D]));
+        Self { mesh, position, velocity, corner_mass, incidence, solid }
     }
 
-    fn editable(&self) -> EditableMesh<D> {
+    fn editable(&self) -> EditableMesh<'_, D> {
         let n = self.mesh.elements.len();
         let mass = nodal_masses::<D>(self.mesh.rest.len(), &self.mesh.elements, &self.corner_mass);
         EditableMesh::new(
-            &self.mesh,
+            (&self.mesh, &self.incidence),
             (&self.position, &self.velocity),
             (&mass, &self.corner_mass),
             (vec![1.0; n], vec![true; n]),
@@ -98,7 +100,7 @@ fn at<const D: usize>(x: &[Vector<D>], nodes: &[NodeId; 4]) -> [Vector<D>; 4] {
 }
 
 /// Stored energy of a mesh, and its totals.
-fn totals<const D: usize>(mesh: &EditableMesh<D>, solid: &Solid) -> (f64, ConservedTotals<D>) {
+fn totals<const D: usize>(mesh: &EditableMesh<'_, D>, solid: &Solid) -> (f64, ConservedTotals<D>) {
     let (edited, _) = mesh.clone().finish();
     let energy = |nodes: &[NodeId; 4]| solid.state(&at(&edited.rest, nodes), &at(&edited.position, nodes)).energy;
     let stored = edited.elements.iter().map(energy).sum();
@@ -106,7 +108,7 @@ fn totals<const D: usize>(mesh: &EditableMesh<D>, solid: &Solid) -> (f64, Conser
 }
 
 /// A random operation.
-fn drawn<const D: usize>(mesh: &EditableMesh<D>, random: &mut TestRandom) -> Option<Operation<D>> {
+fn drawn<const D: usize>(mesh: &EditableMesh<'_, D>, random: &mut TestRandom) -> Option<Operation<D>> {
     let present: Vec<_> = mesh.present().collect();
     let mut pick = |n: usize| ((random.next() * n as f64) as usize).min(n - 1);
     let element = present[pick(present.len())];
@@ -209,7 +211,7 @@ fn corners_and_supports_stay() {
     let mut mesh = body.editable();
     let at = |x: f64, z: f64| body.mesh.rest.iter().position(|p| (p - Vector::<2>::new(x, z)).norm() < 1e-9);
     let node = |x: f64, z: f64| NodeId(at(x, z).unwrap() as u32);
-    let legal = |mesh: &mut EditableMesh<2>, operation: Option<Operation<2>>| {
+    let legal = |mesh: &mut EditableMesh<'_, 2>, operation: Option<Operation<2>>| {
         operation.is_some_and(|operation| mesh.attempt(&operation, &body.solid).is_some())
     };
     let (corner, beside, above) = (node(1.0, 0.0), node(0.75, 0.0), node(1.0, 0.25));
@@ -235,7 +237,7 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     let apex = &mut body.position[nodes[2].index()];
     *apex = middle + (*apex - middle) * 0.08;
     let mut mesh = body.editable();
-    let frequencies = |mesh: &mut EditableMesh<2>| {
+    let frequencies = |mesh: &mut EditableMesh<'_, 2>| {
         let all: Vec<_> = mesh.present().collect();
         all.into_iter().map(|e| mesh.state(e, &body.solid).frequency).fold(0.0, f64::max)
     };
@@ -243,10 +245,11 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     let far = |_: &Vector<2>| f64::INFINITY;
     let scene = EditScene { gap: &far, cleared: &|x| *x, size: &|_| 0.25 };
     let limits = |frequency: f64| EditLimits { frequency, energy: 100.0, usual: 0.25 };
-    let idle = improve(&mut mesh, &body.solid, &scene, &limits(1.01 * worst));
+    let idle = improve(&mut mesh, &body.solid, &scene, &limits(1.01 * worst), vec![]);
     assert!(idle.total() == 0 && mesh.finish().1.gone.is_empty());
     let mut mesh = body.editable();
-    let counts = improve(&mut mesh, &body.solid, &scene, &limits(0.7 * worst));
+    let bad = mesh.present().collect();
+    let counts = improve(&mut mesh, &body.solid, &scene, &limits(0.7 * worst), bad);
     assert!(counts.total() > 0 && counts.stuck == 0, "{counts:?}");
     assert!(frequencies(&mut mesh) <= 0.7 * worst);
 }

@@ -69,7 +69,7 @@ struct CavityShape {
 /// Corners of a simplex.
 const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
-impl<const D: usize> EditableMesh<D> {
+impl<const D: usize> EditableMesh<'_, D> {
     /// Tries an operation; `None` if it is not legal.
     ///
     /// The elements after it must be positive in both spaces and fill the same volume at rest: then they fill the same

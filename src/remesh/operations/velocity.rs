@@ -10,7 +10,7 @@ use crate::remesh::conservation::{ConservedTotals, NodeGroup};
 /// Greatest factor on the relative velocities, and the inverse of the least.
 const MAX_FACTOR: f64 = 1.5;
 
-impl<const D: usize> EditableMesh<D> {
+impl<const D: usize> EditableMesh<'_, D> {
     /// Momentum and kinetic energy of these nodes.
     pub(super) fn motion(&self, nodes: &[NodeId]) -> ConservedTotals<D> {
         // A node that is about to be made moves nothing yet.
@@ -25,7 +25,7 @@ impl<const D: usize> EditableMesh<D> {
 /// Gives the nodes of a cavity the momentum, the angular momentum and the kinetic energy that they had `before`; returns
 /// the change of kinetic energy that remains, J. Held nodes keep their velocity in held directions.
 pub(super) fn keep_motion<const D: usize>(
-    mesh: &mut EditableMesh<D>,
+    mesh: &mut EditableMesh<'_, D>,
     touched: &[NodeId],
     before: &ConservedTotals<D>,
 ) -> f64 {
@@ -66,7 +66,7 @@ struct CavityMotion<const D: usize> {
 }
 
 impl<const D: usize> CavityMotion<D> {
-    fn of(mesh: &EditableMesh<D>, nodes: &[NodeId]) -> Self {
+    fn of(mesh: &EditableMesh<'_, D>, nodes: &[NodeId]) -> Self {
         let is_ring = mesh.symmetry == BodySymmetry::Axisymmetric;
         let is_held = |axis: usize| nodes.iter().any(|node| mesh.held[node.index()][axis]);
         let is_free = std::array::from_fn(|axis| !is_held(axis) && !(is_ring && axis == 0));
