@@ -296,13 +296,13 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         let n = fast::<3>(case, 0.0).gel().potential.len();
         // A mesh that could be exchanged and never is: contact holds the facets of a gel with history as it does there.
         let mut lasting = fast::<3>(case, 0.0);
-        lasting.set_distortion_limits(Some(DistortionLimits { quality: vec![0.0; n], least: vec![0.0; n] }));
+        lasting.set_distortion_limits(Some(DistortionLimits::of_shape(vec![0.0; n], vec![0.0; n])));
         let whole = run(lasting, 1.0);
         let start = fast::<3>(case, 0.0);
         let start = if reference { start.with_reference_form() } else { start };
         // Any mesh is worse than the best one: it ends as soon as it is looked at.
         let mut engine = start;
-        engine.set_distortion_limits(Some(DistortionLimits { quality: vec![1.0; n], least: vec![0.0; n] }));
+        engine.set_distortion_limits(Some(DistortionLimits::of_shape(vec![1.0; n], vec![0.0; n])));
         let mut exchange = [ImpulseExchange::default()];
         let mut ends = 0;
         while engine.advance_to(1.0, &mut exchange).unwrap() == AdvanceOutcome::MeshEnded {
@@ -363,7 +363,7 @@ fn a_mesh_that_begins_in_mid_step_settles_every_group_there() {
         for end in [0.2, 0.23, 0.29, 0.31] {
             old.advance_to(end, &mut [ImpulseExchange::default()]).unwrap();
             // Any mesh is worse than the best one: it ends with the next of the finest steps, in the middle of others.
-            old.set_distortion_limits(Some(DistortionLimits { quality: vec![1.0; n], least: vec![0.0; n] }));
+            old.set_distortion_limits(Some(DistortionLimits::of_shape(vec![1.0; n], vec![0.0; n])));
             assert_eq!(
                 old.advance_to(1.0, &mut [ImpulseExchange::default()]),
                 Ok(AdvanceOutcome::MeshEnded),
@@ -459,10 +459,7 @@ fn an_element_that_is_crushed_within_its_step_ends_its_mesh_from_half_of_it_on()
         // In a young mesh seven tenths of what they measure at rest: that is so after this part of the step.
         for (part, end) in [(0.3, step / 2), (0.6, step * 5 / 8), (0.74, step * 6 / 8)] {
             let mut engine = made(0.3 / (part * still.grid().time(step)));
-            engine.set_distortion_limits(Some(DistortionLimits {
-                quality: vec![0.0; least.len()],
-                least: least.clone(),
-            }));
+            engine.set_distortion_limits(Some(DistortionLimits::of_shape(vec![0.0; least.len()], least.clone())));
             let reached = engine.advance_to(still.grid().time(step), &mut [ImpulseExchange::default()]);
             assert_eq!((reached, engine.last_tick()), (Ok(AdvanceOutcome::MeshEnded), end), "{part} of {step} ticks");
         }

@@ -3,6 +3,7 @@
 use super::gel_definition::GelDefinition;
 use super::record::RemeshRecord;
 use super::refusal::FailedRemesh;
+use super::settings::AdaptSettings;
 use crate::constitutive::ElasticAverage;
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::{HistoryVariables, Potential, Simplices};
@@ -32,8 +33,9 @@ pub(crate) struct AdaptiveGel<const D: usize> {
     pub failed_remeshes: Vec<FailedRemesh>,
 }
 
-/// Stable step, as a fraction of the least one of the first mesh, below which an element is remade.
-const LEAST_STEP: f64 = 0.125;
+/// Stable step, as a fraction of the least one of the first mesh, below which an element is remade, over the least quality
+/// of the settings: an eighth at 0.3.
+const LEAST_STEP: f64 = 0.125 / 0.3;
 /// Edge of a facet at a body, in usual lengths, above which the mesh ends.
 const LONG_FACET: f64 = 2.5;
 /// Fraction of the step of an element on a new mesh below which the mesh ends, where that step is short already.
@@ -161,18 +163,19 @@ impl<const D: usize> AdaptiveGel<D> {
     /// Limits the distortion of the current mesh by its nodal positions, element qualities and stable steps, s, when new.
     fn set_distortion_limits(&mut self, position: &[Vector<D>], qualities: &[f64], steps: &[f64]) {
         let mut limits = self.definition.distortion_limits(&self.engine.gel().potential, position, qualities);
-        if let Some(limits) = limits.as_mut().filter(|_| self.definition.is_edited()) {
+        let settings = self.definition.remesh.filter(|_| self.definition.is_edited());
+        if let (Some(limits), Some(settings)) = (limits.as_mut(), settings) {
             // Need asks for a remeshing, not shape.
-            let least = self.least_step();
             limits.quality.fill(0.0);
-            limits.facet_edge = LONG_FACET * self.definition.remesh.as_ref().map_or(0.0, |settings| settings.usual);
+            limits.facet_edge = LONG_FACET * settings.usual;
+            let least = self.least_step(&settings);
             limits.step = steps.iter().map(|step| least.min(AGED_STEP * step)).collect();
         }
         self.engine.set_distortion_limits(limits);
     }
 
     /// Stable step below which an element is remade, s.
-    pub(super) fn least_step(&self) -> f64 {
-        LEAST_STEP * self.engine.grid().first_step()
+    pub(super) fn least_step(&self, settings: &AdaptSettings) -> f64 {
+        LEAST_STEP * settings.quality * self.engine.grid().first_step()
     }
 }

@@ -70,7 +70,7 @@ impl GelDefinition {
 
     /// Returns true if the mesh is remade by local operations that keep the rest map.
     pub fn is_edited(&self) -> bool {
-        let is_local = |settings: &AdaptSettings| settings.method == RemeshMethod::Local;
+        let is_local = |settings: &AdaptSettings| settings.method == RemeshMethod::Local && settings.quality > 0.0;
         !matches!(self.material, Material::TwoNetwork(_)) && self.remesh.as_ref().is_some_and(is_local)
     }
 
@@ -203,11 +203,9 @@ impl GelDefinition {
             let new = potential.measure(&nodes.map(|node| position[node.index()]));
             (min_volume_ratio * potential.rest_measure(element)).min(AGED_RATIO * new)
         };
-        Some(DistortionLimits {
-            quality: qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
-            least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
-            step: vec![],
-            facet_edge: f64::INFINITY,
-        })
+        Some(DistortionLimits::of_shape(
+            qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
+            (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
+        ))
     }
 }

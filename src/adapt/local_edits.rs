@@ -95,7 +95,7 @@ pub(super) fn edit_mesh<const D: usize>(
     let now = gel.engine.now();
     let totals = gel.engine.totals(now);
     let limits = EditLimits {
-        frequency: ANTICIPATION * gel.engine.frequency_of_step(gel.least_step()),
+        frequency: ANTICIPATION * gel.engine.frequency_of_step(gel.least_step(settings)),
         energy: totals.ledger.energy.provided(totals.initial_energy),
         usual: settings.usual,
     };

@@ -28,6 +28,12 @@ pub struct DistortionLimits {
 }
 
 impl DistortionLimits {
+    /// Limits of quality and measure alone.
+    #[must_use]
+    pub fn of_shape(quality: Vec<f64>, least: Vec<f64>) -> Self {
+        Self { quality, least, step: vec![], facet_edge: f64::INFINITY }
+    }
+
     /// Returns true if the mesh is remade by local operations, often and a little at a time.
     #[must_use]
     pub fn are_of_edits(&self) -> bool {

@@ -5,9 +5,9 @@ use crate::geometry::SignedDistance;
 use crate::math::Vector3;
 use crate::scene::{FaceSupport, MaterialModel, Scene};
 
-/// Depth in radii of the projectile down to which an elastic gel with remeshing keeps its energy (`docs/studies.md`,
-/// deep). The greatest depths with and without remeshing agree within 0.2 % up to 3 radii, and differ by 3 to 40 %
-/// from 4 radii on.
+/// Depth in radii of the projectile down to which an elastic gel keeps its energy where its mesh is made anew, with
+/// private rest shapes (`docs/studies.md`, deep). The greatest depths with and without remeshing agree within 0.2 % up
+/// to 3 radii, and differ by 3 to 40 % from 4 radii on.
 const FAITHFUL_DEPTH: f64 = 3.0;
 
 /// Reasons to doubt the figures of a run so far, one sentence each; those of [`crate::scene::doubts`] are not
@@ -23,10 +23,12 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
     let is_elastic = matches!(scene.gel.material, NeoHookean | MooneyRivlin | Ogden);
     let radius = radius(scene);
     let (depth, _) = seen.projectile().contact.peak_depth;
-    (is_elastic && seen.cost.remeshes > 0 && depth > FAITHFUL_DEPTH * radius).then(|| {
+    (is_elastic && seen.cost.incompatible_fraction > 0.0 && depth > FAITHFUL_DEPTH * radius).then(|| {
         format!(
-            "an elastic gel was remeshed and the projectile went {:.1} radii deep: beyond {FAITHFUL_DEPTH} radii \
-             remeshing dissipates energy like plastic flow; depth, time and rebound are not those of an elastic gel",
+            "{:.1e} of the mass of an elastic gel has rest shapes that do not fit together, and the projectile went \
+             {:.1} radii deep: beyond {FAITHFUL_DEPTH} radii these act like plastic flow; depth, time and rebound are \
+             not those of an elastic gel (remesh.method = \"local\" keeps the shapes together)",
+            seen.cost.incompatible_fraction,
             depth / radius
         )
     })
