@@ -14,6 +14,8 @@ pub enum RemeshMethod {
     /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and
     /// the ends of supports are retained.
     Immersed,
+    /// Local operations on elements that hinder the step, which keep the rest map of a gel without history variables.
+    Compatible,
 }
 
 /// Settings of remeshing.

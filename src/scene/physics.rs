@@ -21,6 +21,9 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
     ];
     let remeshing = scene.remesh.as_ref().map(|remesh| match remesh.method {
         RemeshMethod::Local => "remeshing: distorted mesh replaced locally, old nodes retained where elements are good",
+        RemeshMethod::Compatible => {
+            "remeshing: elements that hinder the step remade by operations that keep the rest map"
+        }
         RemeshMethod::Immersed => {
             "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }

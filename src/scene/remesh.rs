@@ -13,7 +13,7 @@ pub struct RemeshSpec {
     /// Method that makes the new mesh.
     pub method: RemeshMethod,
     /// Least element quality: an element shaped worse triggers remeshing. 1 is equilateral, 0 flat. With 0 only an
-    /// inverted element does. In an elastic gel with the method `local`, whose shapes ask for nothing, 0.3 stands for
+    /// inverted element does. With the method `compatible`, in which shapes ask for nothing, 0.3 stands for
     /// an eighth of the least stable step of the first mesh, in proportion.
     pub quality: f64,
     /// Least ratio of current to rest volume: an element compressed further triggers remeshing.

@@ -316,7 +316,7 @@ impl<'a> PanelSource<'a> {
                 about: "The velocity transferred to the carved mesh; mass, momentum and centre of mass are \
                         conserved.",
             },
-            RemeshMethod::Local => PanelText {
+            RemeshMethod::Local | RemeshMethod::Compatible => PanelText {
                 name: "velocity-local",
                 title: "Vertical velocity on the locally remeshed mesh",
                 about: "Local remeshing of the same state: good nodes and the whole surface are retained, points of \

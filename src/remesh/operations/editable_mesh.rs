@@ -1,47 +1,37 @@
 //! Mesh whose elements are replaced one cavity at a time.
 
-use super::operation::Operation;
-use super::trial::{ElementModel, ElementState};
-use super::velocity::keep_motion;
+use super::element_model::{ElementModel, ElementState};
+use super::operation::EditedNode;
 use crate::math::Vector;
 use crate::mesh::{ElementId, Mesh, NodeId, NodeIncidence, Simplex};
-use crate::remesh::nodal_fields::corner_masses;
 use crate::remesh::{BodySymmetry, MeshCorrespondence, UnchangedElement};
 use std::collections::BTreeMap;
-
-/// Rest position, position and velocity of a node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodeState<const D: usize> {
-    pub rest: Vector<D>,
-    pub position: Vector<D>,
-    pub velocity: Vector<D>,
-}
 
 /// Nodes and elements of a deformed gel, with the elements around each node.
 ///
 /// Nodes and elements that are made are appended; those that are given up keep their number until [`Self::finish`].
 #[derive(Debug, Clone)]
 pub struct EditableMesh<'a, const D: usize> {
-    pub(super) nodes: Vec<NodeState<D>>,
+    pub(super) nodes: Vec<EditedNode<D>>,
     /// Masses of the nodes, kg.
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<[bool; D]>,
     /// Elements, also those that were replaced.
     pub(super) elements: Vec<Simplex>,
     /// Masses of the corners of the elements, kg.
-    corner_mass: Vec<[f64; 4]>,
+    pub(super) corner_mass: Vec<[f64; 4]>,
     /// Time steps with which the elements were integrated, s.
-    step: Vec<f64>,
+    pub(super) step: Vec<f64>,
     /// True for elements of the present mesh.
-    is_there: Vec<bool>,
+    pub(super) is_there: Vec<bool>,
     /// True for elements whose rest shape is that of their nodes; no operation touches the others.
-    is_compatible: Vec<bool>,
+    pub(super) is_compatible: Vec<bool>,
     /// Elements around each node of the first mesh.
     incidence: &'a NodeIncidence,
     /// Elements around the nodes of cavities, ascending.
-    star: BTreeMap<NodeId, Vec<ElementId>>,
+    pub(super) star: BTreeMap<NodeId, Vec<ElementId>>,
     /// State of each element, where it has been asked for.
-    states: Vec<Option<ElementState>>,
+    pub(super) states: Vec<Option<ElementState>>,
     /// Elements of the first mesh.
     n_first: usize,
     pub(super) symmetry: BodySymmetry,
@@ -79,7 +69,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
         (step, is_compatible): (Vec<f64>, Vec<bool>),
         symmetry: BodySymmetry,
     ) -> Self {
-        let node = |i: usize| NodeState { rest: mesh.rest[i], position: position[i], velocity: velocity[i] };
+        let node = |i: usize| EditedNode { rest: mesh.rest[i], position: position[i], velocity: velocity[i] };
         Self {
             nodes: (0..mesh.rest.len()).map(node).collect(),
             mass: mass.to_vec(),
@@ -122,7 +112,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     }
 
     /// Elements around a node, to be changed.
-    fn star_mut(&mut self, node: NodeId) -> &mut Vec<ElementId> {
+    pub(super) fn star_mut(&mut self, node: NodeId) -> &mut Vec<ElementId> {
         self.star.entry(node).or_insert_with(|| self.incidence.of(node).to_vec())
     }
 
@@ -168,7 +158,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     /// State of an element.
     pub(super) fn state(&mut self, element: ElementId, model: &impl ElementModel<D>) -> ElementState {
         let nodes = &self.elements[element.index()];
-        let [rest, now] = [|n: &NodeState<D>| n.rest, |n: &NodeState<D>| n.position]
+        let [rest, now] = [|n: &EditedNode<D>| n.rest, |n: &EditedNode<D>| n.position]
             .map(|of| std::array::from_fn(|k| of(&self.nodes[nodes[k.min(D)].index()])));
         *self.states[element.index()].get_or_insert_with(|| model.state(&rest, &now))
     }
@@ -180,73 +170,6 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     /// Mass of an element, kg.
     pub(super) fn mass_of(&self, element: ElementId) -> f64 {
         self.corner_mass[element.index()][..=D].iter().sum()
-    }
-
-    /// Performs an operation; returns the change of kinetic energy, J.
-    pub(super) fn commit(&mut self, operation: &Operation<D>, states: &[ElementState]) -> f64 {
-        let touched = self.touched(operation);
-        let before = self.motion(&touched);
-        let whole = operation.old.iter().map(|element| self.mass_of(*element)).sum::<f64>();
-        if let Some((node, state)) = operation.node {
-            self.place(node, state, operation);
-        }
-        for element in &operation.old {
-            self.is_there[element.index()] = false;
-            for node in self.elements[element.index()][..=D].to_vec() {
-                self.star_mut(node).retain(|other| other != element);
-            }
-        }
-        // Every part of the cavity has the density of the whole, at rest.
-        let volume = states.iter().map(|state| state.volume).sum::<f64>();
-        let step = operation.old.iter().map(|element| self.step[element.index()]).fold(f64::INFINITY, f64::min);
-        for (nodes, state) in operation.new.iter().zip(states) {
-            self.add(*nodes, *state, whole * state.volume / volume);
-            self.step.push(step);
-        }
-        for node in &touched {
-            let corner = |element: &ElementId| {
-                let nodes = self.elements[element.index()];
-                (0..=D).filter(|k| nodes[*k] == *node).map(|k| self.corner_mass[element.index()][k]).sum::<f64>()
-            };
-            self.mass[node.index()] = self.around(*node).iter().map(corner).sum::<f64>() + 0.0;
-        }
-        keep_motion(self, &touched, &before)
-    }
-
-    /// Nodes of a cavity before and after an operation, ascending.
-    fn touched(&self, operation: &Operation<D>) -> Vec<NodeId> {
-        let old = operation.old.iter().flat_map(|element| self.corners(*element).iter().copied());
-        let new = operation.new.iter().flat_map(|nodes| nodes[..=D].iter().copied());
-        let mut touched: Vec<NodeId> = old.chain(new).collect();
-        touched.sort_unstable();
-        touched.dedup();
-        touched
-    }
-
-    /// Moves a node, or appends it.
-    fn place(&mut self, node: NodeId, state: NodeState<D>, operation: &Operation<D>) {
-        if node.index() < self.nodes.len() {
-            self.nodes[node.index()] = state;
-            return;
-        }
-        let [a, b] = operation.parents;
-        self.nodes.push(state);
-        self.mass.push(0.0);
-        self.star.insert(node, vec![]);
-        self.held.push(std::array::from_fn(|axis| self.held[a.index()][axis] && self.held[b.index()][axis]));
-    }
-
-    fn add(&mut self, nodes: Simplex, state: ElementState, mass: f64) {
-        let element = ElementId(self.elements.len() as u32);
-        let rest: Vec<Vector<D>> = nodes[..=D].iter().map(|node| self.nodes[node.index()].rest).collect();
-        let own = [0, 1, 2, if D == 2 { 0 } else { 3 }].map(NodeId);
-        let corner_mass = corner_masses(&rest, &[own], &[mass], self.symmetry)[0];
-        nodes[..=D].iter().for_each(|node| self.star_mut(*node).push(element));
-        self.elements.push(nodes);
-        self.corner_mass.push(corner_mass);
-        self.is_there.push(true);
-        self.is_compatible.push(true);
-        self.states.push(Some(state));
     }
 
     /// Mesh without what was given up, and its correspondence with the first one.
@@ -273,7 +196,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             is_touched[node.index()] = true;
         }
         let unchanged = kept.iter().map(|old| (!is_touched[*old]).then_some(NodeId(*old as u32))).collect();
-        let field = |of: &dyn Fn(&NodeState<D>) -> Vector<D>| kept.iter().map(|node| of(&self.nodes[*node])).collect();
+        let field = |of: &dyn Fn(&EditedNode<D>) -> Vector<D>| kept.iter().map(|node| of(&self.nodes[*node])).collect();
         let edited = EditedMesh {
             rest: field(&|node| node.rest),
             position: field(&|node| node.position),

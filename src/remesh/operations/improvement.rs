@@ -1,4 +1,4 @@
-//! Which elements are remade, and by which operation.
+//! Improvement of a mesh: which elements are remade, and by which operation.
 //!
 //! An element is remade when it hinders: when its own frequency exceeds a limit and so sets the step. Of the operations
 //! around it the one is performed that lowers the frequency of its cavity most, at the least change of stored energy.
@@ -6,8 +6,9 @@
 //! and a good step, and remaking it would cost energy.
 
 use super::editable_mesh::EditableMesh;
+use super::element_model::ElementModel;
 use super::operation::{Operation, OperationKind};
-use super::trial::{ElementModel, Trial};
+use super::trial::Trial;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
@@ -129,7 +130,7 @@ impl<const D: usize> Choice<D> {
 }
 
 impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
-    /// Those of these elements that are there and above the limit, the worst first.
+    /// Selects the elements that are there and above the limit, the worst first.
     fn above_limit(&mut self, elements: Vec<ElementId>) -> Vec<ElementId> {
         let mut bad: Vec<(f64, ElementId)> = vec![];
         for element in elements {

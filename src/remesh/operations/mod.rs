@@ -5,12 +5,16 @@
 //! that fill the same gel, positive in both spaces.
 //!
 //! - `editable_mesh`: the mesh, its elements replaced one cavity at a time.
-//! - `operation`: the four operations, in the plane and in space.
+//! - `operation`, `construction`: the four operations, in the plane and in space; `commit` performs one.
+//! - `element_model`: the law of the elements.
 //! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity.
 //! - `velocity`: the velocities after an operation, which keep momentum and kinetic energy.
 //! - `improvement`: which elements are remade, and by which operation.
 
+mod commit;
+mod construction;
 mod editable_mesh;
+mod element_model;
 mod improvement;
 mod operation;
 #[cfg(test)]
@@ -19,5 +23,5 @@ mod trial;
 mod velocity;
 
 pub use editable_mesh::{EditableMesh, EditedMesh};
+pub use element_model::{ElementModel, ElementState};
 pub use improvement::{EditCounts, EditLimits, EditScene, improve};
-pub use trial::{ElementModel, ElementState};

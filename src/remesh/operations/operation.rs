@@ -1,8 +1,15 @@
-//! The operations: split and collapse of an edge, flip, and move of a node, written once for the plane and for space.
+//! Operations as values: what they replace, and by what.
 
-use super::editable_mesh::{EditableMesh, NodeState};
-use crate::math::{Vector, det};
-use crate::mesh::{ElementId, NodeId, Simplex, edges};
+use crate::math::Vector;
+use crate::mesh::{ElementId, NodeId, Simplex};
+
+/// Rest position, position and velocity of a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EditedNode<const D: usize> {
+    pub rest: Vector<D>,
+    pub position: Vector<D>,
+    pub velocity: Vector<D>,
+}
 
 /// Kind of an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,128 +30,7 @@ pub struct Operation<const D: usize> {
     /// Nodes of the elements that replace them.
     pub new: Vec<Simplex>,
     /// Node that is made or moved, and its new state.
-    pub node: Option<(NodeId, NodeState<D>)>,
+    pub node: Option<(NodeId, EditedNode<D>)>,
     /// Ends of the edge that is split or collapsed.
     pub parents: [NodeId; 2],
-}
-
-/// Nodes with `from` replaced by `to`.
-fn replaced(nodes: &Simplex, from: NodeId, to: NodeId) -> Simplex {
-    nodes.map(|node| if node == from { to } else { node })
-}
-
-/// Point between two states, `part` of the way to the second.
-fn between<const D: usize>(a: &NodeState<D>, b: &NodeState<D>, part: f64) -> NodeState<D> {
-    let mix = |a: Vector<D>, b: Vector<D>| a * (1.0 - part) + b * part;
-    NodeState {
-        rest: mix(a.rest, b.rest),
-        position: mix(a.position, b.position),
-        velocity: mix(a.velocity, b.velocity),
-    }
-}
-
-impl<const D: usize> EditableMesh<'_, D> {
-    /// Split of an edge at its middle.
-    pub(super) fn split(&self, a: NodeId, b: NodeId) -> Operation<D> {
-        let (old, node) = (self.around_edge(a, b), NodeId(self.nodes.len() as u32));
-        let halves = |element: &ElementId| {
-            let nodes = &self.elements[element.index()];
-            [replaced(nodes, a, node), replaced(nodes, b, node)]
-        };
-        let new = old.iter().flat_map(halves).collect();
-        let middle = between(&self.nodes[a.index()], &self.nodes[b.index()], 0.5);
-        let node = Some((node, middle));
-        Operation { kind: OperationKind::Split, old, new, node, parents: [a, b] }
-    }
-
-    /// Collapse of an edge: `a` is given up, and `b` moves the part `part` of the way to it. `None` where the boundary
-    /// or its supports would change.
-    pub(super) fn collapse(&self, a: NodeId, b: NodeId, part: f64) -> Option<Operation<D>> {
-        let is_boundary = self.is_boundary(a);
-        if is_boundary && (self.held[a.index()] != self.held[b.index()] || !self.is_boundary_edge(a, b)) {
-            return None;
-        }
-        let moves = part > 0.0;
-        if moves && is_boundary != self.is_boundary(b) {
-            return None;
-        }
-        let mut old = self.around(a).to_vec();
-        if moves {
-            old.extend(self.around(b).iter().filter(|element| !self.corners(**element).contains(&a)));
-        }
-        let stays = |element: &&ElementId| {
-            let nodes = self.corners(**element);
-            !(nodes.contains(&a) && nodes.contains(&b))
-        };
-        let new = old.iter().filter(stays).map(|e| replaced(&self.elements[e.index()], a, b)).collect();
-        let node = moves.then(|| (b, between(&self.nodes[b.index()], &self.nodes[a.index()], part)));
-        Some(Operation { kind: OperationKind::Collapse, old, new, node, parents: [a, b] })
-    }
-
-    /// Flip of the facet opposite a corner: its elements become those around the edge between the two nodes across it,
-    /// two in the plane, three in space. `None` on the boundary.
-    pub(super) fn flip(&self, element: ElementId, corner: usize) -> Option<Operation<D>> {
-        let other = self.across(element, corner)?;
-        let nodes = self.elements[element.index()];
-        let apex = *self.corners(other).iter().find(|node| !nodes[..=D].contains(node))?;
-        let new = (0..=D).filter(|k| *k != corner).map(|k| replaced(&nodes, nodes[k], apex)).collect();
-        Some(self.flip_of(vec![element, other], new))
-    }
-
-    /// Removal of an edge in space: the elements around it become those that join `to`, a node of the ring around the
-    /// edge, with the facets of the ring.
-    pub(super) fn remove_edge(&self, a: NodeId, b: NodeId, to: NodeId) -> Operation<D> {
-        let old = self.around_edge(a, b);
-        let apart = old.iter().map(|element| self.elements[element.index()]).filter(|nodes| !nodes[..=D].contains(&to));
-        let new = apart.flat_map(|nodes| [replaced(&nodes, a, to), replaced(&nodes, b, to)]).collect();
-        self.flip_of(old, new)
-    }
-
-    fn flip_of(&self, old: Vec<ElementId>, new: Vec<Simplex>) -> Operation<D> {
-        Operation { kind: OperationKind::Flip, old, new, node: None, parents: [NodeId(0); 2] }
-    }
-
-    /// Move of a node to a rest position in the elements around it, with position and velocity interpolated there;
-    /// `None` where it lies in none of them.
-    pub(super) fn moved(&self, node: NodeId, rest: &Vector<D>) -> Option<Operation<D>> {
-        let state = self.interpolated(node, rest)?;
-        let old = self.around(node).to_vec();
-        let new = old.iter().map(|element| self.elements[element.index()]).collect();
-        let (node, parents) = (Some((node, state)), [node; 2]);
-        Some(Operation { kind: OperationKind::Move, old, new, node, parents })
-    }
-
-    /// Fields at a rest position in the elements around a node.
-    fn interpolated(&self, node: NodeId, rest: &Vector<D>) -> Option<NodeState<D>> {
-        /// Least weight of a point that counts as inside, for rounding.
-        const OUTSIDE: f64 = -1e-9;
-        let weights = |element: &ElementId| {
-            let corners: Vec<Vector<D>> = self.corners(*element).iter().map(|n| self.nodes[n.index()].rest).collect();
-            let weights = barycentric(&corners, rest);
-            let least = weights[..=D].iter().copied().fold(f64::INFINITY, f64::min);
-            (least, *element, weights)
-        };
-        let all = self.around(node).iter().map(weights);
-        let (least, element, weights) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        if !(least >= OUTSIDE) {
-            return None;
-        }
-        let mix = |of: &dyn Fn(&NodeState<D>) -> Vector<D>| {
-            let terms = self.corners(element).iter().zip(weights);
-            terms.map(|(node, weight)| of(&self.nodes[node.index()]) * weight).sum()
-        };
-        Some(NodeState { rest: *rest, position: mix(&|n| n.position), velocity: mix(&|n| n.velocity) })
-    }
-}
-
-/// Barycentric coordinates of a point in a simplex.
-fn barycentric<const D: usize>(corners: &[Vector<D>], point: &Vector<D>) -> [f64; 4] {
-    let own = [0, 1, 2, 3].map(|k: u32| NodeId(k.min(D as u32)));
-    let whole = det(&edges(corners, &own));
-    let part = |k: usize| {
-        let mut corners = corners.to_vec();
-        corners[k] = *point;
-        det(&edges(&corners, &own)) / whole
-    };
-    std::array::from_fn(|k| if k <= D { part(k) } else { 0.0 })
 }

@@ -1,8 +1,8 @@
 //! Operations on random cavities of deformed blocks, in the plane, about an axis and in space.
 
 use super::editable_mesh::EditableMesh;
+use super::element_model::{ElementModel, ElementState};
 use super::operation::Operation;
-use super::trial::{ElementModel, ElementState};
 use super::{EditLimits, EditScene, improve};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{

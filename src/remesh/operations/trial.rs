@@ -1,30 +1,10 @@
 //! Trial of an operation: whether it is legal, and what it would change.
 
 use super::editable_mesh::EditableMesh;
+use super::element_model::{ElementModel, ElementState};
 use super::operation::{Operation, OperationKind};
 use crate::math::Vector;
 use crate::mesh::{NodeId, shape_quality, signed_volume};
-
-/// State of an element by itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElementState {
-    /// Rest volume, m³.
-    pub volume: f64,
-    /// J = det F.
-    pub jacobian: f64,
-    /// Stored energy, J; without the volumetric part that is common to a patch.
-    pub energy: f64,
-    /// Greatest frequency of the element by itself, 1/s: the square root of (D + 1) κ/(ρw).
-    pub frequency: f64,
-}
-
-/// Law of the elements.
-pub trait ElementModel<const D: usize> {
-    /// State of an element by the rest positions and the positions of its corners, m.
-    fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState;
-    /// Volumetric energy density that is common to the elements of a patch, by their mean J, J/m³.
-    fn common_energy(&self, jacobian: f64) -> f64;
-}
 
 /// Limits of the shape of the elements that an operation makes; a cavity that is worse already may stay as it is.
 const LEAST_JACOBIAN: f64 = 0.05;
@@ -36,7 +16,7 @@ const WORSE: f64 = 1.05;
 /// Relative change of the rest volume of a cavity by rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What an operation would change.
+/// Trial of an operation: what it would change.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// States of the new elements.
