@@ -19,7 +19,8 @@ impl<const D: usize> EditableMesh<'_, D> {
         }
         for element in &operation.old {
             self.is_there[element.index()] = false;
-            for node in self.elements[element.index()][..=D].to_vec() {
+            let nodes = self.elements[element.index()];
+            for node in nodes.into_iter().take(D + 1) {
                 self.star_mut(node).retain(|other| other != element);
             }
         }

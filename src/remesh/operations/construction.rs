@@ -66,7 +66,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         let nodes = self.elements[element.index()];
         let apex = *self.corners(other).iter().find(|node| !nodes[..=D].contains(node))?;
         let new = (0..=D).filter(|k| *k != corner).map(|k| replaced(&nodes, nodes[k], apex)).collect();
-        Some(self.flip_of(vec![element, other], new))
+        Some(Self::flip_of(vec![element, other], new))
     }
 
     /// Removal of an edge in space: the elements around it become those that join `to`, a node of the ring around the
@@ -75,10 +75,10 @@ impl<const D: usize> EditableMesh<'_, D> {
         let old = self.around_edge(a, b);
         let apart = old.iter().map(|element| self.elements[element.index()]).filter(|nodes| !nodes[..=D].contains(&to));
         let new = apart.flat_map(|nodes| [replaced(&nodes, a, to), replaced(&nodes, b, to)]).collect();
-        self.flip_of(old, new)
+        Self::flip_of(old, new)
     }
 
-    fn flip_of(&self, old: Vec<ElementId>, new: Vec<Simplex>) -> Operation<D> {
+    fn flip_of(old: Vec<ElementId>, new: Vec<Simplex>) -> Operation<D> {
         Operation { kind: OperationKind::Flip, old, new, node: None, parents: [NodeId(0); 2] }
     }
 
@@ -104,7 +104,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         };
         let all = self.around(node).iter().map(weights);
         let (least, element, weights) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        if !(least >= OUTSIDE) {
+        if least.is_nan() || least < OUTSIDE {
             return None;
         }
         let mix = |of: &dyn Fn(&EditedNode<D>) -> Vector<D>| {

@@ -138,7 +138,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
                 continue;
             }
             let frequency = self.mesh.state(element, self.model).frequency;
-            if !(frequency <= self.limits.frequency) && self.mesh.is_compatible(element) {
+            if (frequency.is_nan() || frequency > self.limits.frequency) && self.mesh.is_compatible(element) {
                 bad.push((frequency, element));
             }
         }

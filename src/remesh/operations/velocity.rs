@@ -36,7 +36,9 @@ pub(super) fn keep_motion<const D: usize>(
         let defect = before.momentum[axis] - mesh.motion(&nodes).momentum[axis];
         let free: Vec<NodeId> = free().collect();
         if mass > 0.0 {
-            free.iter().for_each(|node| mesh.nodes[node.index()].velocity[axis] += defect / mass);
+            for node in &free {
+                mesh.nodes[node.index()].velocity[axis] += defect / mass;
+            }
         }
     }
     let mut cavity = CavityMotion::of(mesh, &nodes);
@@ -69,7 +71,7 @@ impl<const D: usize> CavityMotion<D> {
     fn of(mesh: &EditableMesh<'_, D>, nodes: &[NodeId]) -> Self {
         let is_ring = mesh.symmetry == BodySymmetry::Axisymmetric;
         let is_held = |axis: usize| nodes.iter().any(|node| mesh.held[node.index()][axis]);
-        let is_free = std::array::from_fn(|axis| !is_held(axis) && !(is_ring && axis == 0));
+        let is_free = std::array::from_fn(|axis| !(is_held(axis) || is_ring && axis == 0));
         Self {
             position: nodes.iter().map(|node| mesh.nodes[node.index()].position).collect(),
             velocity: nodes.iter().map(|node| mesh.nodes[node.index()].velocity).collect(),
