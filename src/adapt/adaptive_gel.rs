@@ -63,7 +63,7 @@ impl<const D: usize> AdaptiveGel<D> {
         let adjacency = definition.remesh.as_ref().map(|_| adjacency);
         let Mesh { facets, marks, rest, .. } = mesh;
         let (first_mesh, remesh_records, failed_remeshes) = (None, vec![], vec![]);
-        let steps = engine.stable_steps();
+        let steps = definition.steps_when_new(&engine);
         let mut gel =
             Self { engine, definition, facets, marks, adjacency, first_mesh, remesh_records, failed_remeshes };
         gel.set_distortion_limits(&rest, &qualities, &steps);
@@ -141,7 +141,7 @@ impl<const D: usize> AdaptiveGel<D> {
         let gel = self.gel_on_mesh(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))?;
-        let steps = self.engine.stable_steps();
+        let steps = self.definition.steps_when_new(&self.engine);
         self.adopt_mesh(&self.current_mesh(), (&qualities, &steps), adjacency);
         Ok(())
     }
@@ -170,6 +170,7 @@ impl<const D: usize> AdaptiveGel<D> {
             limits.facet_edge = LONG_FACET * settings.usual;
             let least = self.least_step(&settings);
             limits.step = steps.iter().map(|step| least.min(AGED_STEP * step)).collect();
+            limits.greatest_step = limits.step.iter().copied().fold(0.0, f64::max);
         }
         self.engine.set_distortion_limits(limits);
     }

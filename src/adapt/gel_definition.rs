@@ -4,7 +4,9 @@ use super::settings::{AdaptSettings, RemeshMethod};
 use crate::constitutive::Material;
 use crate::contact::ContactSurface;
 use crate::fem::{Potential, ReferenceShape, Section, Simplices};
-use crate::integrator::{CavityAir, DiscreteGel, DistortionLimits, LoadedFacet, PressureHistory, PressureLoads};
+use crate::integrator::{
+    CavityAir, DiscreteGel, DistortionLimits, Engine, LoadedFacet, PressureHistory, PressureLoads,
+};
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, Facet, Mesh, NodeId, Simplex, facet_measure, poor_quality};
 use crate::remesh::{BodySymmetry, ElementNeighbours};
@@ -73,6 +75,11 @@ impl GelDefinition {
         let is_compatible =
             |settings: &AdaptSettings| settings.method == RemeshMethod::Compatible && settings.quality > 0.0;
         !matches!(self.material, Material::TwoNetwork(_)) && self.remesh.as_ref().is_some_and(is_compatible)
+    }
+
+    /// Stable steps of the elements of a new mesh, s; empty where no limit depends on them.
+    pub fn steps_when_new<const D: usize>(&self, engine: &Engine<D, Simplices<D>>) -> Vec<f64> {
+        if self.is_edited() { engine.stable_steps() } else { vec![] }
     }
 
     /// Returns true if the neighbours of elements are needed.

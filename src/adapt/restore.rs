@@ -49,7 +49,7 @@ impl<const D: usize> AdaptiveGel<D> {
         let patches = self.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
         let other = self.engine.engine_on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
         let mut other = other.map_err(|UnusableStep { .. }| inconsistent("its mesh has no finite stable step"))?;
-        let steps = other.stable_steps();
+        let steps = self.definition.steps_when_new(&other);
         other.restore(state).map_err(inconsistent)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first_mesh = first_mesh;

@@ -46,11 +46,8 @@ pub(super) fn is_distorted<const D: usize, P: Potential<D>>(
 /// Returns true if the stable step of an element is below a fraction of its limit. The step of its group is then, too:
 /// only the groups of the shortest steps are looked at.
 fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, fraction: f64) -> bool {
-    let Some(limits) = system.clock.ends.distortion.as_ref().filter(|limits| !limits.step.is_empty()) else {
-        return false;
-    };
-    let greatest = limits.step.iter().copied().fold(0.0, f64::max);
-    let is_short = |step: Tick| system.model.grid.time(step) < greatest;
+    let Some(limits) = &system.clock.ends.distortion else { return false };
+    let is_short = |step: Tick| system.model.grid.time(step) < limits.greatest_step;
     if !is_short(system.clock.step_range.0) {
         return false;
     }

@@ -23,6 +23,8 @@ pub struct DistortionLimits {
     pub least: Vec<f64>,
     /// Least stable step of each element, s; empty if the step does not matter.
     pub step: Vec<f64>,
+    /// Greatest of these, s: groups of longer steps need no look.
+    pub greatest_step: f64,
     /// Greatest edge of a facet that touches a body, m.
     pub facet_edge: f64,
 }
@@ -31,7 +33,7 @@ impl DistortionLimits {
     /// Limits of quality and measure alone.
     #[must_use]
     pub fn of_shape(quality: Vec<f64>, least: Vec<f64>) -> Self {
-        Self { quality, least, step: vec![], facet_edge: f64::INFINITY }
+        Self { quality, least, step: vec![], greatest_step: 0.0, facet_edge: f64::INFINITY }
     }
 
     /// Returns true if the mesh is remade by local operations, often and a little at a time.
