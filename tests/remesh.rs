@@ -8,7 +8,7 @@ use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, SavedSimulation, SavedState, Simulation};
 
 /// A disc that runs into a coarse square faster than its mesh can follow.
-const SQUARE: [&str; 3] = ["mesh.size=2.5e-3", "remesh.quality=0.3", "projectile.velocity=[0, 0, -36]"];
+const SQUARE: [&str; 3] = ["mesh.size=2.5e-3", "remesh.quality=0.6", "projectile.velocity=[0, 0, -36]"];
 /// A ball that runs into a cylinder.
 const ROUND: [&str; 4] =
     ["scene.end_time=2e-3", "projectile.velocity=[0, 0, -15]", "mesh.size=2.5e-3", "remesh.quality=0.3"];
@@ -19,7 +19,7 @@ const SOLID: [&str; 6] = [
     "projectile.velocity=[0, 0, -20]",
     "gel.shape.block.size=[0.06, 0.06, 0.04]",
     "mesh.size=5e-3",
-    "remesh.quality=0.3",
+    "remesh.quality=0.6",
     "remesh.smallest=4e-3",
 ];
 
@@ -179,7 +179,7 @@ fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
     check_books(&seen);
     // 0.02; above 0.1 where rings take the inverse map whatever their measure at rest.
     assert!(seen.energy.energy_defect < 0.04, "defect {}", seen.energy.energy_defect);
-    check_axis(&done, 30);
+    check_axis(&done, 20);
 }
 
 /// `sphere-deep` about an axis, in cells of this size, m, with more changes.
@@ -190,7 +190,6 @@ fn deep_round(size: f64, more: &[String]) -> Scene {
         "mesh.tree={ coarsest = 4, core = 0.025, slope = 0.2 }".to_owned(),
         format!("mesh.size={size}"),
         format!("remesh.smallest={}", 0.8 * size),
-        "remesh.method=local".to_owned(),
     ];
     changed("sphere-deep", &round.iter().chain(more).map(String::as_str).collect::<Vec<_>>())
 }
@@ -211,12 +210,14 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
 }
 
 /// Where the boundary crossed itself for so long that an element was turned over, or the step of a young mesh collapsed, such runs ended
-/// between 7 and 16 ms. At which speeds no mesh is taken, and gel is eroded, depends on last digits: it is at all of these.
+/// between 7 and 16 ms. At which speeds no mesh is taken, and gel is eroded, depends on last digits: it is at all of these. Local operations avoid it: here the mesh is
+/// exchanged, when an element is turned over.
 #[test]
 fn what_no_mesh_can_follow_breaks_off_and_does_not_stop_a_run() {
     let mut broken = vec![];
     for speed in [18.1, 20.0, 20.4, 22.8, 24.5] {
-        let scene = deep_round(2.5e-3, &[format!("projectile.velocity=[0.0, 0.0, {}]", -speed)]);
+        let scene =
+            deep_round(2.5e-3, &[format!("projectile.velocity=[0.0, 0.0, {}]", -speed), "remesh.quality=0".to_owned()]);
         let whole = run(&scene, (1, 1));
         let (seen, mass) = (whole.observe(), simulation(&scene, 1).frame().mass);
         check_books(&seen);
@@ -242,7 +243,7 @@ fn what_no_mesh_can_follow_breaks_off_and_does_not_stop_a_run() {
 /// it does not come back. Neither slices, nor states saved and restored between two meshes, nor threads change a bit.
 #[test]
 fn an_elastic_gel_gives_back_what_it_has_stored() {
-    let more = ["projectile.velocity=[0, 0, -16]", "scene.end_time=12e-3", "remesh.method=compatible"];
+    let more = ["projectile.velocity=[0, 0, -16]", "scene.end_time=12e-3"];
     let scene = deep_round(2.5e-3, &more.map(str::to_owned));
     let whole = run(&scene, (1, 1));
     let seen = whole.observe();
@@ -273,22 +274,13 @@ fn a_ball_comes_back_out_of_a_quarter_of_a_deep_block() {
     assert!((done.frame().mass / (0.14 * 0.14 * 0.12 * 1030.0) - 1.0).abs() < 1e-12);
 }
 
-#[test]
-fn operations_that_keep_the_rest_map_are_refused_in_a_gel_with_history() {
-    let text =
-        scene::resolve(scene::builtin("fbi-bb").unwrap(), &["remesh.method=compatible".parse().unwrap()]).unwrap();
-    let why = scene::read(&text).unwrap_err().to_string();
-    assert!(why.contains("remesh.method") && why.contains("two-network"), "{why}");
-}
-
 /// Where facets of a plane of symmetry that were turned over could not be joined anew, these runs ended at 3.8 and 2.2 ms.
 #[test]
 fn a_cavity_that_closes_on_planes_of_symmetry_does_not_stop_a_run() {
     for (size, steps) in [(6.25e-3, 60), (5e-3, 30)] {
         let sizes = [format!("mesh.size={size}"), format!("remesh.smallest={}", 0.8 * size)];
         let [usual, smallest] = sizes.each_ref().map(String::as_str);
-        let mut done =
-            simulation(&changed("sphere-deep", &["gel.symmetry=quarter", usual, smallest, "remesh.method=local"]), 1);
+        let mut done = simulation(&changed("sphere-deep", &["gel.symmetry=quarter", usual, smallest]), 1);
         for step in 1..=steps {
             advance(&mut done, 1e-4 * f64::from(step));
             let beyond = done.frame().points.iter().map(|x| x.x.min(x.y)).fold(0.0, f64::min);
@@ -316,8 +308,10 @@ fn a_ball_runs_into_a_block_and_all_books_close() {
         check_books(&seen);
         let mass = 0.06 * 0.06 * 0.04 * 1030.0;
         assert!((done.frame().mass / mass - 1.0).abs() < 1e-12, "mass {:e}", done.frame().mass / mass - 1.0);
-        // About the axis, on cells of 0.625 mm, it is 18.88 mm deep then.
-        assert!((seen.projectile().depth / 18.88e-3 - 1.0).abs() < 0.01, "{element}: {} m", seen.projectile().depth);
+        let never = ["remesh.quality=0", "remesh.min_volume_ratio=0"];
+        let fixed = run(&changed("sphere-block", &[SOLID.as_slice(), &never, &[element]].concat()), (10, 1)).observe();
+        let (depth, without) = (seen.projectile().depth, fixed.projectile().depth);
+        assert!(fixed.cost.remeshes == 0 && (depth / without - 1.0).abs() < 0.01, "{element}: {depth} m, {without} m");
         assert!(seen.energy.energy_defect < 0.06, "{element}: defect {}", seen.energy.energy_defect);
     }
 }

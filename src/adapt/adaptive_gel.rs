@@ -9,8 +9,8 @@ use crate::contact::{BodyState, RigidBody};
 use crate::fem::{HistoryVariables, Potential, Simplices};
 use crate::integrator::{DiscreteGel, Engine, UnusableStep};
 use crate::math::{Vector, ordered_sum};
-use crate::mesh::{ElementId, ElementPatches, Facet, Mesh};
-use crate::remesh::{self, ElementNeighbours};
+use crate::mesh::{ElementId, Facet, Mesh};
+use crate::remesh::{self, ElementNeighbours, MeshQuality};
 use crate::state::MeshInstance;
 use std::sync::Arc;
 
@@ -44,11 +44,17 @@ const AGED_STEP: f64 = 0.6;
 /// Derived properties of a mesh and its nodal positions, computed once.
 #[derive(Debug, Clone)]
 pub(super) struct MeshProperties {
-    pub patches: ElementPatches,
     /// Quality of each element, infinite where it is too good to matter.
     pub qualities: Vec<f64>,
     /// Neighbours of each element.
     pub adjacency: ElementNeighbours,
+}
+
+impl MeshProperties {
+    /// Quality of a mesh whose area or volume has not changed.
+    pub(super) fn quality(&self) -> MeshQuality {
+        MeshQuality { least: self.qualities.iter().copied().fold(1.0, f64::min), change: 0.0, parts: 1, loops: 1 }
+    }
 }
 
 impl<const D: usize> AdaptiveGel<D> {
@@ -74,6 +80,12 @@ impl<const D: usize> AdaptiveGel<D> {
     pub fn mass(&self) -> f64 {
         let mass = &self.engine.gel().mass;
         ordered_sum(mass.len(), 0.0, |i| mass[i])
+    }
+
+    /// Kinetic energy of the gel, J.
+    pub(super) fn kinetic_energy(&self) -> f64 {
+        let (mass, velocity) = (&self.engine.gel().mass, &self.engine.state().velocity);
+        ordered_sum(mass.len(), 0.0, |i| 0.5 * mass[i] * velocity[i].norm_squared())
     }
 
     /// Returns true for a two-network gel.
@@ -110,6 +122,7 @@ impl<const D: usize> AdaptiveGel<D> {
             mass: gel.mass.clone(),
             corner_mass,
             references: vec![],
+            patches: gel.potential.patches().clone(),
             steps: vec![],
             mesh,
         })
@@ -124,8 +137,9 @@ impl<const D: usize> AdaptiveGel<D> {
     }
 
     /// Gel of the integrator on this mesh.
-    pub(super) fn gel_on_mesh(&self, birth: &MeshInstance<D>, patches: ElementPatches) -> DiscreteGel<D, Simplices<D>> {
-        let simplices = self.definition.build_simplices(&birth.mesh, patches).with_references(&birth.references);
+    pub(super) fn gel_on_mesh(&self, birth: &MeshInstance<D>) -> DiscreteGel<D, Simplices<D>> {
+        let simplices =
+            self.definition.build_simplices(&birth.mesh, birth.patches.clone()).with_references(&birth.references);
         self.definition.build_gel(simplices, &birth.mesh, &birth.position, birth.mass.clone())
     }
 
@@ -137,8 +151,8 @@ impl<const D: usize> AdaptiveGel<D> {
         velocity: Vec<Vector<D>>,
         properties: MeshProperties,
     ) -> Result<(), UnusableStep> {
-        let MeshProperties { patches, qualities, adjacency } = properties;
-        let gel = self.gel_on_mesh(&birth, patches);
+        let MeshProperties { qualities, adjacency } = properties;
+        let gel = self.gel_on_mesh(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))?;
         let steps = self.definition.steps_when_new(&self.engine);

@@ -52,7 +52,7 @@ impl RemeshAttempt {
     /// Attempts of a method in the plane.
     pub fn in_plane(method: RemeshMethod, has_networks: bool) -> [Self; 3] {
         match method {
-            RemeshMethod::Local | RemeshMethod::Compatible => {
+            RemeshMethod::Local => {
                 [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !has_networks })
             }
             RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|size_factor| Self::Immersed { size_factor }),

@@ -118,8 +118,8 @@ pub(super) fn generate_candidate<const D: usize>(
     let TransferredFields { mass, corner_mass, velocity, defects, .. } = new;
     let tick = gel.engine.last_tick();
     let (position, steps) = (proposal.position, vec![]);
-    let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, steps };
-    let properties = MeshProperties { patches, qualities, adjacency };
+    let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, steps };
+    let properties = MeshProperties { qualities, adjacency };
     Ok(CandidateMesh { birth, memory, velocity, quality, defects, properties, new_elements })
 }
 

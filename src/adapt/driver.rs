@@ -11,20 +11,16 @@ use super::attempt::{MeshGenerator, RemeshAttempt, generate_mesh};
 use super::candidate::{CandidateMesh, OldMeshData, RemeshInput, generate_candidate, old_mesh_data};
 use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode_thin_gel};
 use super::erosion_on_failure::erode_on_failure;
-use super::history::inherited;
-use super::local_edits::{edit_mesh, install_edited};
+use super::local_edits::{EditedGel, edit_mesh, install_edited};
 use super::preview::{RemeshTrial, try_remesh};
 use super::record::RemeshRecord;
 use super::refusal::{FailedRemesh, RemeshRefusal};
 use super::settings::AdaptSettings;
 use super::sizes::target_sizes;
-use super::source_mesh::{SourceMesh, TargetMesh};
-use crate::constitutive::ElasticAverage;
 use crate::integrator::{BalanceTotals, StepError, UnusableStep};
-use crate::mesh::{ElementId, Mesh};
+use crate::remesh::DeformedMesh;
 use crate::remesh::operations::EditCounts;
-use crate::remesh::{DeformedMesh, UnchangedElement};
-use crate::state::MeshInstance;
+use crate::state::{DynamicState, MeshInstance};
 use std::time::Instant;
 
 /// Gel whose mesh can be replaced.
@@ -146,9 +142,9 @@ fn replace_mesh<const D: usize>(
     let adjacency = gel.adjacency.take();
     let data = old_mesh_data(gel, &moved, adjacency);
     let mut reasons = vec![];
-    if gel.definition.is_edited() {
-        let edited = edit_mesh(gel, &old, settings);
-        match install_edited(gel, &old, edited, (&data, begun)) {
+    let mut edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings));
+    if let Some(edited) = edited.take_if(|edited| edited.is_sufficient()) {
+        match install_edited(gel, &old, edited, &data, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(RemeshRefusal::Steps(why)),
         }
@@ -180,34 +176,22 @@ fn replace_mesh<const D: usize>(
         gel.remesh_records.push(RemeshRecord { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
         return Ok(());
     }
+    if let Some(edited) = edited.filter(EditedGel::is_upright) {
+        match install_edited(gel, &old, edited, &data, begun) {
+            Ok(()) => return Ok(()),
+            Err(why) => reasons.push(RemeshRefusal::Steps(why)),
+        }
+    }
     Err(FailedReplacement { reasons, data })
 }
 
-/// Continues with the old mesh and new patches, as after a remeshing that leaves every element unchanged.
+/// Continues with the old mesh, as after a remeshing that leaves every element unchanged.
 fn keep_mesh<const D: usize>(gel: &mut AdaptiveGel<D>, data: OldMeshData) -> Result<(), UnusableStep> {
     let OldMeshData { adjacency, qualities } = data;
-    let current = gel.current_mesh();
-    let old = &*current;
-    let state = gel.engine.state();
-    let mut birth = MeshInstance { tick: gel.engine.last_tick(), position: state.position.clone(), ..old.clone() };
-    let patches = gel.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
-    let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
-    let Mesh { rest, elements, .. } = &birth.mesh;
-    let same: Vec<_> =
-        (0..elements.len() as u32).map(|element| Some(UnchangedElement::in_order(ElementId(element)))).collect();
-    let target = TargetMesh {
-        position: &birth.position,
-        rest,
-        elements,
-        same: &same,
-        sources: &[],
-        rule: ElasticAverage::default(),
-    };
-    let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
-    if let Some((references, recalled)) = inherited(&source, &state.position, &target, &patches) {
-        (birth.references, memory) = (references, recalled);
-    }
-    gel.install_mesh(birth, memory, velocity, MeshProperties { patches, qualities, adjacency })
+    let old = gel.current_mesh();
+    let DynamicState { position, velocity, memory, .. } = gel.engine.state().clone();
+    let birth = MeshInstance { tick: gel.engine.last_tick(), position, ..(*old).clone() };
+    gel.install_mesh(birth, memory, velocity, MeshProperties { qualities, adjacency })
 }
 
 /// Record of a candidate on which the run continues.

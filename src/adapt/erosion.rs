@@ -7,7 +7,7 @@ use crate::constitutive::ElasticAverage;
 use crate::fem::Potential;
 use crate::integrator::UnusableStep;
 use crate::math::Vector;
-use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary_from_neighbours, face_neighbours, sorted};
+use crate::mesh::{ElementId, ElementPatches, Facet, Mesh, NodeId, boundary_from_neighbours, face_neighbours, sorted};
 use crate::remesh::{self, DeformedMesh, ElementNeighbours, UnchangedElement};
 use crate::state::MeshInstance;
 
@@ -73,13 +73,13 @@ pub(super) fn erode<const D: usize>(
     let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
     let RemainingMesh { mut birth, adjacency, same, velocity, eroded_mass } = remaining;
     let kept: Vec<ElementId> = same.iter().flatten().map(|same| same.element).collect();
-    let patches = gel.engine.gel().potential.patches().restricted_to(&kept);
+    birth.patches = gel.engine.gel().potential.patches().restricted_to(&kept);
     let qualities = gel.definition.element_qualities(&birth.mesh.elements, &birth.position);
-    let properties = MeshProperties { patches, qualities, adjacency };
+    let properties = MeshProperties { qualities, adjacency };
     let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
     let MeshInstance { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
     let target = TargetMesh { position, rest, elements, same: &same, sources: &[], rule: ElasticAverage::default() };
-    let Some((references, memory)) = inherited(&source, &state.position, &target, &properties.patches) else {
+    let Some((references, memory)) = inherited(&source, &state.position, &target, &birth.patches) else {
         return Ok(false);
     };
     birth.references = references;
@@ -148,6 +148,7 @@ impl<const D: usize> RemainingMesh<D> {
             mass: nodes.iter().map(|n| mass[*n]).collect(),
             corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
             references: vec![],
+            patches: ElementPatches::alone(kept.len()),
             steps: vec![],
         };
         Self {

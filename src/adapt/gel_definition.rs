@@ -72,8 +72,7 @@ impl GelDefinition {
 
     /// Returns true if the mesh is remade by local operations that keep the rest map.
     pub fn is_edited(&self) -> bool {
-        let is_compatible =
-            |settings: &AdaptSettings| settings.method == RemeshMethod::Compatible && settings.quality > 0.0;
+        let is_compatible = |settings: &AdaptSettings| settings.method == RemeshMethod::Local && settings.quality > 0.0;
         !matches!(self.material, Material::TwoNetwork(_)) && self.remesh.as_ref().is_some_and(is_compatible)
     }
 

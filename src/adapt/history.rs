@@ -91,7 +91,8 @@ pub(super) mod tests {
     pub fn instance<const D: usize>(mesh: Mesh<D>, position: &[Vector<D>], mass: f64) -> MeshInstance<D> {
         let (mass, corner_mass) = (vec![mass; mesh.rest.len()], vec![[mass; 4]; mesh.elements.len()]);
         let position = position.to_vec();
-        MeshInstance { tick: 0, position, mass, corner_mass, references: vec![], steps: vec![], mesh }
+        let patches = ElementPatches::alone(mesh.elements.len());
+        MeshInstance { tick: 0, position, mass, corner_mass, references: vec![], patches, steps: vec![], mesh }
     }
 
     #[test]

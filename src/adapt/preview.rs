@@ -3,12 +3,15 @@
 use super::adaptive_gel::AdaptiveGel;
 use super::attempt::{RemeshAttempt, generate_mesh};
 use super::candidate::{CandidateMesh, RemeshInput, generate_candidate, old_mesh_data};
+use super::local_edits::{EditedGel, edit_mesh, instance_of};
 use super::refusal::RemeshRefusal;
 use super::settings::{AdaptSettings, RemeshMethod};
 use super::sizes::{curvatures, target_sizes};
 use crate::math::Vector;
 use crate::mesh::{Simplex, shape_quality};
-use crate::remesh::{self, ConservationDefects, DeformedMesh, ImmersionSteps, MeshQuality, RemeshError, RemeshRules};
+use crate::remesh::{
+    self, ConservationDefects, ConservedTotals, DeformedMesh, ImmersionSteps, MeshQuality, RemeshError, RemeshRules,
+};
 
 /// Remeshing with all its steps, by either method.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,8 +55,11 @@ pub(super) fn try_remesh(gel: &AdaptiveGel<2>, settings: &AdaptSettings) -> Reme
     let data = old_mesh_data(gel, &moved, gel.adjacency.clone());
     let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
-    let successors =
-        [RemeshMethod::Immersed, RemeshMethod::Local].map(|method| (method, first_accepted(gel, &input, method)));
+    let edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings)).filter(EditedGel::is_sufficient);
+    let local = edited.map(|edited| Ok(preview_edited(gel, &input, edited)));
+    let local = local.unwrap_or_else(|| first_accepted(gel, &input, RemeshMethod::Local));
+    let immersed = first_accepted(gel, &input, RemeshMethod::Immersed);
+    let successors = [(RemeshMethod::Immersed, immersed), (RemeshMethod::Local, local)];
     RemeshTrial {
         shapes: old.mesh.elements.iter().map(|element| shape_quality(&position, element)).collect(),
         bend: curvatures(gel, &moved),
@@ -79,14 +85,37 @@ fn first_accepted(
     Err(refused.expect("a method has attempts"))
 }
 
+/// Mesh after local operations.
+fn preview_edited(gel: &AdaptiveGel<2>, input: &RemeshInput<'_, 2>, edited: EditedGel<2>) -> PreviewMesh {
+    let unchanged = edited.unchanged();
+    let before = ConservedTotals::of(input.moved.position, &input.old.mass, &gel.engine.state().velocity);
+    let (birth, properties, velocity) = instance_of(gel, input.old, edited, input.data);
+    let after = ConservedTotals::of(&birth.position, &birth.mass, &velocity);
+    let defects = ConservationDefects {
+        before,
+        raw: after,
+        after,
+        held_momentum: before.momentum - after.momentum,
+        held_angular: before.angular - after.angular,
+        stray_mass: 0.0,
+        unchanged,
+        misses: 0,
+        massless: 0,
+    };
+    let quality = properties.quality();
+    let new_elements = vec![];
+    let candidate = CandidateMesh { birth, memory: vec![], velocity, quality, defects, properties, new_elements };
+    preview_mesh(gel, candidate, input.moved, 1)
+}
+
 fn preview_mesh(
     gel: &AdaptiveGel<2>,
     candidate: CandidateMesh<2>,
     moved: &DeformedMesh<'_, 2>,
     attempt: usize,
 ) -> PreviewMesh {
-    let CandidateMesh { birth, memory, velocity, quality, defects, properties, .. } = candidate;
+    let CandidateMesh { birth, memory, velocity, quality, defects, .. } = candidate;
     let before = gel.engine.gel().stored_energy(moved.position, &gel.engine.state().memory);
-    let stored = [before, gel.gel_on_mesh(&birth, properties.patches).stored_energy(&birth.position, &memory)];
+    let stored = [before, gel.gel_on_mesh(&birth).stored_energy(&birth.position, &memory)];
     PreviewMesh { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
 }

@@ -46,8 +46,7 @@ impl<const D: usize> AdaptiveGel<D> {
         }
         let adjacency = face_neighbours::<D>(&birth.mesh.elements);
         let qualities = self.definition.element_qualities(&birth.mesh.elements, &birth.position);
-        let patches = self.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
-        let other = self.engine.engine_on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
+        let other = self.engine.engine_on_mesh(self.gel_on_mesh(&birth), &birth.position, state.birth.clone());
         let mut other = other.map_err(|UnusableStep { .. }| inconsistent("its mesh has no finite stable step"))?;
         let steps = self.definition.steps_when_new(&other);
         other.restore(state).map_err(inconsistent)?;

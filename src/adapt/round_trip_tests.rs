@@ -41,6 +41,7 @@ impl<const D: usize> TestGel<D> {
         let velocity = vec![Vector::zeros(); position.len()];
         let birth = MeshInstance {
             tick: 0,
+            patches: ElementPatches::alone(mesh.elements.len()),
             mesh,
             position: position.clone(),
             mass,
@@ -102,8 +103,16 @@ impl<const D: usize> TestGel<D> {
         let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
         let position = proposal.position.clone();
         let (mass, corner_mass) = (new.mass, new.corner_mass);
-        let birth =
-            MeshInstance { tick: 0, mesh, position: proposal.position, mass, corner_mass, references, steps: vec![] };
+        let birth = MeshInstance {
+            tick: 0,
+            mesh,
+            position: proposal.position,
+            mass,
+            corner_mass,
+            references,
+            patches,
+            steps: vec![],
+        };
         (Self { birth, position, velocity: new.velocity, section: self.section }, new.defects)
     }
 

@@ -8,14 +8,13 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum RemeshMethod {
-    /// Local remeshing: good nodes and the old surface are retained, points of a quadtree fill the rest.
+    /// Local remeshing: operations on elements that hinder the step, which keep the rest map of a gel without history
+    /// variables; for a two-network gel an exchange in which good nodes and the old surface are retained.
     #[serde(alias = "retained")]
     Local,
     /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and
     /// the ends of supports are retained.
     Immersed,
-    /// Local operations on elements that hinder the step, which keep the rest map of a gel without history variables.
-    Compatible,
 }
 
 /// Settings of remeshing.

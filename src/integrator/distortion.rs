@@ -3,7 +3,7 @@
 
 use super::active_set::RUN;
 use super::element_block::ElementBlock;
-use super::step_size::least_limit;
+use super::stability::nodal_limit;
 use super::substep::{MeshPhase, TickContext};
 use super::system::DiscreteSystem;
 use crate::fem::{MAX_NODES, Potential, ReferenceShape};
@@ -54,9 +54,15 @@ fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>,
     let groups = (0..system.state.clocks.len()).filter(|group| is_short(system.state.clocks[*group].step));
     let mut elements = groups.flat_map(|group| system.model.layout.elements(system.model.layout.slots(group)));
     elements.any(|element| {
-        let nodes = system.model.gel.potential.nodes(element);
-        least_limit(system, nodes) < fraction * limits.step[element.index()]
+        let least = fraction * limits.step[element.index()];
+        system.model.gel.potential.nodes(element).iter().any(|node| stable_step(system, *node) < least)
     })
+}
+
+/// Returns the stable step of a node, s, by the stiffness of the state: a run that has just been restored knows no other.
+pub(super) fn stable_step<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> f64 {
+    let (model, stiffness) = (&system.model, &system.state.stiffness);
+    model.settings.cfl * nodal_limit(&model.gel, stiffness, &model.layout, node)
 }
 
 /// Returns true if an element of a block exceeds a fraction of its limits after half of its step; the reference

@@ -94,6 +94,7 @@ fn begin_mesh<const D: usize, P: Potential<D>>(
 mod tests {
     use super::super::test_cube;
     use super::*;
+    use crate::mesh::ElementPatches;
 
     #[test]
     fn a_mesh_with_invalid_stable_steps_is_refused() {
@@ -105,7 +106,8 @@ mod tests {
             steps[0] = first;
             let (mass, corner_mass) = (engine.system.model.gel.mass.clone(), vec![[1.0; 4]; mesh.elements.len()]);
             let (mesh, position) = (mesh.clone(), mesh.rest.clone());
-            let birth = MeshInstance { tick: 7, mesh, position, mass, corner_mass, references: vec![], steps };
+            let (references, patches) = (vec![], ElementPatches::alone(mesh.elements.len()));
+            let birth = MeshInstance { tick: 7, mesh, position, mass, corner_mass, references, patches, steps };
             let gel = test_cube::gel(&birth.mesh);
             engine
                 .engine_on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth)))

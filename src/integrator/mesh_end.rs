@@ -1,7 +1,6 @@
 //! End of a mesh: by distortion, on time, by a step collapse or a leak (numerics A12).
 
-use super::distortion::is_distorted;
-use super::stability::nodal_limit;
+use super::distortion::{is_distorted, stable_step};
 use super::step_size::{collapse_error, group_limit};
 use super::system::DiscreteSystem;
 use super::{StepError, SteppingSchedule};
@@ -59,8 +58,7 @@ fn has_collapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>)
 
 /// Returns true if the stable step at a node is shorter than a tick.
 fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> bool {
-    let (model, stiffness) = (&system.model, &system.state.stiffness);
-    model.grid.ticks(model.settings.cfl * nodal_limit(&model.gel, stiffness, &model.layout, node)) < 1.0
+    system.model.grid.ticks(stable_step(system, node)) < 1.0
 }
 
 /// Finds the first group whose stable step is shorter than a tick.

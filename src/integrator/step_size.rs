@@ -50,7 +50,7 @@ pub(super) fn group_limit<const D: usize, P: Potential<D>>(system: &DiscreteSyst
 }
 
 /// Returns the least limit of these nodes, s.
-pub(super) fn least_limit<'a, const D: usize, P: Potential<D>>(
+fn least_limit<'a, const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     nodes: impl IntoIterator<Item = &'a NodeId>,
 ) -> f64 {

@@ -20,10 +20,10 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
         describe_contact(scene.contact.law),
     ];
     let remeshing = scene.remesh.as_ref().map(|remesh| match remesh.method {
-        RemeshMethod::Local => "remeshing: distorted mesh replaced locally, old nodes retained where elements are good",
-        RemeshMethod::Compatible => {
-            "remeshing: elements that hinder the step remade by operations that keep the rest map"
+        RemeshMethod::Local if scene.gel.material == MaterialModel::TwoNetwork => {
+            "remeshing: distorted mesh replaced locally, old nodes retained where elements are good"
         }
+        RemeshMethod::Local => "remeshing: elements that hinder the step remade by operations that keep the rest map",
         RemeshMethod::Immersed => {
             "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }

@@ -13,8 +13,8 @@ pub struct RemeshSpec {
     /// Method that makes the new mesh.
     pub method: RemeshMethod,
     /// Least element quality: an element shaped worse triggers remeshing. 1 is equilateral, 0 flat. With 0 only an
-    /// inverted element does. With the method `compatible`, in which shapes ask for nothing, 0.3 stands for
-    /// an eighth of the least stable step of the first mesh, in proportion.
+    /// inverted element does. For a gel without history variables, whose shapes ask for nothing, 0.3 stands
+    /// for an eighth of the least stable step of the first mesh, in proportion.
     pub quality: f64,
     /// Least ratio of current to rest volume: an element compressed further triggers remeshing.
     pub min_volume_ratio: f64,
@@ -56,7 +56,7 @@ impl Default for RemeshSpec {
         Self {
             method: RemeshMethod::Local,
             quality: 0.3,
-            min_volume_ratio: 0.2,
+            min_volume_ratio: 0.1,
             times: vec![],
             adaptive: true,
             smallest: None,

@@ -13,8 +13,8 @@ mod two_network;
 
 use super::{
     CellLattice, ContactLaw, ContactSpec, Dimension, FidelityLevels, GelShape, GradingSpec, IntegratorSpec,
-    MOST_FRAGMENTS, MaterialModel, OctreeSpec, OutputSpec, RemeshMethod, RemeshSpec, Scene, SceneError, SceneHeader,
-    ScheduleKind, body_name,
+    MOST_FRAGMENTS, OctreeSpec, OutputSpec, RemeshMethod, RemeshSpec, Scene, SceneError, SceneHeader, ScheduleKind,
+    body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{CheckResult, finite, positive, require, within};
@@ -170,13 +170,6 @@ fn check_remesh(scene: &Scene) -> CheckResult {
         "remesh.method",
         || "\"immersed\" for a spatial gel".to_owned(),
         "\"local\": immersed remeshing is for planar and axisymmetric scenes only",
-    )?;
-    let is_elastic = scene.gel.material != MaterialModel::TwoNetwork;
-    require(
-        method != RemeshMethod::Compatible || is_elastic,
-        "remesh.method",
-        || "\"compatible\" for a two-network gel".to_owned(),
-        "\"local\": operations that keep the rest map are for gels without history variables",
     )?;
     let bins = scene.integrator.schedule != ScheduleKind::Queue;
     require(

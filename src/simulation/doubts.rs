@@ -27,7 +27,7 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
         format!(
             "{:.1e} of the mass of an elastic gel has rest shapes that do not fit together, and the projectile went \
              {:.1} radii deep: beyond {FAITHFUL_DEPTH} radii these act like plastic flow; depth, time and rebound are \
-             not those of an elastic gel (remesh.method = \"compatible\" keeps the shapes together)",
+             not those of an elastic gel",
             seen.cost.incompatible_fraction,
             depth / radius
         )

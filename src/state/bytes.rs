@@ -38,6 +38,18 @@ impl FixedBytes for u64 {
     }
 }
 
+impl FixedBytes for u32 {
+    const SIZE: usize = 4;
+
+    fn encode(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_le_bytes());
+    }
+
+    fn decode(from: &[u8]) -> Self {
+        Self::from_le_bytes(first_bytes(from))
+    }
+}
+
 impl FixedBytes for f64 {
     const SIZE: usize = 8;
 
@@ -195,8 +207,8 @@ fn read_all<T: FixedBytes>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
 
 /// Bytes of a node of a remeshed mesh: mass and held directions.
 const NODE_BYTES: usize = f64::SIZE + u8::SIZE;
-/// Bytes of an element of a remeshed mesh: nodes, corner masses and first step.
-const ELEMENT_BYTES: usize = Simplex::SIZE + <[f64; 4]>::SIZE + f64::SIZE;
+/// Bytes of an element of a remeshed mesh: nodes, corner masses, patch and first step.
+const ELEMENT_BYTES: usize = Simplex::SIZE + <[f64; 4]>::SIZE + u32::SIZE + f64::SIZE;
 
 /// Reads the mesh instance; `None` if the bytes are no valid mesh.
 fn read_mesh_instance<const D: usize>(
@@ -213,6 +225,7 @@ fn read_mesh_instance<const D: usize>(
     read_all(&mut arrays.elements, sizes.born, &mut bytes);
     read_all(&mut arrays.corner_mass, sizes.born, &mut bytes);
     read_all(&mut arrays.references, sizes.references, &mut bytes);
+    read_all(&mut arrays.patch, sizes.born, &mut bytes);
     read_all(&mut arrays.steps, sizes.born, &mut bytes);
     MeshInstance::from_arrays(tick, arrays, marks).map(Arc::new)
 }
@@ -295,6 +308,7 @@ impl<const D: usize> DynamicState<D> {
             write_all(&birth.mesh.elements, sink);
             write_all(&birth.corner_mass, sink);
             write_all(&birth.references, sink);
+            write_all(&birth.patch_numbers(), sink);
             write_all(&birth.steps, sink);
         }
     }

@@ -3,7 +3,7 @@
 use super::Tick;
 use crate::fem::ReferenceShape;
 use crate::math::{Vector, det};
-use crate::mesh::{ElementId, Mesh, NodeId, Simplex, boundary, signed_volume};
+use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex, boundary, signed_volume};
 
 /// Mesh instance: a remeshed mesh at the tick at which it replaced another one.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,8 @@ pub struct MeshInstance<const D: usize> {
     pub corner_mass: Vec<[f64; 4]>,
     /// Reference shapes of the elements that are incompatible with their nodes' rest positions.
     pub references: Vec<(ElementId, ReferenceShape<D>)>,
+    /// F-bar patches of its elements.
+    pub patches: ElementPatches,
     /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
     /// before it is steps_are_positive, or if it is the first mesh.
     pub steps: Vec<f64>,
@@ -42,6 +44,8 @@ pub(super) struct InstanceArrays<const D: usize> {
     pub corner_mass: Vec<[f64; 4]>,
     /// Reference shapes of the incompatible elements.
     pub references: Vec<(ElementId, ReferenceShape<D>)>,
+    /// Patch of each element.
+    pub patch: Vec<u32>,
     /// Stable steps of the elements, s.
     pub steps: Vec<f64>,
 }
@@ -49,7 +53,7 @@ pub(super) struct InstanceArrays<const D: usize> {
 impl<const D: usize> MeshInstance<D> {
     /// Creates a mesh instance from unchecked arrays; `None` if they are no valid mesh.
     pub(super) fn from_arrays(tick: Tick, arrays: InstanceArrays<D>, marks: Vec<u8>) -> Option<Self> {
-        let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, steps } = arrays;
+        let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, patch, steps } = arrays;
         let n = rest.len();
         let reference_is_valid = |(element, reference): &(ElementId, ReferenceShape<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
@@ -58,6 +62,7 @@ impl<const D: usize> MeshInstance<D> {
         if elements.is_empty() || !ascending || !references.iter().all(reference_is_valid) {
             return None;
         }
+        let patches = ElementPatches::of_elements::<D>(&elements, &patch)?;
         let mut is_compatible = vec![true; elements.len()];
         for (element, _) in &references {
             is_compatible[element.index()] = false;
@@ -88,7 +93,12 @@ impl<const D: usize> MeshInstance<D> {
             return None;
         }
         let mesh = Mesh { rest, elements, facets, held, marks };
-        Some(Self { tick, mesh, position, mass, corner_mass, references, steps })
+        Some(Self { tick, mesh, position, mass, corner_mass, references, patches, steps })
+    }
+
+    /// Returns the number of the patch of each element.
+    pub(super) fn patch_numbers(&self) -> Vec<u32> {
+        self.patches.patch_of_elements().into_iter().map(|patch| patch.0).collect()
     }
 
     /// Returns the held directions of each node: bit i for the i-th.

@@ -151,7 +151,7 @@ fn two_instances_do_not_write_into_one_folder() {
 #[test]
 fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
     let coarse = ballistic_gel::scene::builtin("ball-square").unwrap().replace("size = 1.25e-3", "size = 5e-3");
-    let mut host = Host::with(&(coarse + "\n[remesh]\nquality = 0.3\ngrowth = 1.0\n"));
+    let mut host = Host::with(&(coarse + "\n[remesh]\nmethod = \"immersed\"\nquality = 0.3\ngrowth = 1.0\n"));
     let (folder, own) = (host.path(""), host.path("gel"));
     assert_eq!(host.set_text("output_directory", &folder), OK);
     host.start();

@@ -146,23 +146,61 @@ impl ElementPatches {
         patch
     }
 
+    /// Groups elements by the numbers of their patches; `None` unless the patches are numbered by their first elements and
+    /// no patch has more elements or nodes than [`ElementPatches::grouped`] would give it.
+    #[must_use]
+    pub fn of_elements<const D: usize>(elements: &[Simplex], patch: &[u32]) -> Option<Self> {
+        let mut next = 0;
+        let is_next = |patch: &u32| {
+            *patch < next || {
+                next += 1;
+                *patch + 1 == next
+            }
+        };
+        if patch.len() != elements.len() || !patch.iter().all(is_next) {
+            return None;
+        }
+        let patches = Self::of_labels(patch);
+        let (most_elements, most_nodes) = if D == 2 { (2, 4) } else { (4, 7) };
+        let is_small = |patch: &[ElementId]| {
+            let mut nodes: Vec<_> = patch.iter().flat_map(|element| &elements[element.index()][..=D]).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            patch.len() <= most_elements && nodes.len() <= most_nodes
+        };
+        let all_are_small = patches.iter().all(is_small);
+        all_are_small.then_some(patches)
+    }
+
+    /// Groups the elements that have the same label.
+    #[must_use]
+    pub fn of_labels(labels: &[u32]) -> Self {
+        let (mut number, mut size): (Vec<Option<u32>>, Vec<u32>) = (vec![], vec![]);
+        number.resize(labels.iter().max().map_or(0, |most| *most as usize + 1), None);
+        for label in labels {
+            let patch = *number[*label as usize].get_or_insert(size.len() as u32) as usize;
+            size.resize(size.len().max(patch + 1), 0);
+            size[patch] += 1;
+        }
+        if size.len() == labels.len() {
+            return Self::alone(labels.len());
+        }
+        let start: Vec<u32> = std::iter::once(0).chain(size.iter().scan(0, |sum, n| Some(add_to(sum, *n)))).collect();
+        let (mut next, mut members) = (start.clone(), vec![ElementId(0); labels.len()]);
+        for (element, label) in (0..).map(ElementId).zip(labels) {
+            let patch = number[*label as usize].unwrap_or_default() as usize;
+            members[next[patch] as usize] = element;
+            next[patch] += 1;
+        }
+        Self { start, members }
+    }
+
     /// Restricts the patches to the elements `kept`, ascending, which are renumbered in that order; empty patches are
     /// dropped.
     #[must_use]
     pub fn restricted_to(&self, kept: &[ElementId]) -> Self {
         let patch = self.patch_of_elements();
-        let mut of = vec![vec![]; self.len()];
-        for (new, old) in (0..).map(ElementId).zip(kept) {
-            of[patch[old.index()].index()].push(new);
-        }
-        of.retain(|elements| !elements.is_empty());
-        of.sort_unstable();
-        let mut left = Self { start: vec![0], members: Vec::with_capacity(kept.len()) };
-        for elements in &of {
-            left.members.extend(elements);
-            left.start.push(left.members.len() as u32);
-        }
-        left
+        Self::of_labels(&kept.iter().map(|element| patch[element.index()].0).collect::<Vec<_>>())
     }
 
     /// Joins each patch with its mate. Patches must be ordered by their first elements.
@@ -180,4 +218,10 @@ impl ElementPatches {
         }
         joined
     }
+}
+
+/// Adds to a sum and returns it.
+fn add_to(sum: &mut u32, n: u32) -> u32 {
+    *sum += n;
+    *sum
 }

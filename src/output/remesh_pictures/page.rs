@@ -77,7 +77,6 @@ fn table(figures: &RemeshFigures) -> String {
     let named = |method: RemeshMethod| match method {
         RemeshMethod::Local => "local",
         RemeshMethod::Immersed => "immersed",
-        RemeshMethod::Compatible => "compatible",
     };
     let head: Vec<String> = figures.methods.iter().map(|o| format!("<th>{}</th>", named(o.method))).collect();
     let refused =

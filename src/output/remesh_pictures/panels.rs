@@ -316,11 +316,10 @@ impl<'a> PanelSource<'a> {
                 about: "The velocity transferred to the carved mesh; mass, momentum and centre of mass are \
                         conserved.",
             },
-            RemeshMethod::Local | RemeshMethod::Compatible => PanelText {
+            RemeshMethod::Local => PanelText {
                 name: "velocity-local",
                 title: "Vertical velocity on the locally remeshed mesh",
-                about: "Local remeshing of the same state: good nodes and the whole surface are retained, points of \
-                    the quadtree fill the rest.",
+                about: "Local remeshing of the same state: only the elements that hinder the step are replaced.",
             },
         };
         self.panel(text, Some(scale), |drawing| {

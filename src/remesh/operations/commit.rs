@@ -3,6 +3,7 @@
 use super::editable_mesh::EditableMesh;
 use super::element_model::ElementState;
 use super::operation::{EditedNode, Operation};
+use super::regrouping::Regrouping;
 use super::velocity::keep_motion;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
@@ -10,7 +11,7 @@ use crate::remesh::nodal_fields::corner_masses;
 
 impl<const D: usize> EditableMesh<'_, D> {
     /// Performs an operation; returns the change of kinetic energy, J.
-    pub(super) fn commit(&mut self, operation: &Operation<D>, states: &[ElementState]) -> f64 {
+    pub(super) fn commit(&mut self, operation: &Operation<D>, states: &[ElementState], regrouping: &Regrouping) -> f64 {
         let touched = self.touched(operation);
         let before = self.motion(&touched);
         let whole = operation.old.iter().map(|element| self.mass_of(*element)).sum::<f64>();
@@ -27,10 +28,12 @@ impl<const D: usize> EditableMesh<'_, D> {
         // Every part of the cavity has the density of the whole, at rest.
         let volume = states.iter().map(|state| state.volume).sum::<f64>();
         let step = operation.old.iter().map(|element| self.step[element.index()]).fold(f64::INFINITY, f64::min);
+        let first = self.elements.len();
         for (nodes, state) in operation.new.iter().zip(states) {
             self.add(*nodes, *state, whole * state.volume / volume);
             self.step.push(step);
         }
+        self.adopt_patches(&regrouping.patches, first);
         for node in &touched {
             let corner = |element: &ElementId| {
                 let nodes = self.elements[element.index()];

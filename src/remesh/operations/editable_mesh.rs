@@ -3,7 +3,7 @@
 use super::element_model::{ElementModel, ElementState};
 use super::operation::EditedNode;
 use crate::math::Vector;
-use crate::mesh::{ElementId, Mesh, NodeId, NodeIncidence, Simplex};
+use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, NodeIncidence, Simplex};
 use crate::remesh::{BodySymmetry, MeshCorrespondence, UnchangedElement};
 use std::collections::BTreeMap;
 
@@ -30,6 +30,12 @@ pub struct EditableMesh<'a, const D: usize> {
     incidence: &'a NodeIncidence,
     /// Elements around the nodes of cavities, ascending.
     pub(super) star: BTreeMap<NodeId, Vec<ElementId>>,
+    /// Patch of each element, those of the first mesh, and those made since.
+    pub(super) patch: Vec<u32>,
+    pub(super) first_patches: &'a ElementPatches,
+    pub(super) made_patches: Vec<Vec<ElementId>>,
+    /// True if elements share their change of volume in patches.
+    pub(super) has_patches: bool,
     /// State of each element, where it has been asked for.
     pub(super) states: Vec<Option<ElementState>>,
     /// Elements of the first mesh.
@@ -54,16 +60,18 @@ pub struct EditedMesh<const D: usize> {
     pub elements: Vec<Simplex>,
     /// Masses of the corners of the elements, kg.
     pub corner_mass: Vec<[f64; 4]>,
+    /// F-bar patches of the elements.
+    pub patches: ElementPatches,
     /// Time steps of the elements, or of those that they replace, s.
     pub step: Vec<f64>,
 }
 
 impl<'a, const D: usize> EditableMesh<'a, D> {
     /// Mesh with the positions, m, and velocities, m/s, of its nodes; elements with a rest shape of their own are not
-    /// `is_compatible`. `step` holds their time steps, s, and `incidence` the elements around each node.
+    /// `is_compatible`. `step` holds their time steps, s, `incidence` the elements around each node.
     #[must_use]
     pub fn new(
-        (mesh, incidence): (&Mesh<D>, &'a NodeIncidence),
+        (mesh, incidence, patches): (&Mesh<D>, &'a NodeIncidence, &'a ElementPatches),
         (position, velocity): (&[Vector<D>], &[Vector<D>]),
         (mass, corner_mass): (&[f64], &[[f64; 4]]),
         (step, is_compatible): (Vec<f64>, Vec<bool>),
@@ -81,6 +89,10 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             is_compatible,
             incidence,
             star: BTreeMap::new(),
+            patch: patches.patch_of_elements().into_iter().map(|patch| patch.0).collect(),
+            first_patches: patches,
+            made_patches: vec![],
+            has_patches: patches.largest() > 1,
             states: vec![None; mesh.elements.len()],
             n_first: mesh.elements.len(),
             symmetry,
@@ -184,6 +196,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
         }
         let present: Vec<usize> = self.present().map(ElementId::index).collect();
         let elements = present.iter().map(|e| self.elements[*e].map(|node| number[node.index()])).collect();
+        let patch: Vec<u32> = present.iter().map(|e| self.patch[*e]).collect();
         let same: Vec<Option<UnchangedElement>> = present
             .iter()
             .map(|e| (*e < self.n_first).then(|| UnchangedElement::in_order(ElementId(*e as u32))))
@@ -205,6 +218,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             mass: kept.iter().map(|node| self.mass[*node]).collect(),
             elements,
             corner_mass: present.iter().map(|e| self.corner_mass[*e]).collect(),
+            patches: ElementPatches::of_labels(&patch),
             step: present.iter().map(|e| self.step[*e]).collect(),
         };
         (edited, MeshCorrespondence { same, gone, unchanged })

@@ -11,8 +11,9 @@ pub struct ElementState {
     pub jacobian: f64,
     /// Stored energy, J; without the volumetric part that is common to a patch.
     pub energy: f64,
-    /// Greatest frequency of the element by itself, 1/s: the square root of (D + 1) κ/(ρw).
-    pub frequency: f64,
+    /// Hindrance: the greater of its own frequency √((D + 1) κ/(ρw)) and its compression 1/J, each
+    /// over the limit above which an element is remade; infinite where it is inverted.
+    pub hindrance: f64,
 }
 
 /// Law of the elements.

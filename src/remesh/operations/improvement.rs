@@ -1,22 +1,22 @@
 //! Improvement of a mesh: which elements are remade, and by which operation.
 //!
-//! An element is remade when it hinders: when its own frequency exceeds a limit and so sets the step. Of the operations
-//! around it the one is performed that lowers the frequency of its cavity most, at the least change of stored energy.
+//! An element is remade when it hinders: when its own frequency exceeds a limit and so sets the step, or when it is
+//! compressed beyond one. Of the operations around it the one is performed that lowers the hindrance of its cavity most,
+//! at the least change of stored energy.
 //! Edges that have grown long near a body are split. Shape alone asks for nothing: a stretched skin has a good rest shape
 //! and a good step, and remaking it would cost energy.
 
 use super::editable_mesh::EditableMesh;
 use super::element_model::ElementModel;
 use super::operation::{Operation, OperationKind};
+use super::regrouping::Regrouping;
 use super::trial::Trial;
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::{ElementId, NodeId, Simplex};
 
 /// Limits of the operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EditLimits {
-    /// Frequency above which an element is remade, 1/s.
-    pub frequency: f64,
     /// Energy to which changes of stored energy are compared, J.
     pub energy: f64,
     /// Edge of the first mesh where it is finest, m.
@@ -40,6 +40,8 @@ pub struct EditCounts {
     pub operations: [usize; 4],
     /// Elements above the limit for which no operation was found.
     pub stuck: usize,
+    /// Greatest hindrance that is left.
+    pub hindrance: f64,
     /// Change of stored and of kinetic energy by each, J.
     pub energy: [[f64; 2]; 4],
 }
@@ -54,20 +56,20 @@ impl EditCounts {
 
 /// Rounds over the elements above the limit.
 const ROUNDS: usize = 3;
-/// Factor by which an operation must lower the frequency of the element for which it is performed.
+/// Factor by which an operation must lower the hindrance of the element for which it is performed.
 const GAIN: f64 = 0.93;
-/// Factor by which the frequency elsewhere in the cavity may rise: rounding.
+/// Factor by which the hindrance elsewhere in the cavity may rise: rounding.
 const NO_RISE: f64 = 1.0001;
-/// Weight of the change of energy, relative to the reference, against the logarithm of the frequency.
+/// Weight of the change of energy, relative to the reference, against the logarithm of the hindrance.
 const ENERGY_WEIGHT: f64 = 300.0;
-/// Greatest change of energy, relative to the reference, of an operation and of a split.
+/// Greatest change of energy, relative to the reference, of an operation for an element of hindrance 1, which grows with
+/// the square of the hindrance; the greatest of any operation, and of a split.
 const MAX_ENERGY: f64 = 3e-3;
+const MOST_ENERGY: f64 = 0.02;
 const MAX_SPLIT_ENERGY: f64 = 1e-4;
-/// Ratio to the limit above which an element is remade whatever the energy.
-const FORCED: f64 = 1.6;
-/// Ratio to the limit that splits stay below, so that collapses do not undo them.
-const SPLIT_FREQUENCY: f64 = 0.6;
-/// Factor by which the split of a surface edge may raise the frequency beyond the limit.
+/// Hindrance that splits stay below, so that collapses do not undo them.
+const SPLIT_HINDRANCE: f64 = 0.6;
+/// Factor by which the split of a surface edge may raise a hindrance above the limit.
 const SURFACE_RISE: f64 = 1.05;
 /// Edge, in target lengths, above which it is split, and least half edge at rest, in usual lengths.
 const LONG_EDGE: f64 = 2.0;
@@ -102,6 +104,8 @@ pub fn improve<const D: usize>(
             break;
         }
     }
+    let left = improver.above_limit(bad);
+    improver.counts.hindrance = left.first().map_or(1.0, |worst| improver.mesh.state(*worst, improver.model).hindrance);
     improver.counts
 }
 
@@ -114,19 +118,11 @@ struct Improver<'a, 'm, 's, const D: usize, M> {
     counts: EditCounts,
 }
 
-/// Best operations so far: the one of the best score within the bound of energy, and the one of least energy beyond it.
-#[derive(Default)]
-struct Choice<const D: usize> {
-    best: Option<(f64, Operation<D>, Trial)>,
-    forced: Option<(f64, Operation<D>, Trial)>,
-}
-
-impl<const D: usize> Choice<D> {
-    fn consider(of: &mut Option<(f64, Operation<D>, Trial)>, score: f64, operation: Operation<D>, trial: Trial) {
-        if of.as_ref().is_none_or(|(best, ..)| score < *best) {
-            *of = Some((score, operation, trial));
-        }
-    }
+/// Operation that has been tried, and the patches after it.
+struct Replacement<const D: usize> {
+    operation: Operation<D>,
+    trial: Trial,
+    regrouping: Regrouping,
 }
 
 impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
@@ -137,9 +133,9 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
             if !self.mesh.has(element) {
                 continue;
             }
-            let frequency = self.mesh.state(element, self.model).frequency;
-            if (frequency.is_nan() || frequency > self.limits.frequency) && self.mesh.is_compatible(element) {
-                bad.push((frequency, element));
+            let hindrance = self.mesh.state(element, self.model).hindrance;
+            if hindrance > 1.0 && self.mesh.is_compatible(element) {
+                bad.push((hindrance, element));
             }
         }
         bad.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -152,8 +148,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         self.counts.stuck = 0;
         for element in bad {
             if self.mesh.has(*element) {
-                let frequency = self.mesh.state(*element, self.model).frequency;
-                let done = self.remake(*element, frequency);
+                let hindrance = self.mesh.state(*element, self.model).hindrance;
+                let done = self.remake(*element, hindrance);
                 any |= done;
                 self.counts.stuck += usize::from(!done);
             }
@@ -162,35 +158,34 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     }
 
     /// Performs the best operation around an element; returns false if there is none.
-    fn remake(&mut self, element: ElementId, frequency: f64) -> bool {
-        let mut choice = Choice { best: None, forced: None };
+    fn remake(&mut self, element: ElementId, hindrance: f64) -> bool {
+        let mut best = None;
         let nodes = self.mesh.elements[element.index()];
         for corner in 0..=D {
             let flip = self.mesh.flip(element, corner);
-            self.consider(flip, frequency, &mut choice);
+            self.consider(flip, hindrance, &mut best);
         }
         for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])) {
             for (a, b, part) in [(a, b, 0.0), (b, a, 0.0), (a, b, 0.5)] {
                 let collapse = self.mesh.collapse(a, b, part);
-                self.consider(collapse, frequency, &mut choice);
+                self.consider(collapse, hindrance, &mut best);
             }
             if D == 3 {
                 for to in self.ring(a, b) {
                     let removal = self.mesh.remove_edge(a, b, to);
-                    self.consider(Some(removal), frequency, &mut choice);
+                    self.consider(Some(removal), hindrance, &mut best);
                 }
             }
         }
         for node in &nodes[..=D] {
             for rest in self.targets(*node) {
                 let moved = self.mesh.moved(*node, &rest);
-                self.consider(moved, frequency, &mut choice);
+                self.consider(moved, hindrance, &mut best);
             }
         }
-        let is_urgent = frequency > FORCED * self.limits.frequency;
-        match choice.best.or(choice.forced.filter(|_| is_urgent)) {
-            Some((_, operation, trial)) => {
-                self.perform(&operation, &trial);
+        match best {
+            Some((_, replacement)) => {
+                self.perform(&replacement);
                 true
             }
             None => false,
@@ -227,21 +222,21 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         inwards.into_iter().chain(along).collect()
     }
 
-    /// Tries an operation for an element of this frequency.
-    fn consider(&mut self, operation: Option<Operation<D>>, frequency: f64, choice: &mut Choice<D>) {
+    /// Tries an operation for an element of this hindrance; `best` is the one of the least score so far, and its score.
+    fn consider(&mut self, operation: Option<Operation<D>>, hindrance: f64, best: &mut Option<(f64, Replacement<D>)>) {
         let Some(mut operation) = operation else { return };
         self.clear(&mut operation);
         let Some(trial) = self.mesh.attempt(&operation, self.model) else { return };
-        let [before, after] = trial.frequency;
-        if after > GAIN * frequency || after > NO_RISE * before || self.is_in_body(&operation) {
+        let [before, after] = trial.hindrance;
+        if after > GAIN * hindrance || after > NO_RISE * before || self.is_in_body(&operation) {
             return;
         }
-        let energy = trial.energy.abs() / self.limits.energy;
-        if energy <= MAX_ENERGY {
-            let score = (after / before).ln() + ENERGY_WEIGHT * energy;
-            Choice::consider(&mut choice.best, score, operation, trial);
-        } else {
-            Choice::consider(&mut choice.forced, energy, operation, trial);
+        let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return };
+        let energy = regrouping.energy.abs() / self.limits.energy;
+        let score = (after / before).ln() + ENERGY_WEIGHT * energy;
+        let most = MOST_ENERGY.min(MAX_ENERGY * hindrance * hindrance);
+        if energy <= most && best.as_ref().is_none_or(|(least, _)| score < *least) {
+            *best = Some((score, Replacement { operation, trial, regrouping }));
         }
     }
 
@@ -258,25 +253,25 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         }
     }
 
-    /// Returns true if an operation makes a surface edge whose middle is deep in a body.
+    /// Returns true if an operation makes a surface edge whose middle is deep in a body, and deeper than one before.
     fn is_in_body(&self, operation: &Operation<D>) -> bool {
-        let depth = MAX_DEPTH * self.limits.usual;
-        let at = |node: NodeId| match operation.node {
-            Some((moved, state)) if moved == node => state.position,
-            _ => self.mesh.nodes[node.index()].position,
-        };
         if operation.kind == OperationKind::Split {
             return false;
         }
-        let mut sides: Vec<[NodeId; 2]> = operation
-            .new
-            .iter()
-            .flat_map(|nodes| edges_of::<D>().map(|(i, j)| [nodes[i].min(nodes[j]), nodes[i].max(nodes[j])]))
-            .filter(|[a, b]| (self.scene.gap)(&((at(*a) + at(*b)) * 0.5)) < -depth)
-            .collect();
-        sides.sort_unstable();
-        sides.dedup();
-        sides.iter().any(|[a, b]| self.mesh.is_boundary(*a) && self.mesh.is_boundary(*b))
+        let limit = MAX_DEPTH * self.limits.usual;
+        let depth = self.surface_depth(&operation.new, limit, &|node| self.mesh.after(operation, node).position);
+        let old = || operation.old.iter().map(|element| self.mesh.elements[element.index()]).collect::<Vec<_>>();
+        let here = |node: NodeId| self.mesh.nodes[node.index()].position;
+        depth > limit && depth > self.surface_depth(&old(), limit, &here)
+    }
+
+    /// Greatest depth in a body of the middles of surface edges of these elements, if above a limit, m; otherwise 0.
+    fn surface_depth(&self, elements: &[Simplex], limit: f64, at: &dyn Fn(NodeId) -> Vector<D>) -> f64 {
+        let edges = elements.iter().flat_map(|nodes| edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])));
+        let depth = |(a, b): &(NodeId, NodeId)| -(self.scene.gap)(&((at(*a) + at(*b)) * 0.5));
+        let deep = edges.map(|edge| (depth(&edge), edge)).filter(|(depth, _)| *depth > limit);
+        let is_surface = |(_, (a, b)): &(f64, (NodeId, NodeId))| self.mesh.is_boundary(*a) && self.mesh.is_boundary(*b);
+        deep.filter(is_surface).map(|(depth, _)| depth).fold(0.0, f64::max)
     }
 
     /// Splits the edges near bodies that have grown long, the longest first.
@@ -327,24 +322,25 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         self.clear(&mut operation);
         let is_surface = self.mesh.is_boundary_edge(a, b);
         let Some(trial) = self.mesh.attempt(&operation, self.model) else { return false };
-        let [before, after] = trial.frequency;
-        let is_slow = if is_surface {
-            after < self.limits.frequency || after < SURFACE_RISE * before
-        } else {
-            after < SPLIT_FREQUENCY * self.limits.frequency
-        };
-        if !is_slow || trial.energy.abs() > MAX_SPLIT_ENERGY * self.limits.energy {
+        let [before, after] = trial.hindrance;
+        let is_slow = if is_surface { after < 1.0 || after < SURFACE_RISE * before } else { after < SPLIT_HINDRANCE };
+        if !is_slow {
             return false;
         }
-        self.perform(&operation, &trial);
+        let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return false };
+        if regrouping.energy.abs() > MAX_SPLIT_ENERGY * self.limits.energy {
+            return false;
+        }
+        self.perform(&Replacement { operation, trial, regrouping });
         true
     }
 
-    fn perform(&mut self, operation: &Operation<D>, trial: &Trial) {
-        let kinetic = self.mesh.commit(operation, &trial.states);
+    fn perform(&mut self, replacement: &Replacement<D>) {
+        let Replacement { operation, trial, regrouping } = replacement;
+        let kinetic = self.mesh.commit(operation, &trial.states, regrouping);
         self.counts.operations[operation.kind as usize] += 1;
         let [stored, moving] = &mut self.counts.energy[operation.kind as usize];
-        (*stored, *moving) = (*stored + trial.energy, *moving + kinetic);
+        (*stored, *moving) = (*stored + regrouping.energy, *moving + kinetic);
     }
 }
 

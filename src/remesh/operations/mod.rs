@@ -17,6 +17,7 @@ mod editable_mesh;
 mod element_model;
 mod improvement;
 mod operation;
+mod regrouping;
 #[cfg(test)]
 mod tests;
 mod trial;

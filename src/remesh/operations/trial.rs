@@ -1,13 +1,15 @@
-//! Trial of an operation: whether it is legal, and what it would change.
+//! Trial of an operation: whether it is legal, and the elements that it would make.
 
 use super::editable_mesh::EditableMesh;
 use super::element_model::{ElementModel, ElementState};
-use super::operation::{Operation, OperationKind};
+use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::Vector;
 use crate::mesh::{NodeId, shape_quality, signed_volume};
 
 /// Limits of the shape of the elements that an operation makes; a cavity that is worse already may stay as it is.
 const LEAST_JACOBIAN: f64 = 0.05;
+/// J that also an element in the place of an inverted one must have.
+const POSITIVE_JACOBIAN: f64 = 0.01;
 const LEAST_REST_QUALITY: f64 = 0.06;
 const LEAST_SPLIT_REST_QUALITY: f64 = 0.1;
 const LEAST_QUALITY: f64 = 0.02;
@@ -16,26 +18,17 @@ const WORSE: f64 = 1.05;
 /// Relative change of the rest volume of a cavity by rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Trial of an operation: what it would change.
+/// Cavity after an operation.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// States of the new elements.
     pub states: Vec<ElementState>,
-    /// Greatest frequency in the cavity before and after, 1/s.
-    pub frequency: [f64; 2],
-    /// Change of stored energy, J.
-    pub energy: f64,
+    /// Greatest hindrance in the cavity before and after.
+    pub hindrance: [f64; 2],
 }
 
-/// Stored energy of a cavity, J.
-fn energy_of<const D: usize>(states: &[ElementState], model: &impl ElementModel<D>) -> f64 {
-    let volume = states.iter().map(|state| state.volume).sum::<f64>();
-    let mean = states.iter().map(|state| state.volume * state.jacobian).sum::<f64>() / volume;
-    states.iter().map(|state| state.energy).sum::<f64>() + volume * model.common_energy(mean)
-}
-
-fn most_frequent(states: &[ElementState]) -> f64 {
-    states.iter().map(|state| state.frequency).fold(0.0, f64::max)
+fn greatest_hindrance(states: &[ElementState]) -> f64 {
+    states.iter().map(|state| state.hindrance).fold(0.0, f64::max)
 }
 
 /// Shapes of the elements of a cavity.
@@ -68,6 +61,9 @@ impl<const D: usize> EditableMesh<'_, D> {
         let is_split = operation.kind == OperationKind::Split;
         let least_rest = if is_split { LEAST_SPLIT_REST_QUALITY } else { LEAST_REST_QUALITY.min(before.quality[0]) };
         let least_now = LEAST_QUALITY.min(WORSE * before.quality[1]);
+        let old: Vec<ElementState> = operation.old.iter().map(|element| self.state(*element, model)).collect();
+        let most_compressed = old.iter().map(|state| state.jacobian).fold(f64::INFINITY, f64::min);
+        let least_jacobian = LEAST_JACOBIAN.min((WORSE * most_compressed).max(POSITIVE_JACOBIAN));
         let (mut states, mut volume) = (Vec::with_capacity(operation.new.len()), 0.0);
         for nodes in &operation.new {
             let [rest, now] = self.places(nodes, operation, true);
@@ -76,7 +72,7 @@ impl<const D: usize> EditableMesh<'_, D> {
                 return None;
             }
             let state = model.state(&rest, &now);
-            if !(state.jacobian >= LEAST_JACOBIAN && state.energy.is_finite()) {
+            if !(state.jacobian >= least_jacobian && state.energy.is_finite()) {
                 return None;
             }
             states.push(state);
@@ -84,20 +80,23 @@ impl<const D: usize> EditableMesh<'_, D> {
         if (volume - before.rest).abs() > ROUNDING * before.rest {
             return None;
         }
-        let old: Vec<ElementState> = operation.old.iter().map(|element| self.state(*element, model)).collect();
-        let frequency = [most_frequent(&old), most_frequent(&states)];
-        let energy = energy_of(&states, model) - energy_of(&old, model);
-        energy.is_finite().then_some(Trial { states, frequency, energy })
+        let hindrance = [greatest_hindrance(&old), greatest_hindrance(&states)];
+        Some(Trial { states, hindrance })
+    }
+
+    /// State of a node after an operation.
+    pub(super) fn after(&self, operation: &Operation<D>, node: NodeId) -> EditedNode<D> {
+        match operation.node {
+            Some((moved, state)) if moved == node => state,
+            _ => self.nodes[node.index()],
+        }
     }
 
     /// Rest positions and positions of the corners of a simplex, before or after an operation.
     fn places(&self, nodes: &[NodeId; 4], operation: &Operation<D>, is_after: bool) -> [[Vector<D>; 4]; 2] {
         let of = |k: usize| {
             let node = nodes[k.min(D)];
-            match operation.node {
-                Some((moved, state)) if is_after && moved == node => state,
-                _ => self.nodes[node.index()],
-            }
+            if is_after { self.after(operation, node) } else { self.nodes[node.index()] }
         };
         [std::array::from_fn(|k| of(k).rest), std::array::from_fn(|k| of(k).position)]
     }
