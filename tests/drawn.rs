@@ -89,9 +89,10 @@ fn an_exchange_stores_little_in_a_stiff_volume() {
 /// the mean of F of what is turned against each other was all but flat: they had gained 67 and 114 % in the end.
 #[test]
 fn exchanges_do_not_feed_a_run() {
-    for (seed, most) in [(403, 0.05), (210, 0.2)] {
+    // Nothing asks for a remeshing of 403; operations give 210 1.3 %.
+    for (seed, fed, most) in [(403, 0.0, 0.05), (210, 0.02, 0.2)] {
         let ride = goes_to_its_end(seed);
-        assert!(ride.remesh < most && ride.defect.abs() < most, "seed {seed}: {ride:?}");
+        assert!(ride.remesh <= fed && ride.defect.abs() < most, "seed {seed}: {ride:?}");
     }
 }
 

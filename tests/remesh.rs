@@ -179,7 +179,8 @@ fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
     check_books(&seen);
     // 0.02; above 0.1 where rings take the inverse map whatever their measure at rest.
     assert!(seen.energy.energy_defect < 0.04, "defect {}", seen.energy.energy_defect);
-    check_axis(&done, 20);
+    // Of the 30 of a mesh made anew, local operations need fewer.
+    check_axis(&done, 25);
 }
 
 /// `sphere-deep` about an axis, in cells of this size, m, with more changes.
@@ -312,6 +313,8 @@ fn a_ball_runs_into_a_block_and_all_books_close() {
         let fixed = run(&changed("sphere-block", &[SOLID.as_slice(), &never, &[element]].concat()), (10, 1)).observe();
         let (depth, without) = (seen.projectile().depth, fixed.projectile().depth);
         assert!((depth / without - 1.0).abs() < 0.01, "{element}: {depth} m, {without} m");
+        // About the axis, on cells of 0.625 mm, it is 18.88 mm deep then; 1.3 % is the first mesh's, of plain elements.
+        assert!((depth / 18.88e-3 - 1.0).abs() < 0.015, "{element}: {depth} m");
         assert!(seen.energy.energy_defect < 0.06, "{element}: defect {}", seen.energy.energy_defect);
     }
 }
