@@ -38,6 +38,8 @@ pub(crate) struct AdaptiveGel<const D: usize> {
 const LEAST_STEP: f64 = 0.125 / 0.3;
 /// Edge of a facet at a body, in usual lengths, above which the mesh ends.
 const LONG_FACET: f64 = 2.5;
+/// Edge of a facet at a body, in usual lengths, above which the mesh of a gel that flows ends.
+const FLOWING_FACET: f64 = 1.5;
 /// Fraction of the step of an element on a new mesh below which the mesh ends, where that step is short already.
 const AGED_STEP: f64 = 0.6;
 
@@ -179,9 +181,11 @@ impl<const D: usize> AdaptiveGel<D> {
         let mut limits = self.definition.distortion_limits(&self.engine.gel().potential, position, qualities);
         let settings = self.definition.remesh.filter(|_| self.definition.is_edited());
         if let (Some(limits), Some(settings)) = (limits.as_mut(), settings) {
-            // Need asks for a remeshing, not shape.
-            limits.quality.fill(0.0);
-            limits.facet_edge = LONG_FACET * settings.usual;
+            // Need asks for a remeshing, not shape, but where gel flows.
+            if !self.has_networks() {
+                limits.quality.fill(0.0);
+            }
+            limits.facet_edge = if self.has_networks() { FLOWING_FACET } else { LONG_FACET } * settings.usual;
             let least = self.least_step(&settings);
             limits.step = steps.iter().map(|step| least.min(AGED_STEP * step)).collect();
             limits.greatest_step = limits.step.iter().copied().fold(0.0, f64::max);

@@ -8,7 +8,7 @@ use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::HistoryVariables;
 use crate::math::{Vector, embed, restrict};
-use crate::mesh::{ElementId, Mesh, boundary_from_neighbours, face_neighbours};
+use crate::mesh::{ElementId, ElementPatches, Mesh, boundary_from_neighbours, face_neighbours};
 use crate::remesh::{
     self, AcceptanceLimits, ConservationDefects, DeformedMesh, ElementNeighbours, MeshCorrespondence, MeshQuality,
     NodalFields, ProposedMesh, TransferredFields,
@@ -42,19 +42,20 @@ pub(super) struct OldMeshData {
 }
 
 /// Mesh to be replaced, and target sizes of the new one.
+#[derive(Clone, Copy)]
 pub(super) struct RemeshInput<'a, const D: usize> {
     pub old: &'a MeshInstance<D>,
     /// Mesh with its current nodal positions.
     pub moved: &'a DeformedMesh<'a, D>,
     pub data: &'a OldMeshData,
-    /// Target sizes of the nodes, m.
+    /// Target sizes of the nodes, m; none where operations have made the mesh.
     pub size: &'a [f64],
 }
 
 /// Tolerance for a two-network gel. The wall of a wide cavity in coarsening cells exceeds
 /// [`MEASURE_TOLERANCE`]. At 210 m/s
 /// nodes were then no longer removed, came within 0.1 µm of each other on the axis, and cut the step to a thousandth.
-const NETWORK_MEASURE_TOLERANCE: f64 = 1e-4;
+pub(super) const NETWORK_MEASURE_TOLERANCE: f64 = 1e-4;
 /// Relative tolerance of mass conservation. Round-off leaves 2e-14 over a run with a hundred remeshings.
 const MASS_TOLERANCE: f64 = 1e-12;
 /// Greatest ratio of new to old kinetic energy: finer meshes hold a few per cent more of short waves.
@@ -80,6 +81,16 @@ pub(super) fn old_mesh_data<const D: usize>(
     OldMeshData { adjacency, qualities: gel.definition.element_qualities(&moved.mesh.elements, moved.position) }
 }
 
+/// New mesh before the transfer of the fields.
+pub(super) struct NewMesh<const D: usize> {
+    pub proposal: ProposedMesh<D>,
+    pub pairing: MeshCorrespondence,
+    /// Limits that it must satisfy.
+    pub acceptance: AcceptanceLimits,
+    /// F-bar patches, if they are known.
+    pub patches: Option<ElementPatches>,
+}
+
 /// Generates a new mesh and transfers all fields and state to it.
 ///
 /// # Errors
@@ -97,6 +108,20 @@ pub(super) fn generate_candidate<const D: usize>(
     let measure = if gel.has_networks() { measure.max(NETWORK_MEASURE_TOLERANCE) } else { measure };
     let acceptance = AcceptanceLimits { measure, quality: attempt.least_quality::<D>(worst) };
     let pairing = MeshCorrespondence::of(&old.mesh, &proposal);
+    transfer_to(gel, input, NewMesh { proposal, pairing, acceptance, patches: None })
+}
+
+/// Transfers all fields and state to a new mesh.
+///
+/// # Errors
+/// [`RemeshRefusal`] if the mesh is not acceptable.
+pub(super) fn transfer_to<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    input: &RemeshInput<'_, D>,
+    new: NewMesh<D>,
+) -> Result<CandidateMesh<D>, RemeshRefusal> {
+    let RemeshInput { old, moved, data, .. } = *input;
+    let NewMesh { proposal, pairing, acceptance, patches } = new;
     let qualities =
         pairing.carried(&data.qualities, |e| gel.definition.element_quality(&proposal.position, &proposal.elements[e]));
     let adjacency = remesh::neighbours_after::<D>(&proposal.elements, &pairing, &data.adjacency);
@@ -108,7 +133,7 @@ pub(super) fn generate_candidate<const D: usize>(
     let marks = remesh::facet_load_markers(&old.mesh, (&facets, &new.rest), &proposal.origin);
     let (rest, held) = (new.rest.clone(), new.held.clone());
     let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
-    let patches = gel.definition.build_patches(&mesh, &proposal.position, &adjacency);
+    let patches = patches.unwrap_or_else(|| gel.definition.build_patches(&mesh, &proposal.position, &adjacency));
     let (potential, memory) = (&gel.engine.gel().potential, &gel.engine.state().memory);
     let source = SourceMesh::new(potential, old, memory, moved.position);
     let target = TargetMesh::by(&proposal, &new, gel.elastic_average());

@@ -11,7 +11,7 @@ use super::attempt::{MeshGenerator, RemeshAttempt, generate_mesh};
 use super::candidate::{CandidateMesh, OldMeshData, RemeshInput, generate_candidate, old_mesh_data};
 use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode_thin_gel};
 use super::erosion_on_failure::erode_on_failure;
-use super::local_edits::{EditedGel, edit_mesh, install_edited};
+use super::local_edits::{EditedGel, edit_mesh, install_edited, transfer_edited};
 use super::preview::{RemeshTrial, try_remesh};
 use super::record::RemeshRecord;
 use super::refusal::{FailedRemesh, RemeshRefusal};
@@ -142,17 +142,18 @@ fn replace_mesh<const D: usize>(
     let adjacency = gel.adjacency.take();
     let data = old_mesh_data(gel, &moved, adjacency);
     let mut reasons = vec![];
+    let edit_input = RemeshInput { old: &old, moved: &moved, data: &data, size: &[] };
     let mut edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings));
     if let Some(edited) = edited.take_if(|edited| edited.is_sufficient()) {
-        match install_edited(gel, &old, edited, &data, begun) {
+        match adopt_edited(gel, &edit_input, edited, begun) {
             Ok(()) => return Ok(()),
-            Err(why) => reasons.push(RemeshRefusal::Steps(why)),
+            Err(why) => reasons.push(why),
         }
     }
     let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let attempts = RemeshAttempt::all::<D>(settings.method, gel.has_networks());
     for (attempt, number) in attempts.into_iter().zip(1..) {
-        let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
+        let input = RemeshInput { size: &size, ..edit_input };
         let candidate = match generate_candidate(gel, &input, generator, attempt) {
             Ok(candidate) => candidate,
             Err(why) => {
@@ -161,28 +162,53 @@ fn replace_mesh<const D: usize>(
             }
         };
         let record = record_of(&candidate, gel.engine.now(), number);
-        let booked = gel.engine.state().ledger.energy.remesh;
-        let new_elements = candidate.new_elements_with_masses();
-        if let Err(why) = gel.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)
-        {
-            reasons.push(RemeshRefusal::Steps(why));
-            continue;
-        }
-        gel.engine.count_remesh();
-        if gel.has_networks() {
-            gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
-        }
-        let energy = gel.engine.state().ledger.energy.remesh - booked;
-        gel.remesh_records.push(RemeshRecord { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
-        return Ok(());
-    }
-    if let Some(edited) = edited.filter(EditedGel::is_upright) {
-        match install_edited(gel, &old, edited, &data, begun) {
+        match install_candidate(gel, candidate, record, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(RemeshRefusal::Steps(why)),
         }
     }
+    if let Some(edited) = edited.filter(EditedGel::is_upright) {
+        match adopt_edited(gel, &edit_input, edited, begun) {
+            Ok(()) => return Ok(()),
+            Err(why) => reasons.push(why),
+        }
+    }
     Err(FailedReplacement { reasons, data })
+}
+
+/// Continues with a candidate mesh; `begun` is when the remeshing began.
+fn install_candidate<const D: usize>(
+    gel: &mut AdaptiveGel<D>,
+    candidate: CandidateMesh<D>,
+    record: RemeshRecord,
+    begun: Instant,
+) -> Result<(), UnusableStep> {
+    let booked = gel.engine.state().ledger.energy.remesh;
+    let new_elements = candidate.new_elements_with_masses();
+    gel.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)?;
+    gel.engine.count_remesh();
+    if gel.has_networks() {
+        gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
+    }
+    let energy = gel.engine.state().ledger.energy.remesh - booked;
+    gel.remesh_records.push(RemeshRecord { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
+    Ok(())
+}
+
+/// Continues with the mesh after local operations; `begun` is when the remeshing began.
+fn adopt_edited<const D: usize>(
+    gel: &mut AdaptiveGel<D>,
+    input: &RemeshInput<'_, D>,
+    edited: EditedGel<D>,
+    begun: Instant,
+) -> Result<(), RemeshRefusal> {
+    if !gel.has_networks() {
+        return install_edited(gel, input, edited, begun).map_err(RemeshRefusal::Steps);
+    }
+    let edits = edited.counts();
+    let candidate = transfer_edited(gel, input, edited)?;
+    let record = RemeshRecord { edits, ..record_of(&candidate, gel.engine.now(), 1) };
+    install_candidate(gel, candidate, record, begun).map_err(RemeshRefusal::Steps)
 }
 
 /// Continues with the old mesh, as after a remeshing that leaves every element unchanged.

@@ -1,23 +1,26 @@
-//! Remeshing by local operations that keep the rest map, for gels without history variables.
+//! Remeshing by local operations: those of a gel without history variables keep its rest map, those of a gel that flows
+//! are performed in its present shape, and its history is transferred.
 
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
-use super::candidate::{OldMeshData, clear_of_bodies};
-use super::record::RemeshRecord;
-use super::settings::AdaptSettings;
-use crate::fem::{Potential, ReferenceShape, SingleElementLaw, SingleElementResponse};
-use crate::integrator::UnusableStep;
-use crate::math::{Vector, embed};
-use crate::mesh::{ElementId, Mesh, NodeId, Simplex, boundary_from_neighbours};
-use crate::remesh::operations::{
-    EditCounts, EditLimits, EditScene, EditableMesh, EditedMesh, ElementModel, ElementState, improve,
+use super::candidate::{
+    CandidateMesh, NETWORK_MEASURE_TOLERANCE, NewMesh, OldMeshData, RemeshInput, clear_of_bodies, transfer_to,
 };
-use crate::remesh::{self, MeshCorrespondence};
+use super::hindrance::{ElasticElements, FlowingElements, hindering_elements};
+use super::record::RemeshRecord;
+use super::refusal::RemeshRefusal;
+use super::settings::AdaptSettings;
+use super::sizes::BodySizes;
+use crate::fem::Potential;
+use crate::integrator::UnusableStep;
+use crate::math::Vector;
+use crate::mesh::{ElementId, Mesh, boundary_from_neighbours};
+use crate::remesh::operations::{
+    EditCounts, EditLimits, EditScene, EditSource, EditableMesh, EditedMesh, RestMap, improve,
+};
+use crate::remesh::{self, AcceptanceLimits, MeshCorrespondence, ProposedMesh};
 use crate::state::MeshInstance;
 use std::time::Instant;
 
-/// Frequency, as a fraction of the one that ends a mesh, from which elements are remade with the others: elements that
-/// would end the next mesh soon. Of 16 m/s on cells of 1.25 mm it leaves half of the remeshings.
-const ANTICIPATION: f64 = 0.7;
 /// Hindrance that local operations may leave; beyond it the mesh is exchanged, and new elements have rest shapes of their
 /// own.
 const SUFFICIENT_HINDRANCE: f64 = 8.0;
@@ -41,6 +44,11 @@ impl<const D: usize> EditedGel<D> {
         self.counts.hindrance.is_finite()
     }
 
+    /// Operations performed.
+    pub(super) fn counts(&self) -> EditCounts {
+        self.counts
+    }
+
     /// Fraction of the elements that stay.
     pub(super) fn unchanged(&self) -> f64 {
         self.pairing.same.iter().flatten().count() as f64 / self.pairing.same.len() as f64
@@ -50,35 +58,6 @@ impl<const D: usize> EditedGel<D> {
     fn new_elements(&self) -> Vec<(ElementId, f64)> {
         let all = (0..).map(ElementId).zip(&self.pairing.same).zip(&self.mesh.corner_mass);
         all.filter(|((_, same), _)| same.is_none()).map(|((e, _), corners)| (e, corners[..=D].iter().sum())).collect()
-    }
-}
-
-/// Elements of a gel without history variables.
-struct ElasticElements {
-    law: SingleElementLaw,
-    /// Density, kg/m³.
-    density: f64,
-    /// Frequency above which an element is remade, 1/s.
-    frequency: f64,
-    /// J below which an element is remade.
-    jacobian: f64,
-}
-
-/// Corners of a simplex.
-const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
-
-impl<const D: usize> ElementModel<D> for ElasticElements {
-    fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
-        let [rest, now] = [rest, now].map(|x| ReferenceShape::of(x, &CORNERS));
-        let SingleElementResponse { volume, energy, stiffness, jacobian } = self.law.evaluate(&rest, &now, &[]);
-        let frequency = ((D + 1) as f64 * stiffness / (self.density * volume)).sqrt() / self.frequency;
-        let is_positive = jacobian > 0.0 && frequency.is_finite();
-        let hindrance = if is_positive { frequency.max(self.jacobian / jacobian) } else { f64::INFINITY };
-        ElementState { volume, jacobian, energy, hindrance }
-    }
-
-    fn common_energy(&self, jacobian: f64) -> f64 {
-        self.law.common_energy(jacobian)
     }
 }
 
@@ -93,40 +72,31 @@ pub(super) fn edit_mesh<const D: usize>(
     let grid = gel.engine.grid();
     let step = |element| Some(gel.engine.step_of(ElementId(element))).filter(|step| *step > 0);
     let steps = (0..potential.len() as u32).map(|e| step(e).map_or(f64::INFINITY, |step| grid.time(step))).collect();
-    let mut mesh = EditableMesh::new(
-        (&old.mesh, &gel.engine.gel().star, potential.patches()),
-        (&state.position, &state.velocity),
-        (&old.mass, &old.corner_mass),
-        (steps, compatible),
-        gel.definition.body_symmetry(),
-    );
-    let law = SingleElementLaw {
-        material: gel.definition.material,
-        section: gel.definition.section,
-        has_patches: gel.definition.has_patches,
-    };
-    let frequency = ANTICIPATION * gel.engine.frequency_of_step(gel.least_step(settings));
-    let jacobian = settings.min_volume_ratio;
-    let model = ElasticElements { law, density: gel.definition.density, frequency, jacobian };
+    let flows = gel.has_networks();
+    let mut mesh = EditableMesh::new(EditSource {
+        mesh: &old.mesh,
+        incidence: &gel.engine.gel().star,
+        patches: potential.patches(),
+        position: &state.position,
+        velocity: &state.velocity,
+        mass: &old.mass,
+        corner_mass: &old.corner_mass,
+        step: steps,
+        is_compatible: if flows { vec![true; potential.len()] } else { compatible },
+        symmetry: gel.definition.body_symmetry(),
+        rest_map: if flows { RestMap::Present } else { RestMap::Nodes },
+    });
     let bodies = gel.active_bodies();
-    let gap =
-        |x: &Vector<D>| bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance).fold(f64::INFINITY, f64::min);
-    let scene = EditScene {
-        gap: &gap,
-        cleared: &|x| clear_of_bodies(&bodies, x),
-        size: &|x| (settings.usual + settings.growth * gap(x).max(0.0)).min(settings.longest),
-    };
-    let now = gel.engine.now();
-    let totals = gel.engine.totals(now);
+    let sizes = BodySizes::new(&bodies, settings);
+    let scene = EditScene { gap: &|x| sizes.gap(x), cleared: &|x| clear_of_bodies(&bodies, x), size: &|x| sizes.of(x) };
+    let totals = gel.engine.totals(gel.engine.now());
     let limits = EditLimits { energy: totals.ledger.energy.provided(totals.initial_energy), usual: settings.usual };
-    let mut bad = gel.engine.elements_above(frequency, |element| old.corner_mass[element][..=D].iter().sum());
-    let is_compressed = |(element, nodes): &(ElementId, &Simplex)| {
-        potential.measure(&nodes.map(|node| state.position[node.index()])) < jacobian * potential.rest_measure(*element)
+    let bad = hindering_elements(gel, old, settings);
+    let counts = if flows {
+        improve(&mut mesh, &FlowingElements::of(gel, settings), &scene, &limits, bad)
+    } else {
+        improve(&mut mesh, &ElasticElements::of(gel, settings), &scene, &limits, bad)
     };
-    bad.extend((0..).map(ElementId).zip(potential.elements()).filter(is_compressed).map(|(element, _)| element));
-    bad.sort_unstable();
-    bad.dedup();
-    let counts = improve(&mut mesh, &model, &scene, &limits, bad);
     let (mesh, pairing) = mesh.finish();
     EditedGel { mesh, pairing, counts }
 }
@@ -139,7 +109,7 @@ pub(super) fn instance_of<const D: usize>(
     data: &OldMeshData,
 ) -> (MeshInstance<D>, MeshProperties, Vec<Vector<D>>) {
     let EditedGel { mesh: edited, pairing, .. } = edited;
-    let EditedMesh { rest, position, velocity, held, mass, elements, corner_mass, patches, step: steps } = edited;
+    let EditedMesh { rest, position, velocity, held, mass, elements, corner_mass, patches, step: steps, .. } = edited;
     let qualities = pairing.carried(&data.qualities, |e| gel.definition.element_quality(&position, &elements[e]));
     let adjacency = remesh::neighbours_after::<D>(&elements, &pairing, &data.adjacency);
     let facets = boundary_from_neighbours::<D>(&elements, &adjacency);
@@ -158,6 +128,22 @@ pub(super) fn instance_of<const D: usize>(
     (birth, MeshProperties { qualities, adjacency }, velocity)
 }
 
+/// Mesh of a gel with history variables after local operations, with all fields transferred.
+///
+/// # Errors
+/// [`RemeshRefusal`] if the mesh is not acceptable.
+pub(super) fn transfer_edited<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    input: &RemeshInput<'_, D>,
+    edited: EditedGel<D>,
+) -> Result<CandidateMesh<D>, RemeshRefusal> {
+    let EditedGel { mesh, pairing, .. } = edited;
+    let EditedMesh { position, origin, elements, over, patches, .. } = mesh;
+    let proposal = ProposedMesh { position, origin, elements, over, cleared: 0.0 };
+    let acceptance = AcceptanceLimits { measure: NETWORK_MEASURE_TOLERANCE, quality: 0.0 };
+    transfer_to(gel, input, NewMesh { proposal, pairing, acceptance, patches: Some(patches) })
+}
+
 /// Continues the run on the mesh after local operations; `begun` is when the remeshing began. The energy that the
 /// operations took returns to the motion of the elements that they made.
 ///
@@ -165,15 +151,14 @@ pub(super) fn instance_of<const D: usize>(
 /// [`UnusableStep`] if the mesh could not be stepped.
 pub(super) fn install_edited<const D: usize>(
     gel: &mut AdaptiveGel<D>,
-    old: &MeshInstance<D>,
+    input: &RemeshInput<'_, D>,
     edited: EditedGel<D>,
-    data: &OldMeshData,
     begun: Instant,
 ) -> Result<(), UnusableStep> {
     let booked = gel.engine.state().ledger.energy.remesh;
     let (new_elements, counts, unchanged) = (edited.new_elements(), edited.counts, edited.unchanged());
     let before = gel.kinetic_energy();
-    let (birth, properties, velocity) = instance_of(gel, old, edited, data);
+    let (birth, properties, velocity) = instance_of(gel, input.old, edited, input.data);
     let (quality, elements) = (properties.quality(), birth.mesh.elements.len());
     gel.install_mesh(birth, vec![], velocity, properties)?;
     let kinetic = [before, gel.kinetic_energy()];

@@ -3,7 +3,7 @@
 //! - `driver`: replaces a distorted mesh, and continues on the new one; `restore`: continues from a saved state.
 //! - `adaptive_gel`: the gel with its engine and present mesh, by its `gel_definition` and `settings`.
 //! - `candidate`: one `attempt` at a mesh of target `sizes`, its acceptance, and the transfer of the fields.
-//! - `local_edits`: remeshing by local operations that keep the rest map.
+//! - `local_edits`: remeshing by local operations, where elements are a `hindrance`.
 //! - `history`: transfer of rest shapes and history variables from the `source_mesh`, by `state_averaging`, or
 //!   `network_transfer` for a two-network gel, `rest_volumes` and `patch_volume_share`.
 //! - `erosion`, `erosion_on_failure`: removal of gel that no mesh can follow.
@@ -18,6 +18,7 @@ mod driver;
 mod erosion;
 mod erosion_on_failure;
 mod gel_definition;
+mod hindrance;
 mod history;
 mod local_edits;
 mod network_transfer;

@@ -3,7 +3,7 @@
 use super::adaptive_gel::AdaptiveGel;
 use super::attempt::{RemeshAttempt, generate_mesh};
 use super::candidate::{CandidateMesh, RemeshInput, generate_candidate, old_mesh_data};
-use super::local_edits::{EditedGel, edit_mesh, instance_of};
+use super::local_edits::{EditedGel, edit_mesh, instance_of, transfer_edited};
 use super::refusal::RemeshRefusal;
 use super::settings::{AdaptSettings, RemeshMethod};
 use super::sizes::{curvatures, target_sizes};
@@ -56,7 +56,7 @@ pub(super) fn try_remesh(gel: &AdaptiveGel<2>, settings: &AdaptSettings) -> Reme
     let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
     let edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings)).filter(EditedGel::is_sufficient);
-    let local = edited.map(|edited| Ok(preview_edited(gel, &input, edited)));
+    let local = edited.map(|edited| preview_edited(gel, &input, edited));
     let local = local.unwrap_or_else(|| first_accepted(gel, &input, RemeshMethod::Local));
     let immersed = first_accepted(gel, &input, RemeshMethod::Immersed);
     let successors = [(RemeshMethod::Immersed, immersed), (RemeshMethod::Local, local)];
@@ -86,7 +86,15 @@ fn first_accepted(
 }
 
 /// Mesh after local operations.
-fn preview_edited(gel: &AdaptiveGel<2>, input: &RemeshInput<'_, 2>, edited: EditedGel<2>) -> PreviewMesh {
+fn preview_edited(
+    gel: &AdaptiveGel<2>,
+    input: &RemeshInput<'_, 2>,
+    edited: EditedGel<2>,
+) -> Result<PreviewMesh, RemeshRefusal> {
+    if gel.has_networks() {
+        let candidate = transfer_edited(gel, input, edited)?;
+        return Ok(preview_mesh(gel, candidate, input.moved, 1));
+    }
     let unchanged = edited.unchanged();
     let before = ConservedTotals::of(input.moved.position, &input.old.mass, &gel.engine.state().velocity);
     let (birth, properties, velocity) = instance_of(gel, input.old, edited, input.data);
@@ -105,7 +113,7 @@ fn preview_edited(gel: &AdaptiveGel<2>, input: &RemeshInput<'_, 2>, edited: Edit
     let quality = properties.quality();
     let new_elements = vec![];
     let candidate = CandidateMesh { birth, memory: vec![], velocity, quality, defects, properties, new_elements };
-    preview_mesh(gel, candidate, input.moved, 1)
+    Ok(preview_mesh(gel, candidate, input.moved, 1))
 }
 
 fn preview_mesh(

@@ -27,22 +27,53 @@ pub(super) fn target_sizes<const D: usize>(
     let bends =
         remesh::curvature_angles_within(moved, &[&displacement, &gel.engine.state().velocity], (adjacency, asked));
     let mut size = remesh::sizes_from_curvature(moved, &bends, angle, &range);
-    let bodies = gel.active_bodies();
+    let active = gel.active_bodies();
+    let bodies = BodySizes::new(&active, settings);
     for (size, x) in size.iter_mut().zip(moved.position) {
-        let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
-        let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
-        *size = size.min(settings.usual + settings.growth * gap);
+        *size = size.min(bodies.by_gap(x));
     }
     let mut size =
         remesh::limit_sheet_sizes(moved, (&gel.engine.gel().surface.facets, adjacency), size, settings.least);
-    if let Some(tip) = settings.tip_size {
-        let axial_ends = axial_ends(&bodies);
-        for (size, x) in size.iter_mut().zip(moved.position) {
-            let near = axial_ends.iter().map(|end| (embed(x) - end).norm()).fold(f64::INFINITY, f64::min);
-            *size = size.min(tip + settings.growth * near);
-        }
+    for (size, x) in size.iter_mut().zip(moved.position) {
+        *size = size.min(bodies.by_tip(x));
     }
     remesh::graded(moved, size, settings.growth)
+}
+
+/// Target sizes by the distance from the bodies.
+pub(super) struct BodySizes<'a> {
+    bodies: &'a [(&'a RigidBody, BodyState)],
+    axial_ends: Vec<Vector3>,
+    settings: &'a AdaptSettings,
+}
+
+impl<'a> BodySizes<'a> {
+    /// Sizes near these bodies.
+    pub fn new(bodies: &'a [(&'a RigidBody, BodyState)], settings: &'a AdaptSettings) -> Self {
+        Self { bodies, axial_ends: axial_ends(bodies), settings }
+    }
+
+    /// Distance from the nearest body, negative inside, m.
+    pub fn gap<const D: usize>(&self, x: &Vector<D>) -> f64 {
+        self.bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Target size at a point, m.
+    pub fn of<const D: usize>(&self, x: &Vector<D>) -> f64 {
+        self.by_gap(x).min(self.by_tip(x)).min(self.settings.longest)
+    }
+
+    /// Target size by the distance from the surface of a body, m.
+    fn by_gap<const D: usize>(&self, x: &Vector<D>) -> f64 {
+        self.settings.usual + self.settings.growth * self.gap(x).max(0.0)
+    }
+
+    /// Target size by the distance from the axial ends and corners of bodies, m.
+    fn by_tip<const D: usize>(&self, x: &Vector<D>) -> f64 {
+        let near = |end: &Vector3| (embed(x) - end).norm();
+        let nearest = || self.axial_ends.iter().map(near).fold(f64::INFINITY, f64::min);
+        self.settings.tip_size.map_or(f64::INFINITY, |tip| tip + self.settings.growth * nearest())
+    }
 }
 
 /// Curvature indicator of displacement and velocity at each element, rad.

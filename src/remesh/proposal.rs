@@ -24,6 +24,35 @@ pub enum NodeOrigin {
     Inside,
 }
 
+impl NodeOrigin {
+    /// Weighted mean of points of the old surface; `None` if it involves an interior point, or more than three old nodes.
+    #[must_use]
+    pub fn blend(parts: &[(Self, f64)]) -> Option<Self> {
+        let (mut nodes, mut weights, mut n) = ([NodeId::default(); 3], [0.0; 3], 0);
+        for (origin, part) in parts {
+            for (node, weight) in origin.parents()?.into_iter().filter(|(_, weight)| part * *weight > 0.0) {
+                let k = nodes[..n].iter().position(|other| *other == node).unwrap_or(n);
+                *nodes.get_mut(k)? = node;
+                weights[k] += part * weight;
+                n = n.max(k + 1);
+            }
+        }
+        let last = nodes[n.checked_sub(1)?];
+        nodes[n..].fill(last);
+        Some(Self::Surface(nodes, weights))
+    }
+
+    /// Old nodes that a point of the old surface interpolates, and their weights; `None` in the interior.
+    #[must_use]
+    pub fn parents(&self) -> Option<[(NodeId, f64); 3]> {
+        match *self {
+            Self::Kept(node) => Some([(node, 1.0), (node, 0.0), (node, 0.0)]),
+            Self::Surface(nodes, weights) => Some(std::array::from_fn(|k| (nodes[k], weights[k]))),
+            Self::Inside => None,
+        }
+    }
+}
+
 /// Proposed mesh of the same body, without fields.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProposedMesh<const D: usize> {

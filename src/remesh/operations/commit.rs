@@ -28,10 +28,11 @@ impl<const D: usize> EditableMesh<'_, D> {
         // Every part of the cavity has the density of the whole, at rest.
         let volume = states.iter().map(|state| state.volume).sum::<f64>();
         let step = operation.old.iter().map(|element| self.step[element.index()]).fold(f64::INFINITY, f64::min);
-        let first = self.elements.len();
+        let (first, over) = (self.elements.len(), self.first_elements(&operation.old));
         for (nodes, state) in operation.new.iter().zip(states) {
             self.add(*nodes, *state, whole * state.volume / volume);
             self.step.push(step);
+            self.made_of.push(over.clone());
         }
         self.adopt_patches(&regrouping.patches, first);
         for node in &touched {

@@ -5,6 +5,7 @@ use super::editable_mesh::EditableMesh;
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::{Vector, det};
 use crate::mesh::{ElementId, NodeId, Simplex, edges};
+use crate::remesh::NodeOrigin;
 
 /// Nodes with `from` replaced by `to`.
 fn replaced(nodes: &Simplex, from: NodeId, to: NodeId) -> Simplex {
@@ -18,7 +19,13 @@ fn between<const D: usize>(a: &EditedNode<D>, b: &EditedNode<D>, part: f64) -> E
         rest: mix(a.rest, b.rest),
         position: mix(a.position, b.position),
         velocity: mix(a.velocity, b.velocity),
+        origin: mixed_origin(&[(a.origin, 1.0 - part), (b.origin, part)]),
     }
+}
+
+/// Origin of a point between others; interior where these do not tell.
+fn mixed_origin(parts: &[(NodeOrigin, f64)]) -> NodeOrigin {
+    NodeOrigin::blend(parts).unwrap_or(NodeOrigin::Inside)
 }
 
 impl<const D: usize> EditableMesh<'_, D> {
@@ -111,7 +118,10 @@ impl<const D: usize> EditableMesh<'_, D> {
             let terms = self.corners(element).iter().zip(weights);
             terms.map(|(node, weight)| of(&self.nodes[node.index()]) * weight).sum()
         };
-        Some(EditedNode { rest: *rest, position: mix(&|n| n.position), velocity: mix(&|n| n.velocity) })
+        let parents = self.corners(element).iter().zip(weights).filter(|(_, weight)| *weight > -OUTSIDE);
+        let parents: Vec<_> = parents.map(|(node, weight)| (self.nodes[node.index()].origin, weight)).collect();
+        let (position, velocity) = (mix(&|n| n.position), mix(&|n| n.velocity));
+        Some(EditedNode { rest: *rest, position, velocity, origin: mixed_origin(&parents) })
     }
 }
 

@@ -4,7 +4,7 @@ use super::element_model::{ElementModel, ElementState};
 use super::operation::EditedNode;
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, NodeIncidence, Simplex};
-use crate::remesh::{BodySymmetry, MeshCorrespondence, UnchangedElement};
+use crate::remesh::{BodySymmetry, MeshCorrespondence, NodeOrigin, UnchangedElement};
 use std::collections::BTreeMap;
 
 /// Nodes and elements of a deformed gel, with the elements around each node.
@@ -40,7 +40,45 @@ pub struct EditableMesh<'a, const D: usize> {
     pub(super) states: Vec<Option<ElementState>>,
     /// Elements of the first mesh.
     n_first: usize,
+    /// Elements of the first mesh that each element made since replaces, ascending.
+    pub(super) made_of: Vec<Vec<ElementId>>,
     pub(super) symmetry: BodySymmetry,
+    pub(super) rest_map: RestMap,
+}
+
+/// Rest positions on which operations are judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RestMap {
+    /// Rest positions of the nodes: the surface at rest stays as it is.
+    Nodes,
+    /// Present positions, of a gel that flows: its surface may be smoothed a little.
+    Present,
+}
+
+/// Gel as it is before the operations.
+pub struct EditSource<'a, const D: usize> {
+    /// Mesh.
+    pub mesh: &'a Mesh<D>,
+    /// Elements around each node.
+    pub incidence: &'a NodeIncidence,
+    /// F-bar patches of the elements.
+    pub patches: &'a ElementPatches,
+    /// Positions of the nodes, m.
+    pub position: &'a [Vector<D>],
+    /// Velocities of the nodes, m/s.
+    pub velocity: &'a [Vector<D>],
+    /// Masses of the nodes, kg.
+    pub mass: &'a [f64],
+    /// Masses of the corners of the elements, kg.
+    pub corner_mass: &'a [[f64; 4]],
+    /// Time steps of the elements, s.
+    pub step: Vec<f64>,
+    /// True for elements that operations may replace: those whose rest shape is that of their nodes.
+    pub is_compatible: Vec<bool>,
+    /// Symmetry of the body.
+    pub symmetry: BodySymmetry,
+    /// Rest positions on which operations are judged.
+    pub rest_map: RestMap,
 }
 
 /// Mesh after its operations, numbered anew: kept nodes and elements first, in their old order.
@@ -64,29 +102,30 @@ pub struct EditedMesh<const D: usize> {
     pub patches: ElementPatches,
     /// Time steps of the elements, or of those that they replace, s.
     pub step: Vec<f64>,
+    /// Origins of the nodes in the first mesh.
+    pub origin: Vec<NodeOrigin>,
+    /// Elements of the first mesh that each new element replaces, ascending; none of an element that stays.
+    pub over: Vec<Vec<ElementId>>,
 }
 
 impl<'a, const D: usize> EditableMesh<'a, D> {
-    /// Mesh with the positions, m, and velocities, m/s, of its nodes; elements with a rest shape of their own are not
-    /// `is_compatible`. `step` holds their time steps, s, `incidence` the elements around each node.
+    /// Mesh of a gel.
     #[must_use]
-    pub fn new(
-        (mesh, incidence, patches): (&Mesh<D>, &'a NodeIncidence, &'a ElementPatches),
-        (position, velocity): (&[Vector<D>], &[Vector<D>]),
-        (mass, corner_mass): (&[f64], &[[f64; 4]]),
-        (step, is_compatible): (Vec<f64>, Vec<bool>),
-        symmetry: BodySymmetry,
-    ) -> Self {
-        let node = |i: usize| EditedNode { rest: mesh.rest[i], position: position[i], velocity: velocity[i] };
+    pub fn new(gel: EditSource<'a, D>) -> Self {
+        let EditSource { mesh, incidence, patches, position, velocity, mass, corner_mass, .. } = gel;
+        let rest = if gel.rest_map == RestMap::Nodes { &mesh.rest } else { position };
+        let origin = |i: usize| NodeOrigin::Kept(NodeId(i as u32));
+        let node =
+            |i: usize| EditedNode { rest: rest[i], position: position[i], velocity: velocity[i], origin: origin(i) };
         Self {
             nodes: (0..mesh.rest.len()).map(node).collect(),
             mass: mass.to_vec(),
             held: mesh.held.clone(),
             elements: mesh.elements.clone(),
             corner_mass: corner_mass.to_vec(),
-            step,
+            step: gel.step,
             is_there: vec![true; mesh.elements.len()],
-            is_compatible,
+            is_compatible: gel.is_compatible,
             incidence,
             star: BTreeMap::new(),
             patch: patches.patch_of_elements().into_iter().map(|patch| patch.0).collect(),
@@ -95,7 +134,9 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             has_patches: patches.largest() > 1,
             states: vec![None; mesh.elements.len()],
             n_first: mesh.elements.len(),
-            symmetry,
+            made_of: vec![],
+            symmetry: gel.symmetry,
+            rest_map: gel.rest_map,
         }
     }
 
@@ -184,6 +225,28 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
         self.corner_mass[element.index()][..=D].iter().sum()
     }
 
+    /// Elements of the first mesh that an element made since replaces.
+    fn made_of(&self, element: usize) -> &[ElementId] {
+        element.checked_sub(self.n_first).map_or(&[], |made| &self.made_of[made])
+    }
+
+    /// Elements of the first mesh that these elements are or replace, ascending.
+    pub(super) fn first_elements(&self, elements: &[ElementId]) -> Vec<ElementId> {
+        let own = |e: &ElementId| if e.index() < self.n_first { vec![*e] } else { self.made_of(e.index()).to_vec() };
+        let mut all: Vec<ElementId> = elements.iter().flat_map(own).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Origin of a node in the first mesh.
+    fn origin(&self, node: NodeId) -> NodeOrigin {
+        match self.nodes[node.index()].origin {
+            NodeOrigin::Surface(..) if !self.is_boundary(node) => NodeOrigin::Inside,
+            origin => origin,
+        }
+    }
+
     /// Mesh without what was given up, and its correspondence with the first one.
     #[must_use]
     pub fn finish(self) -> (EditedMesh<D>, MeshCorrespondence) {
@@ -220,6 +283,8 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             corner_mass: present.iter().map(|e| self.corner_mass[*e]).collect(),
             patches: ElementPatches::of_labels(&patch),
             step: present.iter().map(|e| self.step[*e]).collect(),
+            origin: kept.iter().map(|node| self.origin(NodeId(*node as u32))).collect(),
+            over: present.iter().map(|e| self.made_of(*e).to_vec()).collect(),
         };
         (edited, MeshCorrespondence { same, gone, unchanged })
     }

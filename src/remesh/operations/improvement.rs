@@ -3,16 +3,19 @@
 //! An element is remade when it hinders: when its own frequency exceeds a limit and so sets the step, or when it is
 //! compressed beyond one. Of the operations around it the one is performed that lowers the hindrance of its cavity most,
 //! at the least change of stored energy.
-//! Edges that have grown long near a body are split. Shape alone asks for nothing: a stretched skin has a good rest shape
+//! Edges that have grown long are split (`refinement`), and those of a gel that flows collapsed where they have become short
+//! (`coarsening`). Shape alone asks for nothing: a stretched skin has a good rest shape
 //! and a good step, and remaking it would cost energy.
 
-use super::editable_mesh::EditableMesh;
+use super::edge_rules::EdgeRules;
+use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::ElementModel;
-use super::operation::{Operation, OperationKind};
+use super::operation::{EditedNode, Operation, OperationKind};
 use super::regrouping::Regrouping;
 use super::trial::Trial;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
+use crate::remesh::NodeOrigin;
 
 /// Limits of the operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,8 +57,8 @@ impl EditCounts {
     }
 }
 
-/// Rounds over the elements above the limit.
-const ROUNDS: usize = 3;
+/// Rounds over the elements above the limit, and over the long edges.
+pub(super) const ROUNDS: usize = 3;
 /// Factor by which an operation must lower the hindrance of the element for which it is performed.
 const GAIN: f64 = 0.93;
 /// Factor by which the hindrance elsewhere in the cavity may rise: rounding.
@@ -63,19 +66,9 @@ const NO_RISE: f64 = 1.0001;
 /// Weight of the change of energy, relative to the reference, against the logarithm of the hindrance.
 const ENERGY_WEIGHT: f64 = 300.0;
 /// Greatest change of energy, relative to the reference, of an operation for an element of hindrance 1, which grows with
-/// the square of the hindrance; the greatest of any operation, and of a split.
+/// the square of the hindrance, and the greatest of any operation.
 const MAX_ENERGY: f64 = 3e-3;
 const MOST_ENERGY: f64 = 0.02;
-const MAX_SPLIT_ENERGY: f64 = 1e-4;
-/// Hindrance that splits stay below, so that collapses do not undo them.
-const SPLIT_HINDRANCE: f64 = 0.6;
-/// Factor by which the split of a surface edge may raise a hindrance above the limit.
-const SURFACE_RISE: f64 = 1.05;
-/// Edge, in target lengths, above which it is split, and least half edge at rest, in usual lengths.
-const LONG_EDGE: f64 = 2.0;
-const LEAST_REST_EDGE: f64 = 0.2;
-/// Distance from a body, in usual lengths, up to which edges are split.
-const NEAR: f64 = 2.0;
 /// Depth of the middle of a surface edge in a body, in usual lengths, above which no operation makes it.
 const MAX_DEPTH: f64 = 0.12;
 /// Parts of the way of a node to the centroid of its neighbours, and to each of them, at rest.
@@ -91,7 +84,8 @@ pub fn improve<const D: usize>(
     bad: Vec<ElementId>,
 ) -> EditCounts {
     let n_first = mesh.n_elements();
-    let mut improver = Improver { mesh, model, scene, limits, counts: EditCounts::default() };
+    let rules = EdgeRules::of(mesh.rest_map);
+    let mut improver = Improver { mesh, model, scene, limits, rules, counts: EditCounts::default() };
     improver.split_long_edges();
     let (mut bad, mut seen) = (bad, n_first);
     for _ in 0..ROUNDS {
@@ -104,25 +98,27 @@ pub fn improve<const D: usize>(
             break;
         }
     }
+    improver.coarsen();
     let left = improver.above_limit(bad);
     improver.counts.hindrance = left.first().map_or(1.0, |worst| improver.mesh.state(*worst, improver.model).hindrance);
     improver.counts
 }
 
 /// Improvement in progress.
-struct Improver<'a, 'm, 's, const D: usize, M> {
-    mesh: &'a mut EditableMesh<'m, D>,
-    model: &'a M,
-    scene: &'a EditScene<'s, D>,
-    limits: &'a EditLimits,
+pub(super) struct Improver<'a, 'm, 's, const D: usize, M> {
+    pub(super) mesh: &'a mut EditableMesh<'m, D>,
+    pub(super) model: &'a M,
+    pub(super) scene: &'a EditScene<'s, D>,
+    pub(super) limits: &'a EditLimits,
+    pub(super) rules: EdgeRules,
     counts: EditCounts,
 }
 
 /// Operation that has been tried, and the patches after it.
-struct Replacement<const D: usize> {
-    operation: Operation<D>,
-    trial: Trial,
-    regrouping: Regrouping,
+pub(super) struct Replacement<const D: usize> {
+    pub(super) operation: Operation<D>,
+    pub(super) trial: Trial,
+    pub(super) regrouping: Regrouping,
 }
 
 impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
@@ -226,9 +222,15 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     fn consider(&mut self, operation: Option<Operation<D>>, hindrance: f64, best: &mut Option<(f64, Replacement<D>)>) {
         let Some(mut operation) = operation else { return };
         self.clear(&mut operation);
+        if self.is_lost(&operation) {
+            return;
+        }
         let Some(trial) = self.mesh.attempt(&operation, self.model) else { return };
         let [before, after] = trial.hindrance;
         if after > GAIN * hindrance || after > NO_RISE * before || self.is_in_body(&operation) {
+            return;
+        }
+        if self.is_stretched(&operation) {
             return;
         }
         let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return };
@@ -240,21 +242,43 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         }
     }
 
-    /// Moves the node of an operation out of the bodies if it is of the surface.
-    fn clear(&self, operation: &mut Operation<D>) {
+    /// Returns true if the node that an operation makes or moves is of the surface.
+    fn is_of_surface(&self, operation: &Operation<D>) -> bool {
         let [a, b] = operation.parents;
-        let is_surface = match operation.kind {
+        match operation.kind {
             OperationKind::Split => self.mesh.is_boundary_edge(a, b),
             OperationKind::Collapse | OperationKind::Move => self.mesh.is_boundary(b),
             OperationKind::Flip => false,
-        };
-        if let Some((_, state)) = operation.node.as_mut().filter(|_| is_surface) {
-            state.position = (self.scene.cleared)(&state.position);
         }
     }
 
+    /// Moves the node of an operation out of the bodies if it is of the surface.
+    pub(super) fn clear(&self, operation: &mut Operation<D>) {
+        self.clear_partly(operation, 1.0);
+    }
+
+    /// Moves the node of an operation a part of the way out of the bodies if it is of the surface.
+    pub(super) fn clear_partly(&self, operation: &mut Operation<D>, part: f64) {
+        let is_surface = self.is_of_surface(operation);
+        if let Some((_, state)) = operation.node.as_mut().filter(|_| is_surface) {
+            let cleared = (self.scene.cleared)(&state.position);
+            state.position = if part == 1.0 { cleared } else { state.position + (cleared - state.position) * part };
+            if self.mesh.rest_map == RestMap::Present {
+                state.rest = state.position;
+            }
+        }
+    }
+
+    /// Returns true if an operation makes a surface node of which nobody could tell where it was.
+    pub(super) fn is_lost(&self, operation: &Operation<D>) -> bool {
+        let is_inside = |(_, state): &(NodeId, EditedNode<D>)| state.origin == NodeOrigin::Inside;
+        self.mesh.rest_map == RestMap::Present
+            && operation.node.as_ref().is_some_and(is_inside)
+            && self.is_of_surface(operation)
+    }
+
     /// Returns true if an operation makes a surface edge whose middle is deep in a body, and deeper than one before.
-    fn is_in_body(&self, operation: &Operation<D>) -> bool {
+    pub(super) fn is_in_body(&self, operation: &Operation<D>) -> bool {
         if operation.kind == OperationKind::Split {
             return false;
         }
@@ -274,68 +298,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         deep.filter(is_surface).map(|(depth, _)| depth).fold(0.0, f64::max)
     }
 
-    /// Splits the edges near bodies that have grown long, the longest first.
-    fn split_long_edges(&mut self) {
-        let mut seen = 0;
-        for _ in 0..ROUNDS {
-            let from = std::mem::replace(&mut seen, self.mesh.n_elements());
-            for (_, a, b) in self.long_edges(from) {
-                self.split(a, b);
-            }
-        }
-    }
-
-    /// Edges of the elements from a number on that are near bodies and too long, with the negative of their length in
-    /// target lengths, the longest first.
-    fn long_edges(&self, from: usize) -> Vec<(f64, NodeId, NodeId)> {
-        let mut long = vec![];
-        let at = |node: NodeId| self.mesh.nodes[node.index()].position;
-        let all = (from..self.mesh.n_elements()).map(|element| ElementId(element as u32));
-        for element in all.filter(|element| self.mesh.has(*element) && self.mesh.is_compatible(*element)) {
-            let nodes = &self.mesh.elements[element.index()];
-            for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
-                let length = (at(a) - at(b)).norm();
-                if length <= LONG_EDGE * self.limits.usual {
-                    continue;
-                }
-                let middle = (at(a) + at(b)) * 0.5;
-                let ratio = length / (self.scene.size)(&middle);
-                if ratio > LONG_EDGE && (self.scene.gap)(&middle) < NEAR * self.limits.usual {
-                    long.push((-ratio, a, b));
-                }
-            }
-        }
-        long.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        long.dedup_by(|a, b| (a.1, a.2) == (b.1, b.2));
-        long
-    }
-
-    fn split(&mut self, a: NodeId, b: NodeId) -> bool {
-        let rest = |node: NodeId| self.mesh.nodes[node.index()].rest;
-        if 0.5 * (rest(a) - rest(b)).norm() < LEAST_REST_EDGE * self.limits.usual {
-            return false;
-        }
-        let mut operation = self.mesh.split(a, b);
-        if operation.old.is_empty() {
-            return false;
-        }
-        self.clear(&mut operation);
-        let is_surface = self.mesh.is_boundary_edge(a, b);
-        let Some(trial) = self.mesh.attempt(&operation, self.model) else { return false };
-        let [before, after] = trial.hindrance;
-        let is_slow = if is_surface { after < 1.0 || after < SURFACE_RISE * before } else { after < SPLIT_HINDRANCE };
-        if !is_slow {
-            return false;
-        }
-        let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return false };
-        if regrouping.energy.abs() > MAX_SPLIT_ENERGY * self.limits.energy {
-            return false;
-        }
-        self.perform(&Replacement { operation, trial, regrouping });
-        true
-    }
-
-    fn perform(&mut self, replacement: &Replacement<D>) {
+    /// Performs an operation that has been tried.
+    pub(super) fn perform(&mut self, replacement: &Replacement<D>) {
         let Replacement { operation, trial, regrouping } = replacement;
         let kinetic = self.mesh.commit(operation, &trial.states, regrouping);
         self.counts.operations[operation.kind as usize] += 1;
@@ -345,6 +309,6 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
 }
 
 /// Pairs of corners of a simplex.
-fn edges_of<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn edges_of<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..=D).flat_map(|j| (0..j).map(move |i| (i, j)))
 }

@@ -9,20 +9,23 @@
 //! - `element_model`: the law of the elements.
 //! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity.
 //! - `velocity`: the velocities after an operation, which keep momentum and kinetic energy.
-//! - `improvement`: which elements are remade, and by which operation.
+//! - `improvement`: which elements are remade, and by which operation; `refinement` and `coarsening` by the `edge_rules`.
 
+mod coarsening;
 mod commit;
 mod construction;
+mod edge_rules;
 mod editable_mesh;
 mod element_model;
 mod improvement;
 mod operation;
+mod refinement;
 mod regrouping;
 #[cfg(test)]
 mod tests;
 mod trial;
 mod velocity;
 
-pub use editable_mesh::{EditableMesh, EditedMesh};
+pub use editable_mesh::{EditSource, EditableMesh, EditedMesh, RestMap};
 pub use element_model::{ElementModel, ElementState};
 pub use improvement::{EditCounts, EditLimits, EditScene, improve};

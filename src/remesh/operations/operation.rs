@@ -2,13 +2,15 @@
 
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
+use crate::remesh::NodeOrigin;
 
-/// Rest position, position and velocity of a node.
+/// Rest position, position and velocity of a node, and where it lies in the first mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EditedNode<const D: usize> {
     pub rest: Vector<D>,
     pub position: Vector<D>,
     pub velocity: Vector<D>,
+    pub origin: NodeOrigin,
 }
 
 /// Kind of an operation.

@@ -3,7 +3,7 @@
 use super::editable_mesh::EditableMesh;
 use super::element_model::{ElementModel, ElementState};
 use super::operation::Operation;
-use super::{EditLimits, EditScene, improve};
+use super::{EditLimits, EditScene, EditSource, RestMap, improve};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{
     BlockSpec, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh, NodeId, NodeIncidence, block,
@@ -48,6 +48,7 @@ struct Body<const D: usize> {
     mesh: Mesh<D>,
     position: Vec<Vector<D>>,
     velocity: Vec<Vector<D>>,
+    mass: Vec<f64>,
     corner_mass: Vec<[f64; 4]>,
     incidence: NodeIncidence,
     patches: ElementPatches,
@@ -83,19 +84,29 @@ impl<const D: usize> Body<D> {
         let corner_mass = corner_masses(&mesh.rest, &mesh.elements, &masses, symmetry);
         let incidence = NodeIncidence::new(mesh.rest.len(), mesh.elements.iter().map(|nodes| &nodes[..=D]));
         let patches = ElementPatches::grouped(&mesh);
-        Self { mesh, position, velocity, corner_mass, incidence, patches, solid }
+        let mass = nodal_masses::<D>(mesh.rest.len(), &mesh.elements, &corner_mass);
+        Self { mesh, position, velocity, mass, corner_mass, incidence, patches, solid }
     }
 
     fn editable(&self) -> EditableMesh<'_, D> {
+        self.editable_on(RestMap::Nodes)
+    }
+
+    fn editable_on(&self, rest_map: RestMap) -> EditableMesh<'_, D> {
         let n = self.mesh.elements.len();
-        let mass = nodal_masses::<D>(self.mesh.rest.len(), &self.mesh.elements, &self.corner_mass);
-        EditableMesh::new(
-            (&self.mesh, &self.incidence, &self.patches),
-            (&self.position, &self.velocity),
-            (&mass, &self.corner_mass),
-            (vec![1.0; n], vec![true; n]),
-            self.solid.symmetry,
-        )
+        EditableMesh::new(EditSource {
+            mesh: &self.mesh,
+            incidence: &self.incidence,
+            patches: &self.patches,
+            position: &self.position,
+            velocity: &self.velocity,
+            mass: &self.mass,
+            corner_mass: &self.corner_mass,
+            step: vec![1.0; n],
+            is_compatible: vec![true; n],
+            symmetry: self.solid.symmetry,
+            rest_map,
+        })
     }
 }
 
@@ -268,4 +279,66 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     let counts = improve(&mut mesh, &limited(0.7), &scene, &limits, bad);
     assert!(counts.total() > 0 && counts.stuck == 0, "{counts:?}");
     assert!(greatest(&mut mesh, &limited(0.7)) <= 1.0 && counts.hindrance <= 1.0);
+}
+
+/// Elements of a gel that flows: none is poor.
+struct Fluid;
+
+impl<const D: usize> ElementModel<D> for Fluid {
+    fn state(&self, _: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
+        let hindrance = 0.4 / shape_quality(now, &CORNERS);
+        ElementState { volume: signed_volume(now, &CORNERS), jacobian: 1.0, energy: 0.0, hindrance }
+    }
+
+    fn common_energy(&self, _: f64) -> f64 {
+        0.0
+    }
+}
+
+/// A gel that flows follows the target lengths, finer and coarser; each new element lies over the old ones that it names, and
+/// each node where its origin says.
+fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
+    let mut random = TestRandom::new(13);
+    let body = Body::<D>::new(symmetry, false, &mut random);
+    let mut mesh = body.editable_on(RestMap::Present);
+    let scene = EditScene { gap: &|_| f64::INFINITY, cleared: &|x| *x, size: &|_| size };
+    let limits = EditLimits { energy: 1.0, usual: size };
+    let counts = improve(&mut mesh, &Fluid, &scene, &limits, vec![]);
+    let (new, pairing) = mesh.finish();
+    let is_finer = size < 0.2;
+    assert!(counts.operations[if is_finer { 0 } else { 1 }] > 10, "{counts:?}");
+    let measure = |x: &[Vector<D>], all: &[[NodeId; 4]]| all.iter().map(|nodes| signed_volume(x, nodes)).sum::<f64>();
+    let (before, after) = (measure(&body.position, &body.mesh.elements), measure(&new.position, &new.elements));
+    assert!((after / before - 1.0).abs() < if is_finer { 1e-4 } else { 0.02 }, "{before} {after}");
+    let lies_over = |x: &Vector<D>, old: &ElementId| {
+        let (nodes, mut moved) = (&body.mesh.elements[old.index()], body.position.clone());
+        nodes[..=D].iter().all(|node| {
+            let kept = std::mem::replace(&mut moved[node.index()], *x);
+            let part = signed_volume(&moved, nodes);
+            moved[node.index()] = kept;
+            part > -1e-12
+        })
+    };
+    let mut n_made = 0;
+    for ((nodes, over), same) in new.elements.iter().zip(&new.over).zip(&pairing.same) {
+        let middle = nodes[..=D].iter().map(|node| new.position[node.index()]).sum::<Vector<D>>() / (D + 1) as f64;
+        assert_eq!(over.is_empty(), same.is_some());
+        n_made += usize::from(same.is_none() && over.iter().any(|old| lies_over(&middle, old)));
+    }
+    let made = pairing.same.iter().filter(|same| same.is_none()).count();
+    assert!(n_made * 10 > made * 9, "{n_made} of {made}");
+    for (x, origin) in new.position.iter().zip(&new.origin) {
+        let Some(parents) = origin.parents() else { continue };
+        let told: Vector<D> = parents.iter().map(|(node, weight)| body.position[node.index()] * *weight).sum();
+        assert!((told - x).norm() < 1e-12, "{origin:?}");
+    }
+}
+
+#[test]
+fn a_gel_that_flows_follows_the_target_lengths() {
+    for size in [0.12, 0.6] {
+        check_target_lengths::<2>(BodySymmetry::Planar, size);
+        check_target_lengths::<2>(BodySymmetry::Axisymmetric, size);
+    }
+    check_target_lengths::<3>(BodySymmetry::Spatial, 0.12);
 }

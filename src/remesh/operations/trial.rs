@@ -1,6 +1,6 @@
 //! Trial of an operation: whether it is legal, and the elements that it would make.
 
-use super::editable_mesh::EditableMesh;
+use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::{ElementModel, ElementState};
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::Vector;
@@ -15,8 +15,11 @@ const LEAST_SPLIT_REST_QUALITY: f64 = 0.1;
 const LEAST_QUALITY: f64 = 0.02;
 /// Quality, relative to that of the old cavity, that a worse cavity must have.
 const WORSE: f64 = 1.05;
-/// Relative change of the rest volume of a cavity by rounding.
+/// Relative change of the rest volume of a cavity by rounding; those by which a surface without a rest map may be smoothed,
+/// and cut by a body out of which the middle of a split edge is pushed.
 const ROUNDING: f64 = 1e-9;
+const SMOOTHING: f64 = 5e-3;
+const CLEARED: f64 = 0.3;
 
 /// Cavity after an operation.
 #[derive(Debug, Clone)]
@@ -77,7 +80,12 @@ impl<const D: usize> EditableMesh<'_, D> {
             }
             states.push(state);
         }
-        if (volume - before.rest).abs() > ROUNDING * before.rest {
+        let change = match self.rest_map {
+            RestMap::Present if is_split => CLEARED,
+            RestMap::Present => SMOOTHING,
+            RestMap::Nodes => ROUNDING,
+        };
+        if (volume - before.rest).abs() > change * before.rest {
             return None;
         }
         let hindrance = [greatest_hindrance(&old), greatest_hindrance(&states)];

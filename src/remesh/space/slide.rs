@@ -3,7 +3,6 @@
 use super::edge_star::fan;
 use super::limits::{GAIN, STANDING};
 use super::smooth::{WAYS, target_position};
-use super::split::blend;
 use super::surface_criteria::{SurfaceCriteria, is_along, twice_area};
 use super::tet_mesh::{TetMesh, Tetrahedron, gradient};
 use crate::math::Vector;
@@ -77,5 +76,5 @@ fn made_of(complex: &TetMesh, (point, x): (u32, &Vector<3>)) -> Option<NodeOrigi
     let around = fan(complex, point).into_iter().flatten().filter(holds).map(towards);
     let nearest = around.reduce(|best, next| if next.0 < best.0 { next } else { best });
     let (_, part, other) = nearest.filter(|(off, ..)| *off < way.norm()).unwrap_or((0.0, 0.0, point));
-    blend([(&own.origin, 1.0 - part), (&complex.points[other as usize].origin, part)])
+    NodeOrigin::blend(&[(own.origin, 1.0 - part), (complex.points[other as usize].origin, part)])
 }

@@ -3,7 +3,6 @@
 use super::edge_star::EdgeStar;
 use super::tet_mesh::{MeshOperation, MeshPoint, TetMesh, Tetrahedron};
 use crate::math::Vector;
-use crate::mesh::NodeId;
 use crate::remesh::NodeOrigin;
 
 /// Splits an edge at its midpoint if all new tetrahedra are better than `enough`. At the surface the new point is
@@ -38,7 +37,8 @@ pub(super) fn split(
 /// Midpoint of an edge, on the surface or inside.
 fn midpoint(complex: &TetMesh, (a, b): (u32, u32), is_on_surface: bool) -> Option<MeshPoint> {
     let [a, b] = [a, b].map(|point| &complex.points[point as usize]);
-    let origin = if is_on_surface { blend([(&a.origin, 0.5), (&b.origin, 0.5)])? } else { NodeOrigin::Inside };
+    let origin =
+        if is_on_surface { NodeOrigin::blend(&[(a.origin, 0.5), (b.origin, 0.5)])? } else { NodeOrigin::Inside };
     Some(MeshPoint {
         x: (a.x + b.x) * 0.5,
         rest: (a.rest + b.rest) * 0.5,
@@ -48,27 +48,4 @@ fn midpoint(complex: &TetMesh, (a, b): (u32, u32), is_on_surface: bool) -> Optio
         ends: if is_on_surface { a.ends & b.ends } else { 0 },
         is_on_surface,
     })
-}
-
-/// Weighted mean of two points of the old surface, if it involves at most three old nodes.
-pub(super) fn blend([a, b]: [(&NodeOrigin, f64); 2]) -> Option<NodeOrigin> {
-    let (mut nodes, mut weights, mut n) = ([NodeId::default(); 3], [0.0; 3], 0);
-    let of = |(origin, part): (&NodeOrigin, f64)| Some(parents(origin)?.map(|(node, weight)| (node, part * weight)));
-    for (node, weight) in of(a)?.into_iter().chain(of(b)?).filter(|(_, weight)| *weight > 0.0) {
-        let k = nodes[..n].iter().position(|other| *other == node).unwrap_or(n);
-        *nodes.get_mut(k)? = node;
-        weights[k] += weight;
-        n = n.max(k + 1);
-    }
-    let last = nodes[n - 1];
-    nodes[n..].fill(last);
-    Some(NodeOrigin::Surface(nodes, weights))
-}
-
-fn parents(origin: &NodeOrigin) -> Option<[(NodeId, f64); 3]> {
-    match *origin {
-        NodeOrigin::Kept(node) => Some([(node, 1.0), (node, 0.0), (node, 0.0)]),
-        NodeOrigin::Surface(nodes, weights) => Some(std::array::from_fn(|k| (nodes[k], weights[k]))),
-        NodeOrigin::Inside => None,
-    }
 }

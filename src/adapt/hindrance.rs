@@ -1,0 +1,124 @@
+//! Elements that hinder the gel: how much, and which do.
+
+use super::adaptive_gel::AdaptiveGel;
+use super::settings::AdaptSettings;
+use crate::fem::{Potential, ReferenceShape, SingleElementLaw, SingleElementResponse};
+use crate::math::Vector;
+use crate::mesh::{ElementId, NodeId, Simplex, facet_measure, poor_quality, shape_quality, signed_volume};
+use crate::remesh::operations::{ElementModel, ElementState};
+use crate::state::MeshInstance;
+
+/// Frequency, as a fraction of the one that ends a mesh, from which elements are remade with the others: elements that
+/// would end the next mesh soon. Of 16 m/s on cells of 1.25 mm it leaves half of the remeshings.
+const ANTICIPATION: f64 = 0.7;
+/// Quality of a gel that flows at which a mesh ends, as a fraction of the one below which elements are remade.
+const POOR: f64 = 0.5;
+/// Quality of an element that is never remade for its shape.
+const FAIR: f64 = 0.6;
+/// Elements of a gel without history variables.
+pub(super) struct ElasticElements {
+    law: SingleElementLaw,
+    /// Density, kg/m³.
+    density: f64,
+    /// Frequency above which an element is remade, 1/s.
+    frequency: f64,
+    /// J below which an element is remade.
+    jacobian: f64,
+}
+
+/// Elements of a gel that flows, judged by their present shape: by their least height, which sets the step, and by their
+/// quality.
+pub(super) struct FlowingElements {
+    /// Height and quality below which an element is remade.
+    height: f64,
+    quality: f64,
+}
+
+impl ElasticElements {
+    /// Elements of a gel.
+    pub fn of<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings) -> Self {
+        let law = SingleElementLaw {
+            material: gel.definition.material,
+            section: gel.definition.section,
+            has_patches: gel.definition.has_patches,
+        };
+        let (density, jacobian) = (gel.definition.density, settings.min_volume_ratio);
+        Self { law, density, frequency: greatest_frequency(gel, settings), jacobian }
+    }
+}
+
+impl FlowingElements {
+    /// Elements of a gel: an element of height h and wave speed c has the frequency √(D + 1) c/h.
+    pub fn of<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings) -> Self {
+        let speed = (gel.definition.material.wave_modulus() / gel.definition.density).sqrt();
+        let height = ((D + 1) as f64).sqrt() * speed / greatest_frequency(gel, settings);
+        Self { height, quality: poor_quality_of(settings) }
+    }
+}
+
+/// Quality below which an element of a gel that flows is remade.
+fn poor_quality_of(settings: &AdaptSettings) -> f64 {
+    (settings.quality / POOR).min(FAIR)
+}
+
+/// Frequency above which an element is remade, 1/s.
+fn greatest_frequency<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings) -> f64 {
+    ANTICIPATION * gel.engine.frequency_of_step(gel.least_step(settings))
+}
+
+/// Elements that hinder a gel, ascending.
+pub(super) fn hindering_elements<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    old: &MeshInstance<D>,
+    settings: &AdaptSettings,
+) -> Vec<ElementId> {
+    let (potential, position) = (&gel.engine.gel().potential, &gel.engine.state().position);
+    let mass = |element: usize| old.corner_mass[element][..=D].iter().sum();
+    let mut bad = gel.engine.elements_above(greatest_frequency(gel, settings), mass);
+    let least = settings.min_volume_ratio;
+    let is_compressed = |element: ElementId, nodes: &Simplex| {
+        potential.measure(&nodes.map(|node| position[node.index()])) < least * potential.rest_measure(element)
+    };
+    let quality = if gel.has_networks() { poor_quality_of(settings) } else { 0.0 };
+    let is_poor = |nodes: &Simplex| quality > 0.0 && poor_quality(position, nodes, quality) < quality;
+    let all = (0..).map(ElementId).zip(potential.elements());
+    bad.extend(all.filter(|(element, nodes)| is_poor(nodes) || is_compressed(*element, nodes)).map(|(e, _)| e));
+    bad.sort_unstable();
+    bad.dedup();
+    bad
+}
+
+/// Corners of a simplex.
+const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
+
+impl<const D: usize> ElementModel<D> for ElasticElements {
+    fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
+        let [rest, now] = [rest, now].map(|x| ReferenceShape::of(x, &CORNERS));
+        let SingleElementResponse { volume, energy, stiffness, jacobian } = self.law.evaluate(&rest, &now, &[]);
+        let frequency = ((D + 1) as f64 * stiffness / (self.density * volume)).sqrt() / self.frequency;
+        let is_positive = jacobian > 0.0 && frequency.is_finite();
+        let hindrance = if is_positive { frequency.max(self.jacobian / jacobian) } else { f64::INFINITY };
+        ElementState { volume, jacobian, energy, hindrance }
+    }
+
+    fn common_energy(&self, jacobian: f64) -> f64 {
+        self.law.common_energy(jacobian)
+    }
+}
+
+impl<const D: usize> ElementModel<D> for FlowingElements {
+    fn state(&self, _: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
+        let volume = signed_volume(now, &CORNERS);
+        let facet =
+            |k: usize| facet_measure(now, &std::array::from_fn(|i| CORNERS[if i < k { i } else { i + 1 }.min(D)]));
+        let widest = (0..=D).map(facet).fold(0.0, f64::max);
+        let height = D as f64 * volume / widest;
+        let hindrance = (self.height / height).max(self.quality / shape_quality(now, &CORNERS));
+        let hindrance = if volume > 0.0 { hindrance } else { f64::INFINITY };
+        ElementState { volume, jacobian: 1.0, energy: 0.0, hindrance }
+    }
+
+    fn common_energy(&self, _: f64) -> f64 {
+        0.0
+    }
+}

@@ -1,0 +1,75 @@
+//! Coarsening: collapses of edges of elements that are far smaller than the target lengths.
+
+use super::element_model::ElementModel;
+use super::improvement::{Improver, Replacement, edges_of};
+use super::operation::Operation;
+use crate::math::Vector;
+use crate::mesh::{ElementId, NodeId, Simplex};
+
+impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
+    /// Collapses an edge of each element that is too small, the smallest first.
+    pub(super) fn coarsen(&mut self) {
+        for element in self.small_elements() {
+            if !self.mesh.has(element) {
+                continue;
+            }
+            let nodes = self.mesh.elements[element.index()];
+            let mut best: Option<Replacement<D>> = None;
+            for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])) {
+                for (a, b, part) in [(a, b, 0.0), (b, a, 0.0), (a, b, 0.5)] {
+                    let least = best.as_ref().map_or(1.0, |best| best.trial.hindrance[1]);
+                    best = self.collapse_below(least, a, b, part).or(best);
+                }
+            }
+            if let Some(replacement) = best {
+                self.perform(&replacement);
+            }
+        }
+    }
+
+    /// Elements that are too small, the smallest first.
+    fn small_elements(&self) -> Vec<ElementId> {
+        if self.rules.short <= 0.0 {
+            return vec![];
+        }
+        let here = |node: NodeId| self.mesh.nodes[node.index()].position;
+        let length = |element: &ElementId| self.longest_edge(&[self.mesh.elements[element.index()]], &here);
+        let all = self.mesh.present().filter(|element| self.mesh.is_compatible(*element));
+        let mut small: Vec<(f64, ElementId)> = all.map(|element| (length(&element), element)).collect();
+        small.retain(|(length, _)| *length < self.rules.short);
+        small.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        small.into_iter().map(|(_, element)| element).collect()
+    }
+
+    /// Tries a collapse; `None` unless it is legal, makes no long edge, and leaves a hindrance below a limit.
+    fn collapse_below(&mut self, limit: f64, a: NodeId, b: NodeId, part: f64) -> Option<Replacement<D>> {
+        let mut operation = self.mesh.collapse(a, b, part)?;
+        self.clear(&mut operation);
+        if self.is_lost(&operation) || self.is_stretched(&operation) {
+            return None;
+        }
+        let trial = self.mesh.attempt(&operation, self.model)?;
+        if trial.hindrance[1] >= limit || self.is_in_body(&operation) {
+            return None;
+        }
+        let regrouping = self.mesh.regroup(&operation, &trial.states, self.model)?;
+        Some(Replacement { operation, trial, regrouping })
+    }
+
+    /// Returns true if an operation makes an edge that is too long, and longer than one before.
+    pub(super) fn is_stretched(&self, operation: &Operation<D>) -> bool {
+        if self.rules.longest == f64::INFINITY {
+            return false;
+        }
+        let longest = self.longest_edge(&operation.new, &|node| self.mesh.after(operation, node).position);
+        let old: Vec<Simplex> = operation.old.iter().map(|element| self.mesh.elements[element.index()]).collect();
+        let before = || self.longest_edge(&old, &|node| self.mesh.nodes[node.index()].position);
+        longest > self.rules.longest && longest > before()
+    }
+
+    /// Longest edge of these elements, in target lengths.
+    fn longest_edge(&self, elements: &[Simplex], at: &dyn Fn(NodeId) -> Vector<D>) -> f64 {
+        let edges = elements.iter().flat_map(|nodes| edges_of::<D>().map(|(i, j)| [at(nodes[i]), at(nodes[j])]));
+        edges.map(|[a, b]| (a - b).norm() / (self.scene.size)(&((a + b) * 0.5))).fold(0.0, f64::max)
+    }
+}

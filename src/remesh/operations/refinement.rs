@@ -1,0 +1,85 @@
+//! Refinement: splits of edges that have grown long.
+
+use super::element_model::ElementModel;
+use super::improvement::{Improver, ROUNDS, Replacement, edges_of};
+use super::operation::Operation;
+use crate::mesh::{ElementId, NodeId};
+
+/// Least half edge at rest of a split, in usual lengths.
+const LEAST_REST_EDGE: f64 = 0.2;
+/// Parts of the way out of a body that the middle of a split surface edge is pushed, the first that is accepted.
+const WAYS_OUT: [f64; 4] = [1.0, 0.7, 0.4, 0.0];
+/// Greatest change of energy of a split, relative to the reference.
+const MAX_SPLIT_ENERGY: f64 = 1e-4;
+
+impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
+    /// Splits the edges near bodies that have grown long, the longest first.
+    pub(super) fn split_long_edges(&mut self) {
+        let mut seen = 0;
+        for _ in 0..ROUNDS {
+            let from = std::mem::replace(&mut seen, self.mesh.n_elements());
+            for (_, a, b) in self.long_edges(from) {
+                self.split(a, b);
+            }
+        }
+    }
+
+    /// Edges of the elements from a number on that are near bodies and too long, with the negative of their length in
+    /// target lengths, the longest first.
+    fn long_edges(&self, from: usize) -> Vec<(f64, NodeId, NodeId)> {
+        let mut long = vec![];
+        let at = |node: NodeId| self.mesh.nodes[node.index()].position;
+        let all = (from..self.mesh.n_elements()).map(|element| ElementId(element as u32));
+        for element in all.filter(|element| self.mesh.has(*element) && self.mesh.is_compatible(*element)) {
+            let nodes = &self.mesh.elements[element.index()];
+            for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
+                let length = (at(a) - at(b)).norm();
+                if length <= self.rules.long * self.limits.usual {
+                    continue;
+                }
+                let middle = (at(a) + at(b)) * 0.5;
+                let ratio = length / (self.scene.size)(&middle);
+                if ratio > self.rules.long && (self.scene.gap)(&middle) <= self.rules.near * self.limits.usual {
+                    long.push((-ratio, a, b));
+                }
+            }
+        }
+        long.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        long.dedup_by(|a, b| (a.1, a.2) == (b.1, b.2));
+        long
+    }
+
+    /// Splits an edge, if that is accepted. The middle of a surface edge is pushed out of bodies, or part of the way where the
+    /// elements beneath are too flat.
+    fn split(&mut self, a: NodeId, b: NodeId) {
+        let rest = |node: NodeId| self.mesh.nodes[node.index()].rest;
+        if 0.5 * (rest(a) - rest(b)).norm() < LEAST_REST_EDGE * self.limits.usual {
+            return;
+        }
+        let operation = self.mesh.split(a, b);
+        if operation.old.is_empty() || self.is_lost(&operation) {
+            return;
+        }
+        let is_surface = self.mesh.is_boundary_edge(a, b);
+        let ways = if is_surface && self.rules.keeps_chords { &WAYS_OUT[..] } else { &WAYS_OUT[..1] };
+        let replacement = ways.iter().find_map(|way| {
+            let mut operation = operation.clone();
+            self.clear_partly(&mut operation, *way);
+            self.accepted_split(operation, is_surface)
+        });
+        if let Some(replacement) = replacement {
+            self.perform(&replacement);
+        }
+    }
+
+    /// Tries a split; `None` if it is not accepted.
+    fn accepted_split(&mut self, operation: Operation<D>, is_surface: bool) -> Option<Replacement<D>> {
+        let trial = self.mesh.attempt(&operation, self.model)?;
+        let [before, after] = trial.hindrance;
+        let is_accepted = after < self.rules.split_hindrance
+            || is_surface && (after < 1.0 || after < self.rules.surface_rise * before);
+        let regrouping = is_accepted.then(|| self.mesh.regroup(&operation, &trial.states, self.model)).flatten()?;
+        let is_kept = regrouping.energy.abs() <= MAX_SPLIT_ENERGY * self.limits.energy;
+        is_kept.then_some(Replacement { operation, trial, regrouping })
+    }
+}
