@@ -1,0 +1,141 @@
+//! Binary tree of clusters of neighbouring facets of the contact surface.
+
+use super::surface::ContactSurface;
+use crate::geometry::BoundingBox;
+use crate::math::{SUM_BLOCK, Vector};
+use crate::mesh::{ElementId, Facet, NodeId};
+use std::ops::Range;
+
+/// Cluster of neighbouring facets.
+#[derive(Debug)]
+pub(super) struct FacetCluster {
+    /// Range of its facets.
+    pub facets: Range<usize>,
+    /// Range of the corners of its facets; a corner on the border of two leaves is a corner of both.
+    pub corners: Range<usize>,
+    /// Range of the nodes that belong to it and to no other leaf.
+    pub nodes: Range<usize>,
+    /// Range of the runs of nodes of its corners.
+    pub runs: Range<usize>,
+    /// Halves of the cluster; none for a leaf.
+    pub halves: Option<[usize; 2]>,
+    /// Greatest h of its corners, m.
+    pub size: f64,
+}
+
+/// Tree of clusters; the root is the first.
+#[derive(Debug, Default)]
+pub(super) struct ClusterTree {
+    pub clusters: Vec<FacetCluster>,
+    /// Facets, leaf by leaf.
+    pub facets: Vec<ElementId>,
+    /// Corners of the facets, leaf by leaf, each once in a leaf.
+    pub corners: Vec<NodeId>,
+    /// Nodes of the surface, leaf by leaf.
+    pub nodes: Vec<NodeId>,
+    /// Runs of nodes of each cluster.
+    pub runs: Vec<u32>,
+}
+
+/// Most facets of a leaf in the plane and in space.
+const LEAF_FACETS: [usize; 2] = [6, 16];
+
+/// Facet and its centroid, m.
+#[derive(Debug, Clone, Copy)]
+struct FacetCentre<const D: usize> {
+    facet: ElementId,
+    centre: Vector<D>,
+}
+
+impl ClusterTree {
+    /// Builds the tree of a surface whose nodes have these places.
+    pub fn new<const D: usize>(surface: &ContactSurface, place: impl Fn(NodeId) -> Vector<D>) -> Self {
+        let centre = |(facet, i): (&Facet, u32)| FacetCentre {
+            facet: ElementId(i),
+            centre: facet[..D].iter().map(|node| place(*node)).sum::<Vector<D>>() / D as f64,
+        };
+        let mut centres: Vec<FacetCentre<D>> = surface.facets.iter().zip(0..).map(centre).collect();
+        let mut tree = Self::default();
+        if !centres.is_empty() {
+            let mut is_placed = vec![false; surface.nodes.len()];
+            tree.divide(surface, &mut centres, &mut is_placed);
+        }
+        tree
+    }
+
+    /// Adds the cluster of some facets with its halves; returns its index.
+    fn divide<const D: usize>(
+        &mut self,
+        surface: &ContactSurface,
+        centres: &mut [FacetCentre<D>],
+        is_placed: &mut [bool],
+    ) -> usize {
+        let index = self.clusters.len();
+        let (facets, corners, nodes) = (self.facets.len(), self.corners.len(), self.nodes.len());
+        self.clusters.push(FacetCluster { facets: 0..0, corners: 0..0, nodes: 0..0, runs: 0..0, halves: None, size: 0.0 });
+        let halves = if centres.len() <= LEAF_FACETS[D - 2] {
+            self.add_leaf::<D>(surface, centres, is_placed);
+            None
+        } else {
+            let span = BoundingBox::around(centres.iter().map(|of| &of.centre));
+            let (axis, half) = ((span.high - span.low).imax(), centres.len() / 2);
+            centres.select_nth_unstable_by(half, |a, b| {
+                a.centre[axis].total_cmp(&b.centre[axis]).then(a.facet.cmp(&b.facet))
+            });
+            let (low, high) = centres.split_at_mut(half);
+            Some([self.divide(surface, low, is_placed), self.divide(surface, high, is_placed)])
+        };
+        let first_run = self.runs.len();
+        self.add_runs(corners, halves);
+        let size = |node: &NodeId| surface.size(*node).unwrap_or(0.0);
+        self.clusters[index] = FacetCluster {
+            facets: facets..self.facets.len(),
+            corners: corners..self.corners.len(),
+            nodes: nodes..self.nodes.len(),
+            runs: first_run..self.runs.len(),
+            halves,
+            size: match halves {
+                None => self.corners[corners..].iter().map(size).fold(0.0, f64::max),
+                Some(halves) => halves.map(|half| self.clusters[half].size).into_iter().fold(0.0, f64::max),
+            },
+        };
+        index
+    }
+
+    /// Adds the facets, corners and nodes of a leaf.
+    fn add_leaf<const D: usize>(
+        &mut self,
+        surface: &ContactSurface,
+        centres: &[FacetCentre<D>],
+        is_placed: &mut [bool],
+    ) {
+        let first = self.corners.len();
+        for FacetCentre { facet, .. } in centres {
+            self.facets.push(*facet);
+            self.corners.extend_from_slice(&surface.facets[facet.index()][..D]);
+        }
+        let mut corners = self.corners.split_off(first);
+        corners.sort_unstable();
+        corners.dedup();
+        for node in &corners {
+            let is_placed = surface.of[node.index()].map(|at| &mut is_placed[at as usize]);
+            if is_placed.is_some_and(|is_placed| !std::mem::replace(is_placed, true)) {
+                self.nodes.push(*node);
+            }
+        }
+        self.corners.append(&mut corners);
+    }
+
+    /// Adds the runs of nodes of a cluster: those of its halves, or of the corners of a leaf from an index on.
+    fn add_runs(&mut self, corners: usize, halves: Option<[usize; 2]>) {
+        let mut runs: Vec<u32> = match halves {
+            None => self.corners[corners..].iter().map(|node| (node.index() / SUM_BLOCK) as u32).collect(),
+            Some(halves) => {
+                halves.into_iter().flat_map(|half| &self.runs[self.clusters[half].runs.clone()]).copied().collect()
+            }
+        };
+        runs.sort_unstable();
+        runs.dedup();
+        self.runs.append(&mut runs);
+    }
+}
