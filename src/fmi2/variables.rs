@@ -292,6 +292,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::EnergyKinetic => scalar(model.books().energy.kinetic),
         Observed::EnergyElastic => scalar(model.books().energy.elastic),
         Observed::EnergyContact => scalar(model.books().energy.contact),
+        Observed::EnergySelfContact => scalar(model.books().energy.self_contact),
         Observed::EnergyFriction => scalar(model.books().energy.friction),
         Observed::EnergyContactBias => scalar(model.books().energy.contact_bias),
         Observed::EnergyIntegration => scalar(model.books().energy.integration),
