@@ -2,7 +2,7 @@
 
 use super::cluster_tree::{ClusterTree, FacetCluster};
 use super::facet_foot::FacetFoot;
-use super::self_contact::{CONTACT_REACH, contact_size};
+use super::self_contact::CONTACT_REACH;
 use super::surface_motion::{SurfaceMotion, SurfaceStars};
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
@@ -23,61 +23,65 @@ pub(crate) struct ClosePair {
     pub quiet_until: f64,
 }
 
-/// Distances of the nodes of a leaf to the facets of another; buffers of one search.
-#[derive(Debug, Default)]
-pub(super) struct LeafDistances {
-    facets: Vec<FacetBall>,
+/// Search for the close pairs of a surface.
+pub(super) struct CloseSearch<'a, F> {
+    pub tree: &'a ClusterTree,
+    pub stars: &'a SurfaceStars,
+    pub at: &'a SurfaceMotion<'a, F>,
+    /// Pair of leaves that is to own the close pairs.
+    pub owner: u32,
+    pub close: &'a mut Vec<ClosePair>,
+    /// Buffer.
+    pub balls: &'a mut Vec<FacetBall>,
 }
 
 /// Facet and a ball around it.
 #[derive(Debug, Clone, Copy)]
-struct FacetBall {
+pub(super) struct FacetBall {
     facet: ElementId,
     corners: [Vector3; 3],
     centre: Vector3,
     radius: f64,
+    size: f64,
 }
 
-impl LeafDistances {
-    /// Finds the distances between two leaves, or within one: appends the close pairs, and returns the least distance of
-    /// the others less the reach of contact, m; infinite if there are none.
-    pub fn find<const D: usize>(
-        &mut self,
-        (tree, stars): (&ClusterTree, &SurfaceStars),
-        [a, b]: [&FacetCluster; 2],
-        at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>,
-        owner: u32,
-        close: &mut Vec<ClosePair>,
-    ) -> f64 {
-        let room = self.find_to((tree, stars), [a, b], at, owner, close);
-        if a.facets == b.facets { room } else { room.min(self.find_to((tree, stars), [b, a], at, owner, close)) }
+impl<F> CloseSearch<'_, F> {
+    /// Lists the close pairs of two leaves, or of one with itself; returns the least distance of the others less the
+    /// reach of contact, m; infinite if there are none.
+    pub fn find<const D: usize>(&mut self, [a, b]: [usize; 2]) -> f64
+    where
+        F: Fn(NodeId) -> Vector<D>,
+    {
+        let tree = self.tree;
+        let room = self.find_from(&tree.clusters[a], &tree.clusters[b]);
+        if a == b { room } else { room.min(self.find_from(&tree.clusters[b], &tree.clusters[a])) }
     }
 
-    /// Finds the distances of the nodes of one leaf to the facets of another.
-    fn find_to<const D: usize>(
-        &mut self,
-        (tree, stars): (&ClusterTree, &SurfaceStars),
-        [from, to]: [&FacetCluster; 2],
-        at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>,
-        owner: u32,
-        close: &mut Vec<ClosePair>,
-    ) -> f64 {
-        self.facets.clear();
-        self.facets.extend(tree.facets[to.facets.clone()].iter().map(|facet| FacetBall::new(at, *facet)));
+    /// Lists the close pairs of the nodes of one leaf and the facets of another.
+    fn find_from<const D: usize>(&mut self, from: &FacetCluster, to: &FacetCluster) -> f64
+    where
+        F: Fn(NodeId) -> Vector<D>,
+    {
+        let (tree, at) = (self.tree, self.at);
+        self.balls.clear();
+        self.balls.extend(to.facets.clone().map(|i| FacetBall::new(at, tree.facets[i], tree.facet_sizes[i])));
         let mut room = f64::INFINITY;
-        for node in &tree.nodes[from.nodes.clone()] {
-            let point = embed(&(at.place)(*node));
-            for ball in &self.facets {
-                let size = contact_size::<D>(at.surface, *node, ball.facet);
-                let least = (point - ball.centre).norm() - ball.radius - CONTACT_REACH * size;
-                if least >= room || stars.are_neighbours::<D>(at.surface, *node, ball.facet) {
+        for i in from.nodes.clone() {
+            let (node, point) = (tree.nodes[i], embed(&(at.place)(tree.nodes[i])));
+            for ball in self.balls.iter() {
+                let size = ball.size.min(tree.node_sizes[i]);
+                let nearer = room + ball.radius + CONTACT_REACH * size;
+                if (point - ball.centre).norm_squared() >= nearer * nearer
+                    || self.stars.are_neighbours::<D>(at.surface, node, ball.facet)
+                {
                     continue;
                 }
                 let own = FacetFoot::new::<D>(&ball.corners, &point).distance - CONTACT_REACH * size;
                 if own > SKIN * size {
                     room = room.min(own);
                 } else {
-                    close.push(ClosePair { owner, node: *node, facet: ball.facet, quiet_until: f64::NEG_INFINITY });
+                    let (owner, facet, quiet_until) = (self.owner, ball.facet, f64::NEG_INFINITY);
+                    self.close.push(ClosePair { owner, node, facet, quiet_until });
                 }
             }
         }
@@ -91,11 +95,15 @@ pub(super) fn keep_for_good(owner: u32, close: &mut [ClosePair]) {
 }
 
 impl FacetBall {
-    /// Returns a facet with its ball.
-    fn new<const D: usize>(at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, facet: ElementId) -> Self {
+    /// Returns a facet of a size with its ball.
+    fn new<const D: usize>(
+        at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>,
+        facet: ElementId,
+        size: f64,
+    ) -> Self {
         let corners = at.surface.facets[facet.index()].map(|node| embed(&(at.place)(node)));
         let centre = corners[..D].iter().sum::<Vector3>() / D as f64;
         let radius = corners[..D].iter().map(|corner| (corner - centre).norm_squared()).fold(0.0, f64::max).sqrt();
-        Self { facet, corners, centre, radius }
+        Self { facet, corners, centre, radius, size }
     }
 }

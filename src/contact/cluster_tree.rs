@@ -2,7 +2,7 @@
 
 use super::surface::ContactSurface;
 use crate::geometry::BoundingBox;
-use crate::math::{SUM_BLOCK, Vector};
+use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
 use std::ops::Range;
 
@@ -15,8 +15,8 @@ pub(super) struct FacetCluster {
     pub corners: Range<usize>,
     /// Range of the nodes that belong to it and to no other leaf.
     pub nodes: Range<usize>,
-    /// Range of the runs of nodes of its corners.
-    pub runs: Range<usize>,
+    /// Range of the facets of a leaf and those around its nodes.
+    around: Range<usize>,
     /// Halves of the cluster; none for a leaf.
     pub halves: Option<[usize; 2]>,
     /// Greatest h of its corners, m.
@@ -33,8 +33,12 @@ pub(super) struct ClusterTree {
     pub corners: Vec<NodeId>,
     /// Nodes of the surface, leaf by leaf.
     pub nodes: Vec<NodeId>,
-    /// Runs of nodes of each cluster.
-    pub runs: Vec<u32>,
+    /// Least h of the corners of each of `facets`, m.
+    pub facet_sizes: Vec<f64>,
+    /// h of each of `nodes`, m.
+    pub node_sizes: Vec<f64>,
+    /// Facets of each leaf and those around its nodes.
+    around: Vec<ElementId>,
 }
 
 /// Most facets of a leaf in the plane and in space.
@@ -72,7 +76,7 @@ impl ClusterTree {
     ) -> usize {
         let index = self.clusters.len();
         let (facets, corners, nodes) = (self.facets.len(), self.corners.len(), self.nodes.len());
-        self.clusters.push(FacetCluster { facets: 0..0, corners: 0..0, nodes: 0..0, runs: 0..0, halves: None, size: 0.0 });
+        self.clusters.push(FacetCluster { facets: 0..0, corners: 0..0, nodes: 0..0, around: 0..0, halves: None, size: 0.0 });
         let halves = if centres.len() <= LEAF_FACETS[D - 2] {
             self.add_leaf::<D>(surface, centres, is_placed);
             None
@@ -85,14 +89,16 @@ impl ClusterTree {
             let (low, high) = centres.split_at_mut(half);
             Some([self.divide(surface, low, is_placed), self.divide(surface, high, is_placed)])
         };
-        let first_run = self.runs.len();
-        self.add_runs(corners, halves);
+        let first_around = self.around.len();
+        if halves.is_none() {
+            self.add_facets_around(surface, facets, nodes);
+        }
         let size = |node: &NodeId| surface.size(*node).unwrap_or(0.0);
         self.clusters[index] = FacetCluster {
             facets: facets..self.facets.len(),
             corners: corners..self.corners.len(),
             nodes: nodes..self.nodes.len(),
-            runs: first_run..self.runs.len(),
+            around: first_around..self.around.len(),
             halves,
             size: match halves {
                 None => self.corners[corners..].iter().map(size).fold(0.0, f64::max),
@@ -111,8 +117,10 @@ impl ClusterTree {
     ) {
         let first = self.corners.len();
         for FacetCentre { facet, .. } in centres {
+            let nodes = &surface.facets[facet.index()][..D];
             self.facets.push(*facet);
-            self.corners.extend_from_slice(&surface.facets[facet.index()][..D]);
+            self.facet_sizes.push(nodes.iter().filter_map(|node| surface.size(*node)).fold(f64::INFINITY, f64::min));
+            self.corners.extend_from_slice(nodes);
         }
         let mut corners = self.corners.split_off(first);
         corners.sort_unstable();
@@ -121,21 +129,23 @@ impl ClusterTree {
             let is_placed = surface.of[node.index()].map(|at| &mut is_placed[at as usize]);
             if is_placed.is_some_and(|is_placed| !std::mem::replace(is_placed, true)) {
                 self.nodes.push(*node);
+                self.node_sizes.extend(surface.size(*node));
             }
         }
         self.corners.append(&mut corners);
     }
 
-    /// Adds the runs of nodes of a cluster: those of its halves, or of the corners of a leaf from an index on.
-    fn add_runs(&mut self, corners: usize, halves: Option<[usize; 2]>) {
-        let mut runs: Vec<u32> = match halves {
-            None => self.corners[corners..].iter().map(|node| (node.index() / SUM_BLOCK) as u32).collect(),
-            Some(halves) => {
-                halves.into_iter().flat_map(|half| &self.runs[self.clusters[half].runs.clone()]).copied().collect()
-            }
-        };
-        runs.sort_unstable();
-        runs.dedup();
-        self.runs.append(&mut runs);
+    /// Adds the facets of a leaf and those around its nodes, both from an index on.
+    fn add_facets_around(&mut self, surface: &ContactSurface, facets: usize, nodes: usize) {
+        let around = self.nodes[nodes..].iter().flat_map(|node| surface.around.of(*node));
+        let mut all: Vec<ElementId> = self.facets[facets..].iter().chain(around).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        self.around.append(&mut all);
+    }
+
+    /// Returns the facets of a leaf and those around its nodes.
+    pub fn around(&self, leaf: usize) -> &[ElementId] {
+        &self.around[self.clusters[leaf].around.clone()]
     }
 }

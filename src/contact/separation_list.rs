@@ -1,46 +1,46 @@
 //! Separation list of a surface with itself: it proves which nodes and facets cannot meet, and lists all others.
 //!
-//! Facets stand in a tree of clusters. Every node and facet that can ever meet are together in one pair of clusters, as
-//! in a well-separated pair decomposition (Callahan & Kosaraju 1995): a pair of clusters that are apart as far as they
-//! are large is kept as one. Its room is the distance of their boxes, less the reach of contact. Leaves nearer to each
-//! other are looked at node by facet once: those near contact are listed as close pairs, the least distance of the
-//! others is the room of the two leaves. It is used up by the displacements of the corners of one leaf *relative to*
-//! those of the other only, so that a surface in motion stays proved as long as it is strained little.
+//! Facets stand in a tree of clusters, and every node and facet are together in one pair of clusters, as in a
+//! well-separated pair decomposition (Callahan & Kosaraju 1995). A pair cannot meet as long as its proof holds:
 //!
-//! A pair is looked at again when the nodes of a cluster have travelled half of the room that is left. No result depends
-//! on the list: a pair that it omits is out of reach.
+//! - *Far* clusters are apart by a fraction of their extent. They are proved by the distance of their boxes.
+//! - *Near* leaves whose normals all lie within a right angle of each other face the same way (Volino & Magnenat-Thalmann
+//!   1994). They are proved by the cones of their normals.
+//! - Other near leaves are looked at node by facet once: those near contact are listed as close pairs, and the least
+//!   distance of the others is the room of the two leaves. It is used up by the displacements of one leaf relative to the
+//!   other.
+//!
+//! A proof is looked at again when the nodes of a cluster have travelled half of what it allows. No result depends on the
+//! list: a node and a facet that it omits are out of reach, or do not face each other.
 
-use super::close_pairs::{ClosePair, LeafDistances, keep_for_good};
-use super::cluster_motion::ClusterMotions;
+use super::close_pairs::{CloseSearch, ClosePair, FacetBall, keep_for_good};
 use super::cluster_tree::ClusterTree;
+use super::leaf_motion::LeafMotions;
+use super::pair_chains::{END, PairChains};
 use super::self_contact::CONTACT_REACH;
 use super::surface_motion::{SurfaceMotion, SurfaceStars};
+use super::travel_monitor::TravelMonitor;
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::NodeId;
 
-/// Distance of two clusters, as a fraction of the larger one, from which on they are kept as one pair.
+/// Distance of two clusters, as a fraction of the larger one, from which on they are far.
 const SEPARATION: f64 = 0.5;
-/// Part of the room of a pair that may be left when the pair is looked at anew.
+/// Part of the room of a pair that may be left when the pair is proved anew.
 const LEAST_ROOM: f64 = 0.25;
+/// Chord between normals that may be left when a pair is proved anew: 6°.
+const LEAST_CHORD: f64 = 0.1;
 /// Spread of the displacements of a leaf, as a fraction of the room of a pair, from which on the leaf gets new
 /// references.
 const MOST_SPREAD: f64 = 0.1;
-/// End of a chain of pairs.
-const END: u32 = u32::MAX;
 
-/// Pair of clusters that cannot meet before its room is used up.
+/// Proof that two near leaves do not meet.
 #[derive(Debug, Clone)]
-struct ClusterPair<const D: usize> {
-    clusters: [usize; 2],
-    /// Box around the relative displacements of two leaves when the room was found; none for boxes far apart.
-    reference: Option<BoundingBox<D>>,
-    /// Room of two leaves, m.
-    room: f64,
-    /// Room at which the pair is looked at anew, m.
-    least_room: f64,
-    /// Next pairs in the chains of both clusters.
-    next: [u32; 2],
+enum NearProof<const D: usize> {
+    /// All normals lie within a right angle.
+    Cones,
+    /// Relative displacements since these are less than the room, m.
+    Distance { since: BoundingBox<D>, room: f64, least_room: f64 },
 }
 
 /// Separation list of a surface.
@@ -48,21 +48,23 @@ struct ClusterPair<const D: usize> {
 pub(crate) struct SeparationList<const D: usize> {
     tree: ClusterTree,
     stars: SurfaceStars,
-    motions: ClusterMotions<D>,
-    pairs: Vec<ClusterPair<D>>,
-    /// First pair in the chain of each cluster.
-    chains: Vec<u32>,
-    /// Pairs that can be used again.
-    unused: Vec<u32>,
+    /// Far pairs, with the room at which each is proved anew, m.
+    far: PairChains<f64>,
+    /// Boxes around the corners of the clusters as they were measured.
+    bounds: Vec<BoundingBox<D>>,
+    far_monitor: TravelMonitor,
+    near: PairChains<NearProof<D>>,
+    leaves: LeafMotions<D>,
+    near_monitor: TravelMonitor,
     /// Nodes and facets near contact.
     close: Vec<ClosePair>,
-    leaf_distances: LeafDistances,
-    /// Number of the last look, and that at which each cluster was measured last.
+    balls: Vec<FacetBall>,
+    /// Number of the present look, and those at which boxes and leaves were measured last.
     look: u64,
-    looks: Vec<u64>,
-    /// Clusters whose pairs have to be looked at.
-    unsettled: Vec<u32>,
-    exhausted: Vec<u32>,
+    looks: Vec<[u64; 2]>,
+    /// Clusters and leaves whose pairs have to be looked at.
+    unsettled: [Vec<u32>; 2],
+    failed: Vec<u32>,
 }
 
 impl<const D: usize> SeparationList<D> {
@@ -70,20 +72,27 @@ impl<const D: usize> SeparationList<D> {
     pub fn new(at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, stars: SurfaceStars) -> Self {
         let tree = ClusterTree::new(at.surface, &at.place);
         let n = tree.clusters.len();
-        let motions = ClusterMotions::new(&tree, at.travel, &at.place);
+        let corners = |cluster: usize| tree.corners[tree.clusters[cluster].corners.clone()].iter().copied();
+        let around = |leaf: usize| {
+            tree.around(leaf).iter().flat_map(|facet| &at.surface.facets[facet.index()][..D]).copied()
+        };
+        let far_monitor = TravelMonitor::new((0..n).map(corners), at.travel);
+        let near_monitor = TravelMonitor::new((0..n).map(around), at.travel);
         let mut list = Self {
-            tree,
-            stars,
-            motions,
-            pairs: vec![],
-            chains: vec![END; n],
-            unused: vec![],
+            far: PairChains::new(n),
+            bounds: vec![BoundingBox::NONE; n],
+            far_monitor,
+            near: PairChains::new(n),
+            leaves: LeafMotions::new(&tree, at),
+            near_monitor,
             close: vec![],
-            leaf_distances: LeafDistances::default(),
-            look: 0,
-            looks: vec![0; n],
-            unsettled: vec![],
-            exhausted: vec![],
+            balls: vec![],
+            look: 1,
+            looks: vec![[0, 1]; n],
+            unsettled: [vec![], vec![]],
+            failed: vec![],
+            stars,
+            tree,
         };
         if n > 0 {
             list.separate(at, [0, 0]);
@@ -97,109 +106,159 @@ impl<const D: usize> SeparationList<D> {
         &mut self.close
     }
 
-    /// Looks at the pairs whose room may be used up.
+    /// Looks at the pairs whose proofs may no longer hold.
     #[inline]
     pub fn update(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>) {
-        if self.motions.has_alarm(at.travel) {
+        if self.far_monitor.has_alarm(at.travel) || self.near_monitor.has_alarm(at.travel) {
             self.look += 1;
-            let mut due = std::mem::take(&mut self.exhausted);
+            let mut due = std::mem::take(&mut self.failed);
             due.clear();
-            self.motions.append_due(at.travel, &mut due);
-            due.iter().for_each(|cluster| self.measure(at, *cluster as usize));
-            self.exhausted = due;
+            self.far_monitor.append_due(at.travel, &mut due);
+            due.iter().for_each(|cluster| self.measure_box(at, *cluster as usize));
+            due.clear();
+            self.near_monitor.append_due(at.travel, &mut due);
+            due.iter().for_each(|leaf| self.measure_leaf(at, *leaf as usize));
+            self.failed = due;
             self.settle_all(at);
-            self.motions.reset_alarms(at.travel);
+            self.far_monitor.reset_alarms(at.travel);
+            self.near_monitor.reset_alarms(at.travel);
         }
     }
 
-    /// Measures a cluster, unless this look has done so.
-    fn measure(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, cluster: usize) {
-        if self.looks[cluster] != self.look {
-            self.looks[cluster] = self.look;
-            self.motions.measure(&self.tree, cluster, at.travel, &at.place);
-            self.unsettled.push(cluster as u32);
+    /// Measures the box of a cluster, unless this look has done so.
+    fn measure_box(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, cluster: usize) {
+        if self.looks[cluster][0] != self.look {
+            self.looks[cluster][0] = self.look;
+            let corners = self.tree.corners[self.tree.clusters[cluster].corners.clone()].iter();
+            self.bounds[cluster] = corners.fold(BoundingBox::NONE, |all, node| {
+                let place = (at.place)(*node);
+                BoundingBox { low: all.low.inf(&place), high: all.high.sup(&place) }
+            });
+            self.far_monitor.begin(cluster, at.travel);
+            self.unsettled[0].push(cluster as u32);
         }
     }
 
-    /// Shares the room of the pairs of all clusters that are not settled, and divides the pairs without room.
+    /// Measures a leaf, unless this look has done so.
+    fn measure_leaf(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
+        if self.looks[leaf][1] != self.look {
+            self.looks[leaf][1] = self.look;
+            self.leaves.measure(&self.tree, leaf, at);
+            self.near_monitor.begin(leaf, at.travel);
+            self.unsettled[1].push(leaf as u32);
+        }
+    }
+
+    /// Renews what the pairs of all unsettled clusters and leaves allow them to travel, and the proofs that have failed.
     fn settle_all(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>) {
-        while let Some(cluster) = self.unsettled.pop() {
-            self.exhausted.clear();
-            let mut next = self.chains[cluster as usize];
-            while next != END {
-                let pair = next;
-                next = self.next(pair, cluster as usize);
-                if !self.share_room(at, pair) {
-                    self.exhausted.push(pair);
-                }
-            }
-            for i in 0..self.exhausted.len() {
-                let pair = self.exhausted[i];
-                let clusters = self.pairs[pair as usize].clusters;
-                self.remove(pair);
-                self.separate(at, clusters);
+        loop {
+            if let Some(cluster) = self.unsettled[0].pop() {
+                self.settle_far(at, cluster as usize);
+            } else if let Some(leaf) = self.unsettled[1].pop() {
+                self.settle_near(at, leaf as usize);
+            } else {
+                return;
             }
         }
     }
 
-    /// Returns the next pair in the chain of a cluster.
-    fn next(&self, pair: u32, cluster: usize) -> u32 {
-        let pair = &self.pairs[pair as usize];
-        pair.next[usize::from(pair.clusters[0] != cluster)]
+    /// Settles the far pairs of a cluster.
+    fn settle_far(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, cluster: usize) {
+        let mut failed = std::mem::take(&mut self.failed);
+        failed.clear();
+        let mut pair = self.far.first(cluster);
+        while pair != END {
+            failed.extend((!self.allow_far(at, pair)).then_some(pair));
+            pair = self.far.next(pair, cluster);
+        }
+        for pair in &failed {
+            let clusters = self.far.clusters(*pair);
+            self.far.remove(*pair);
+            self.separate(at, clusters);
+        }
+        self.failed = failed;
     }
 
-    /// Allows both clusters of a pair half of the room that is left to travel; returns false if there is too little.
-    fn share_room(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> bool {
-        let pair = &self.pairs[pair as usize];
-        let unmeasured = pair.clusters.map(|cluster| self.motions.unmeasured(&self.tree, cluster, at.travel));
-        let room = self.measured_room(pair) - unmeasured[0] - unmeasured[1];
-        if !(room > pair.least_room) {
-            return false;
+    /// Settles the near pairs of a leaf.
+    fn settle_near(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
+        let mut failed = std::mem::take(&mut self.failed);
+        failed.clear();
+        let mut pair = self.near.first(leaf);
+        while pair != END {
+            failed.extend((!self.allow_near(at, pair)).then_some(pair));
+            pair = self.near.next(pair, leaf);
         }
-        for (cluster, unmeasured) in pair.clusters.into_iter().zip(unmeasured) {
-            self.motions.allow(&self.tree, cluster, unmeasured + 0.5 * room);
+        for pair in &failed {
+            let leaves = self.near.clusters(*pair);
+            self.near.remove(*pair);
+            self.close.retain(|close| close.owner != *pair);
+            self.add_near(at, leaves);
         }
+        self.failed = failed;
+    }
+
+    /// Allows both clusters of a far pair half of the room that is left; returns false if there is too little.
+    fn allow_far(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> bool {
+        let clusters = self.far.clusters(pair);
+        let travel = clusters.map(|cluster| self.far_monitor.since_measured(cluster, at.travel));
+        let room = self.gap(clusters) - travel[0] - travel[1];
+        let is_proved = room > *self.far.known(pair);
+        if is_proved {
+            clusters.into_iter().zip(travel).for_each(|(cluster, travel)| {
+                self.far_monitor.allow(cluster, travel + 0.5 * room);
+            });
+        }
+        is_proved
+    }
+
+    /// Allows both leaves of a near pair half of what is left; returns false if there is too little.
+    fn allow_near(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> bool {
+        let leaves = self.near.clusters(pair);
+        let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
+        let allowed = match self.near.known(pair) {
+            NearProof::Cones => {
+                let cones = leaves.map(|leaf| self.leaves.cone(leaf));
+                let turns = [cones[0].turn(travel[0]), cones[1].turn(travel[1])];
+                let left = cones[0].room(cones[1]) - turns[0] - turns[1];
+                let is_proved = left > LEAST_CHORD;
+                is_proved.then(|| [0, 1].map(|i| cones[i].travel(turns[i] + 0.5 * left)))
+            }
+            NearProof::Distance { since, room, least_room } => {
+                let left = room - self.leaves.relative_since(leaves, since) - travel[0] - travel[1];
+                (left > *least_room).then(|| travel.map(|travel| travel + 0.5 * left))
+            }
+        };
+        let Some(allowed) = allowed else { return false };
+        leaves.into_iter().zip(allowed).for_each(|(leaf, travel)| self.near_monitor.allow(leaf, travel));
         true
-    }
-
-    /// Returns the room of a pair as its clusters were measured, m.
-    fn measured_room(&self, pair: &ClusterPair<D>) -> f64 {
-        match &pair.reference {
-            None => self.gap(pair.clusters),
-            Some(reference) => pair.room - self.relative_displacement(pair.clusters, reference),
-        }
     }
 
     /// Returns the distance of the boxes of two clusters less the reach of contact, m.
     fn gap(&self, clusters: [usize; 2]) -> f64 {
-        let [a, b] = clusters.map(|cluster| self.motions.bounds(cluster));
+        let [a, b] = clusters.map(|cluster| &self.bounds[cluster]);
         let apart = (a.low - b.high).sup(&(b.low - a.high)).sup(&Vector::<D>::zeros());
         let [a, b] = clusters.map(|cluster| self.tree.clusters[cluster].size);
         apart.norm() - CONTACT_REACH * a.min(b)
     }
 
-    /// Returns a bound of the displacements of two leaves relative to each other since the displacements were these, m.
-    fn relative_displacement(&self, leaves: [usize; 2], since: &BoundingBox<D>) -> f64 {
-        let now = self.motions.relative(leaves);
-        (now.high - since.low).sup(&(since.high - now.low)).norm()
-    }
-
-    /// Divides two clusters into pairs that cannot meet.
+    /// Divides two clusters into far and near pairs.
     fn separate(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, [a, b]: [usize; 2]) {
         let halves = [a, b].map(|cluster| self.tree.clusters[cluster].halves);
         if a == b {
-            let Some([low, high]) = halves[0] else { return self.add_leaves(at, [a, b]) };
+            let Some([low, high]) = halves[0] else { return self.add_near(at, [a, b]) };
             [[low, low], [high, high], [low, high]].into_iter().for_each(|halves| self.separate(at, halves));
             return;
         }
-        [a, b].into_iter().for_each(|cluster| self.measure(at, cluster));
-        let extents = [a, b].map(|cluster| (self.motions.bounds(cluster).high - self.motions.bounds(cluster).low).norm());
+        [a, b].into_iter().for_each(|cluster| self.measure_box(at, cluster));
+        let extents = [a, b].map(|cluster| (self.bounds[cluster].high - self.bounds[cluster].low).norm());
         let gap = self.gap([a, b]);
         if gap >= SEPARATION * extents[0].max(extents[1]) {
-            return self.add(at, [a, b], gap, None);
+            let pair = self.far.add([a, b], LEAST_ROOM * gap);
+            self.allow_far(at, pair);
+            return;
         }
         match halves {
-            [None, None] => self.add_leaves(at, [a, b]),
+            [None, None] => self.add_near(at, [a, b]),
             [Some(halves), None] => halves.into_iter().for_each(|half| self.separate(at, [half, b])),
             [Some(halves), Some(_)] if extents[0] >= extents[1] => {
                 halves.into_iter().for_each(|half| self.separate(at, [half, b]));
@@ -208,94 +267,63 @@ impl<const D: usize> SeparationList<D> {
         }
     }
 
-    /// Adds a pair of leaves, or of a leaf with itself, that are near each other: lists the close pairs, and finds the
-    /// room of the others.
-    fn add_leaves(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaves: [usize; 2]) {
-        let pair = self.unused.last().copied().unwrap_or(self.pairs.len() as u32);
-        leaves.into_iter().for_each(|leaf| self.measure(at, leaf));
-        let clusters = leaves.map(|leaf| &self.tree.clusters[leaf]);
-        let room = self.leaf_distances.find((&self.tree, &self.stars), clusters, at, pair, &mut self.close);
-        if room == f64::INFINITY {
-            return keep_for_good(pair, &mut self.close);
-        }
-        for leaf in leaves {
-            if self.motions.spread(leaf) > MOST_SPREAD * room {
-                self.renew_reference(at, leaf);
-            }
-        }
-        let reference = self.motions.relative(leaves);
-        self.add(at, leaves, room, Some(reference));
-    }
-
-    /// Makes the present places of the corners of a leaf its references, and takes from the rooms of its pairs of leaves
-    /// what has been used up.
-    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
-        let mut next = self.chains[leaf];
-        while next != END {
-            let pair = next as usize;
-            next = self.next(next, leaf);
-            if let Some(reference) = &self.pairs[pair].reference {
-                let clusters = self.pairs[pair].clusters;
-                let unmeasured = clusters.map(|cluster| self.motions.unmeasured(&self.tree, cluster, at.travel));
-                let used = self.relative_displacement(clusters, reference) + unmeasured[0] + unmeasured[1];
-                self.pairs[pair].room -= used;
-            }
-        }
-        self.motions.set_reference(&self.tree, leaf, &at.place);
-        let mut next = self.chains[leaf];
-        while next != END {
-            let pair = next as usize;
-            next = self.next(next, leaf);
-            if self.pairs[pair].reference.is_some() {
-                let clusters = self.pairs[pair].clusters;
-                let unmeasured = clusters.map(|cluster| self.motions.unmeasured(&self.tree, cluster, at.travel));
-                let margin = Vector::<D>::repeat(unmeasured[0] + unmeasured[1]);
-                let BoundingBox { low, high } = self.motions.relative(clusters);
-                self.pairs[pair].reference = Some(BoundingBox { low: low - margin, high: high + margin });
-            }
-        }
-        self.unsettled.push(leaf as u32);
-    }
-
-    /// Adds a pair of clusters with this room, m.
-    fn add(
-        &mut self,
-        at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>,
-        clusters: [usize; 2],
-        room: f64,
-        reference: Option<BoundingBox<D>>,
-    ) {
-        let next = clusters.map(|cluster| self.chains[cluster]);
-        let mut pair = ClusterPair { clusters, reference, room, least_room: 0.0, next };
-        pair.least_room = LEAST_ROOM * self.measured_room(&pair);
-        let index = self.unused.pop().unwrap_or(self.pairs.len() as u32);
-        clusters.into_iter().for_each(|cluster| self.chains[cluster] = index);
-        if index as usize == self.pairs.len() {
-            self.pairs.push(pair);
+    /// Proves a pair of near leaves, or of a leaf with itself: by their cones, or by the distances of their nodes and
+    /// facets.
+    fn add_near(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaves: [usize; 2]) {
+        leaves.into_iter().for_each(|leaf| self.measure_leaf(at, leaf));
+        let [a, b] = leaves.map(|leaf| self.leaves.cone(leaf));
+        let proof = if a.room(b) > 2.0 * LEAST_CHORD {
+            NearProof::Cones
         } else {
-            self.pairs[index as usize] = pair;
-        }
-        self.share_room(at, index);
+            let owner = self.near.next_index();
+            let (tree, stars, close, balls) = (&self.tree, &self.stars, &mut self.close, &mut self.balls);
+            let room = CloseSearch { tree, stars, at, owner, close, balls }.find(leaves);
+            if room == f64::INFINITY {
+                return keep_for_good(owner, &mut self.close);
+            }
+            let is_spread = |leaf: &usize| self.leaves.spread(*leaf) > MOST_SPREAD * room;
+            leaves.map(|leaf| Some(leaf).filter(is_spread)).into_iter().flatten().for_each(|leaf| {
+                self.renew_reference(at, leaf);
+            });
+            let since = self.leaves.relative(leaves);
+            let least_room = LEAST_ROOM * (room - self.leaves.relative_since(leaves, &since));
+            NearProof::Distance { since, room, least_room }
+        };
+        let pair = self.near.add(leaves, proof);
+        self.allow_near(at, pair);
     }
 
-    /// Removes a pair and its close pairs.
-    fn remove(&mut self, pair: u32) {
-        for cluster in self.pairs[pair as usize].clusters {
-            let next = self.next(pair, cluster);
-            if self.chains[cluster] == pair {
-                self.chains[cluster] = next;
-                continue;
+    /// Makes the present places of the corners of a leaf its references, and takes what has been used up from the rooms
+    /// of its pairs.
+    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
+        let mut pair = self.near.first(leaf);
+        while pair != END {
+            let used = self.used_room(at, pair);
+            if let NearProof::Distance { room, .. } = self.near.known_mut(pair) {
+                *room -= used;
             }
-            let mut before = self.chains[cluster];
-            while before != END && self.next(before, cluster) != pair {
-                before = self.next(before, cluster);
-            }
-            if before != END {
-                let before = &mut self.pairs[before as usize];
-                before.next[usize::from(before.clusters[0] != cluster)] = next;
-            }
+            pair = self.near.next(pair, leaf);
         }
-        self.unused.push(pair);
-        self.close.retain(|close| close.owner != pair);
+        self.leaves.set_reference(&self.tree, leaf, &at.place);
+        let mut pair = self.near.first(leaf);
+        while pair != END {
+            let leaves = self.near.clusters(pair);
+            let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
+            let margin = Vector::<D>::repeat(travel[0] + travel[1]);
+            let BoundingBox { low, high } = self.leaves.relative(leaves);
+            if let NearProof::Distance { since, .. } = self.near.known_mut(pair) {
+                *since = BoundingBox { low: low - margin, high: high + margin };
+            }
+            pair = self.near.next(pair, leaf);
+        }
+        self.unsettled[1].push(leaf as u32);
+    }
+
+    /// Returns a bound of the relative displacements of two leaves since the room of their pair was found, m.
+    fn used_room(&self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> f64 {
+        let NearProof::Distance { since, .. } = self.near.known(pair) else { return 0.0 };
+        let leaves = self.near.clusters(pair);
+        let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
+        self.leaves.relative_since(leaves, since) + travel[0] + travel[1]
     }
 }
