@@ -3,8 +3,8 @@
 use super::cluster_tree::{ClusterTree, FacetCluster};
 use super::facet_foot::FacetFoot;
 use super::self_contact::CONTACT_REACH;
-use super::surface_motion::{SurfaceMotion, SurfaceStars};
-use crate::math::{Vector, Vector3, embed};
+use super::surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
+use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
 
 /// Distance beyond the reach of contact up to which a node and a facet are a close pair, in element sizes.
@@ -24,10 +24,10 @@ pub(crate) struct ClosePair {
 }
 
 /// Search for the close pairs of a surface.
-pub(super) struct CloseSearch<'a, F> {
+pub(super) struct CloseSearch<'a, N> {
     pub tree: &'a ClusterTree,
     pub stars: &'a SurfaceStars,
-    pub at: &'a SurfaceMotion<'a, F>,
+    pub at: &'a SurfaceMotion<'a, N>,
     /// Pair of leaves that is to own the close pairs.
     pub owner: u32,
     pub close: &'a mut Vec<ClosePair>,
@@ -45,12 +45,12 @@ pub(super) struct FacetBall {
     size: f64,
 }
 
-impl<F> CloseSearch<'_, F> {
+impl<N> CloseSearch<'_, N> {
     /// Lists the close pairs of two leaves, or of one with itself; returns the least distance of the others less the
     /// reach of contact, m; infinite if there are none.
     pub fn find<const D: usize>(&mut self, [a, b]: [usize; 2]) -> f64
     where
-        F: Fn(NodeId) -> Vector<D>,
+        N: NodeMotion<D>,
     {
         let tree = self.tree;
         let room = self.find_from(&tree.clusters[a], &tree.clusters[b]);
@@ -60,14 +60,14 @@ impl<F> CloseSearch<'_, F> {
     /// Lists the close pairs of the nodes of one leaf and the facets of another.
     fn find_from<const D: usize>(&mut self, from: &FacetCluster, to: &FacetCluster) -> f64
     where
-        F: Fn(NodeId) -> Vector<D>,
+        N: NodeMotion<D>,
     {
         let (tree, at) = (self.tree, self.at);
         self.balls.clear();
         self.balls.extend(to.facets.clone().map(|i| FacetBall::new(at, tree.facets[i], tree.facet_sizes[i])));
         let mut room = f64::INFINITY;
         for i in from.nodes.clone() {
-            let (node, point) = (tree.nodes[i], embed(&(at.place)(tree.nodes[i])));
+            let (node, point) = (tree.nodes[i], embed(&at.nodes.place(tree.nodes[i])));
             for ball in self.balls.iter() {
                 let size = ball.size.min(tree.node_sizes[i]);
                 let nearer = room + ball.radius + CONTACT_REACH * size;
@@ -97,11 +97,11 @@ pub(super) fn keep_for_good(owner: u32, close: &mut [ClosePair]) {
 impl FacetBall {
     /// Returns a facet of a size with its ball.
     fn new<const D: usize>(
-        at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>,
+        at: &SurfaceMotion<'_, impl NodeMotion<D>>,
         facet: ElementId,
         size: f64,
     ) -> Self {
-        let corners = at.surface.facets[facet.index()].map(|node| embed(&(at.place)(node)));
+        let corners = at.surface.facets[facet.index()].map(|node| embed(&at.nodes.place(node)));
         let centre = corners[..D].iter().sum::<Vector3>() / D as f64;
         let radius = corners[..D].iter().map(|corner| (corner - centre).norm_squared()).fold(0.0, f64::max).sqrt();
         Self { facet, corners, centre, radius, size }

@@ -1,6 +1,7 @@
 //! Binary tree of clusters of neighbouring facets of the contact surface.
 
 use super::surface::ContactSurface;
+use super::surface_motion::{NodeMotion, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -52,11 +53,12 @@ struct FacetCentre<const D: usize> {
 }
 
 impl ClusterTree {
-    /// Builds the tree of a surface whose nodes have these places.
-    pub fn new<const D: usize>(surface: &ContactSurface, place: impl Fn(NodeId) -> Vector<D>) -> Self {
+    /// Builds the tree of a surface.
+    pub fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodeMotion<D>>) -> Self {
+        let surface = at.surface;
         let centre = |(facet, i): (&Facet, u32)| FacetCentre {
             facet: ElementId(i),
-            centre: facet[..D].iter().map(|node| place(*node)).sum::<Vector<D>>() / D as f64,
+            centre: facet[..D].iter().map(|node| at.nodes.place(*node)).sum::<Vector<D>>() / D as f64,
         };
         let mut centres: Vec<FacetCentre<D>> = surface.facets.iter().zip(0..).map(centre).collect();
         let mut tree = Self::default();

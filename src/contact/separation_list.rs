@@ -15,14 +15,14 @@
 
 use super::close_pairs::{CloseSearch, ClosePair, FacetBall, keep_for_good};
 use super::cluster_tree::ClusterTree;
+use super::cone_guard::ConeGuard;
 use super::leaf_motion::LeafMotions;
 use super::pair_chains::{END, PairChains};
 use super::self_contact::CONTACT_REACH;
-use super::surface_motion::{SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
 use super::travel_monitor::TravelMonitor;
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
-use crate::mesh::NodeId;
 
 /// Distance of two clusters, as a fraction of the larger one, from which on they are far.
 const SEPARATION: f64 = 0.5;
@@ -34,13 +34,13 @@ const LEAST_CHORD: f64 = 0.1;
 /// references.
 const MOST_SPREAD: f64 = 0.1;
 
-/// Proof that two near leaves do not meet.
+/// Proof that two near leaves do not meet: relative displacements since these are less than the room, m.
 #[derive(Debug, Clone)]
-enum NearProof<const D: usize> {
-    /// All normals lie within a right angle.
-    Cones,
-    /// Relative displacements since these are less than the room, m.
-    Distance { since: BoundingBox<D>, room: f64, least_room: f64 },
+struct DistanceProof<const D: usize> {
+    since: BoundingBox<D>,
+    room: f64,
+    /// Room at which the pair is proved anew, m.
+    least_room: f64,
 }
 
 /// Separation list of a surface.
@@ -53,24 +53,28 @@ pub(crate) struct SeparationList<const D: usize> {
     /// Boxes around the corners of the clusters as they were measured.
     bounds: Vec<BoundingBox<D>>,
     far_monitor: TravelMonitor,
-    near: PairChains<NearProof<D>>,
+    /// Near pairs that face the same way.
+    aligned: PairChains<()>,
+    guard: ConeGuard<D>,
+    /// Other near pairs.
+    near: PairChains<DistanceProof<D>>,
     leaves: LeafMotions<D>,
     near_monitor: TravelMonitor,
     /// Nodes and facets near contact.
     close: Vec<ClosePair>,
     balls: Vec<FacetBall>,
-    /// Number of the present look, and those at which boxes and leaves were measured last.
+    /// Number of the present look, and those at which boxes, displacements and normals were measured last.
     look: u64,
-    looks: Vec<[u64; 2]>,
-    /// Clusters and leaves whose pairs have to be looked at.
-    unsettled: [Vec<u32>; 2],
+    looks: Vec<[u64; 3]>,
+    /// Clusters whose far, near and aligned pairs have to be looked at.
+    unsettled: [Vec<u32>; 3],
     failed: Vec<u32>,
 }
 
 impl<const D: usize> SeparationList<D> {
     /// Builds the list of a surface.
-    pub fn new(at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, stars: SurfaceStars) -> Self {
-        let tree = ClusterTree::new(at.surface, &at.place);
+    pub fn new(at: &SurfaceMotion<'_, impl NodeMotion<D>>, stars: SurfaceStars) -> Self {
+        let tree = ClusterTree::new(at);
         let n = tree.clusters.len();
         let corners = |cluster: usize| tree.corners[tree.clusters[cluster].corners.clone()].iter().copied();
         let around = |leaf: usize| {
@@ -82,14 +86,16 @@ impl<const D: usize> SeparationList<D> {
             far: PairChains::new(n),
             bounds: vec![BoundingBox::NONE; n],
             far_monitor,
+            aligned: PairChains::new(n),
+            guard: ConeGuard::new(&tree, at),
             near: PairChains::new(n),
             leaves: LeafMotions::new(&tree, at),
             near_monitor,
             close: vec![],
             balls: vec![],
             look: 1,
-            looks: vec![[0, 1]; n],
-            unsettled: [vec![], vec![]],
+            looks: vec![[0, 1, 0]; n],
+            unsettled: [vec![], vec![], vec![]],
             failed: vec![],
             stars,
             tree,
@@ -106,32 +112,55 @@ impl<const D: usize> SeparationList<D> {
         &mut self.close
     }
 
+    /// Records the new velocity of a surface node.
+    #[inline]
+    pub fn note_velocity(&mut self, surface: u32, velocity: &Vector<D>, time: f64) {
+        self.guard.note_velocity(surface, velocity, time);
+    }
+
     /// Looks at the pairs whose proofs may no longer hold.
     #[inline]
-    pub fn update(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>) {
-        if self.far_monitor.has_alarm(at.travel) || self.near_monitor.has_alarm(at.travel) {
-            self.look += 1;
-            let mut due = std::mem::take(&mut self.failed);
-            due.clear();
-            self.far_monitor.append_due(at.travel, &mut due);
-            due.iter().for_each(|cluster| self.measure_box(at, *cluster as usize));
-            due.clear();
-            self.near_monitor.append_due(at.travel, &mut due);
-            due.iter().for_each(|leaf| self.measure_leaf(at, *leaf as usize));
-            self.failed = due;
-            self.settle_all(at);
-            self.far_monitor.reset_alarms(at.travel);
-            self.near_monitor.reset_alarms(at.travel);
+    pub fn update(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+        if self.far_monitor.has_alarm(at.travel)
+            || self.near_monitor.has_alarm(at.travel)
+            || self.guard.has_alarm(at.time)
+        {
+            self.look_at_due(at);
         }
     }
 
+    /// Looks at the pairs of the clusters that have used up what they are allowed.
+    fn look_at_due(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+        self.look += 1;
+        let mut due = std::mem::take(&mut self.failed);
+        due.clear();
+        self.far_monitor.append_due(at.travel, &mut due);
+        due.iter().for_each(|cluster| self.measure_box(at, *cluster as usize));
+        due.clear();
+        self.near_monitor.append_due(at.travel, &mut due);
+        due.iter().for_each(|leaf| self.measure_leaf(at, *leaf as usize));
+        due.clear();
+        self.guard.append_due(at.time, &mut due);
+        for leaf in due.iter().map(|leaf| *leaf as usize) {
+            self.measure_normals(at, leaf);
+            if !self.guard.is_within(leaf, LEAST_CHORD) {
+                self.unsettled[2].push(leaf as u32);
+            }
+        }
+        self.failed = due;
+        self.settle_all(at);
+        self.far_monitor.reset_alarms(at.travel);
+        self.near_monitor.reset_alarms(at.travel);
+        self.guard.reset_alarm();
+    }
+
     /// Measures the box of a cluster, unless this look has done so.
-    fn measure_box(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, cluster: usize) {
+    fn measure_box(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, cluster: usize) {
         if self.looks[cluster][0] != self.look {
             self.looks[cluster][0] = self.look;
             let corners = self.tree.corners[self.tree.clusters[cluster].corners.clone()].iter();
             self.bounds[cluster] = corners.fold(BoundingBox::NONE, |all, node| {
-                let place = (at.place)(*node);
+                let place = at.nodes.place(*node);
                 BoundingBox { low: all.low.inf(&place), high: all.high.sup(&place) }
             });
             self.far_monitor.begin(cluster, at.travel);
@@ -140,7 +169,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Measures a leaf, unless this look has done so.
-    fn measure_leaf(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
+    fn measure_leaf(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
         if self.looks[leaf][1] != self.look {
             self.looks[leaf][1] = self.look;
             self.leaves.measure(&self.tree, leaf, at);
@@ -149,13 +178,24 @@ impl<const D: usize> SeparationList<D> {
         }
     }
 
+    /// Measures the normals of a leaf, unless this look has done so.
+    fn measure_normals(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+        if self.looks[leaf][2] != self.look {
+            let is_first = self.looks[leaf][2] == 0;
+            self.looks[leaf][2] = self.look;
+            self.guard.measure(&self.tree, leaf, at, is_first);
+        }
+    }
+
     /// Renews what the pairs of all unsettled clusters and leaves allow them to travel, and the proofs that have failed.
-    fn settle_all(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>) {
+    fn settle_all(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
         loop {
             if let Some(cluster) = self.unsettled[0].pop() {
                 self.settle_far(at, cluster as usize);
             } else if let Some(leaf) = self.unsettled[1].pop() {
                 self.settle_near(at, leaf as usize);
+            } else if let Some(leaf) = self.unsettled[2].pop() {
+                self.settle_aligned(at, leaf as usize);
             } else {
                 return;
             }
@@ -163,7 +203,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Settles the far pairs of a cluster.
-    fn settle_far(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, cluster: usize) {
+    fn settle_far(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, cluster: usize) {
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
         let mut pair = self.far.first(cluster);
@@ -180,7 +220,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Settles the near pairs of a leaf.
-    fn settle_near(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
+    fn settle_near(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
         let mut pair = self.near.first(leaf);
@@ -197,8 +237,40 @@ impl<const D: usize> SeparationList<D> {
         self.failed = failed;
     }
 
+    /// Gives a leaf a new axis and settles its aligned pairs.
+    fn settle_aligned(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+        let mut failed = std::mem::take(&mut self.failed);
+        failed.clear();
+        self.looks[leaf][2] = self.look;
+        self.guard.measure(&self.tree, leaf, at, true);
+        let mut pair = self.aligned.first(leaf);
+        while pair != END {
+            let leaves = self.aligned.clusters(pair);
+            failed.extend((!self.allow_aligned(at, leaves)).then_some(pair));
+            pair = self.aligned.next(pair, leaf);
+        }
+        for pair in &failed {
+            let leaves = self.aligned.clusters(*pair);
+            self.aligned.remove(*pair);
+            self.add_near(at, leaves);
+        }
+        self.failed = failed;
+    }
+
+    /// Allows the normals of both leaves half of the chord that is left until they can be at a right angle; returns false
+    /// if there is too little.
+    fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaves: [usize; 2]) -> bool {
+        leaves.into_iter().for_each(|leaf| self.measure_normals(at, leaf));
+        let room = self.guard.room(leaves);
+        let is_proved = room > 4.0 * LEAST_CHORD;
+        if is_proved {
+            leaves.into_iter().for_each(|leaf| self.guard.limit(leaf, 0.5 * room));
+        }
+        is_proved
+    }
+
     /// Allows both clusters of a far pair half of the room that is left; returns false if there is too little.
-    fn allow_far(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> bool {
+    fn allow_far(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, pair: u32) -> bool {
         let clusters = self.far.clusters(pair);
         let travel = clusters.map(|cluster| self.far_monitor.since_measured(cluster, at.travel));
         let room = self.gap(clusters) - travel[0] - travel[1];
@@ -211,26 +283,18 @@ impl<const D: usize> SeparationList<D> {
         is_proved
     }
 
-    /// Allows both leaves of a near pair half of what is left; returns false if there is too little.
-    fn allow_near(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> bool {
-        let leaves = self.near.clusters(pair);
+    /// Allows both leaves of a near pair half of the room that is left; returns false if there is too little.
+    fn allow_near(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, pair: u32) -> bool {
+        let (leaves, proof) = (self.near.clusters(pair), self.near.known(pair));
         let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
-        let allowed = match self.near.known(pair) {
-            NearProof::Cones => {
-                let cones = leaves.map(|leaf| self.leaves.cone(leaf));
-                let turns = [cones[0].turn(travel[0]), cones[1].turn(travel[1])];
-                let left = cones[0].room(cones[1]) - turns[0] - turns[1];
-                let is_proved = left > LEAST_CHORD;
-                is_proved.then(|| [0, 1].map(|i| cones[i].travel(turns[i] + 0.5 * left)))
-            }
-            NearProof::Distance { since, room, least_room } => {
-                let left = room - self.leaves.relative_since(leaves, since) - travel[0] - travel[1];
-                (left > *least_room).then(|| travel.map(|travel| travel + 0.5 * left))
-            }
-        };
-        let Some(allowed) = allowed else { return false };
-        leaves.into_iter().zip(allowed).for_each(|(leaf, travel)| self.near_monitor.allow(leaf, travel));
-        true
+        let room = proof.room - self.leaves.relative_since(leaves, &proof.since) - travel[0] - travel[1];
+        let is_proved = room > proof.least_room;
+        if is_proved {
+            leaves.into_iter().zip(travel).for_each(|(leaf, travel)| {
+                self.near_monitor.allow(leaf, travel + 0.5 * room);
+            });
+        }
+        is_proved
     }
 
     /// Returns the distance of the boxes of two clusters less the reach of contact, m.
@@ -242,7 +306,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Divides two clusters into far and near pairs.
-    fn separate(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, [a, b]: [usize; 2]) {
+    fn separate(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, [a, b]: [usize; 2]) {
         let halves = [a, b].map(|cluster| self.tree.clusters[cluster].halves);
         if a == b {
             let Some([low, high]) = halves[0] else { return self.add_near(at, [a, b]) };
@@ -269,61 +333,55 @@ impl<const D: usize> SeparationList<D> {
 
     /// Proves a pair of near leaves, or of a leaf with itself: by their cones, or by the distances of their nodes and
     /// facets.
-    fn add_near(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaves: [usize; 2]) {
+    fn add_near(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaves: [usize; 2]) {
+        if self.allow_aligned(at, leaves) {
+            self.aligned.add(leaves, ());
+            return;
+        }
         leaves.into_iter().for_each(|leaf| self.measure_leaf(at, leaf));
-        let [a, b] = leaves.map(|leaf| self.leaves.cone(leaf));
-        let proof = if a.room(b) > 2.0 * LEAST_CHORD {
-            NearProof::Cones
-        } else {
-            let owner = self.near.next_index();
-            let (tree, stars, close, balls) = (&self.tree, &self.stars, &mut self.close, &mut self.balls);
-            let room = CloseSearch { tree, stars, at, owner, close, balls }.find(leaves);
-            if room == f64::INFINITY {
-                return keep_for_good(owner, &mut self.close);
-            }
-            let is_spread = |leaf: &usize| self.leaves.spread(*leaf) > MOST_SPREAD * room;
-            leaves.map(|leaf| Some(leaf).filter(is_spread)).into_iter().flatten().for_each(|leaf| {
+        let owner = self.near.next_index();
+        let (tree, stars, close, balls) = (&self.tree, &self.stars, &mut self.close, &mut self.balls);
+        let room = CloseSearch { tree, stars, at, owner, close, balls }.find(leaves);
+        if room == f64::INFINITY {
+            return keep_for_good(owner, &mut self.close);
+        }
+        for leaf in leaves {
+            if self.leaves.spread(leaf) > MOST_SPREAD * room {
                 self.renew_reference(at, leaf);
-            });
-            let since = self.leaves.relative(leaves);
-            let least_room = LEAST_ROOM * (room - self.leaves.relative_since(leaves, &since));
-            NearProof::Distance { since, room, least_room }
-        };
-        let pair = self.near.add(leaves, proof);
+            }
+        }
+        let since = self.leaves.relative(leaves);
+        let least_room = LEAST_ROOM * (room - self.leaves.relative_since(leaves, &since));
+        let pair = self.near.add(leaves, DistanceProof { since, room, least_room });
         self.allow_near(at, pair);
     }
 
     /// Makes the present places of the corners of a leaf its references, and takes what has been used up from the rooms
     /// of its pairs.
-    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, leaf: usize) {
+    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
         let mut pair = self.near.first(leaf);
         while pair != END {
             let used = self.used_room(at, pair);
-            if let NearProof::Distance { room, .. } = self.near.known_mut(pair) {
-                *room -= used;
-            }
+            self.near.known_mut(pair).room -= used;
             pair = self.near.next(pair, leaf);
         }
-        self.leaves.set_reference(&self.tree, leaf, &at.place);
+        self.leaves.set_reference(&self.tree, leaf, at);
         let mut pair = self.near.first(leaf);
         while pair != END {
             let leaves = self.near.clusters(pair);
             let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
             let margin = Vector::<D>::repeat(travel[0] + travel[1]);
             let BoundingBox { low, high } = self.leaves.relative(leaves);
-            if let NearProof::Distance { since, .. } = self.near.known_mut(pair) {
-                *since = BoundingBox { low: low - margin, high: high + margin };
-            }
+            self.near.known_mut(pair).since = BoundingBox { low: low - margin, high: high + margin };
             pair = self.near.next(pair, leaf);
         }
         self.unsettled[1].push(leaf as u32);
     }
 
     /// Returns a bound of the relative displacements of two leaves since the room of their pair was found, m.
-    fn used_room(&self, at: &SurfaceMotion<'_, impl Fn(NodeId) -> Vector<D>>, pair: u32) -> f64 {
-        let NearProof::Distance { since, .. } = self.near.known(pair) else { return 0.0 };
+    fn used_room(&self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, pair: u32) -> f64 {
         let leaves = self.near.clusters(pair);
         let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
-        self.leaves.relative_since(leaves, since) + travel[0] + travel[1]
+        self.leaves.relative_since(leaves, &self.near.known(pair).since) + travel[0] + travel[1]
     }
 }

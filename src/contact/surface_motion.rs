@@ -1,15 +1,26 @@
 //! Surface in motion, as its separation list sees it, and the nodes that are neighbours through an element.
 
 use super::surface::ContactSurface;
+use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// Surface with its nodes at a time and their travel up to then.
-pub(crate) struct SurfaceMotion<'a, F> {
+/// Places and velocities of the nodes of a surface.
+pub(crate) trait NodeMotion<const D: usize> {
+    /// Returns the place of a node, m.
+    fn place(&self, node: NodeId) -> Vector<D>;
+
+    /// Returns the velocity of a node, m/s.
+    fn velocity(&self, node: NodeId) -> Vector<D>;
+}
+
+/// Surface in motion at a time.
+pub(crate) struct SurfaceMotion<'a, N> {
     pub surface: &'a ContactSurface,
-    /// Travel of each run of nodes, m.
+    /// Time, s.
+    pub time: f64,
+    /// Travel of each run of nodes up to then, m.
     pub travel: &'a [f64],
-    /// Place of a node, m.
-    pub place: F,
+    pub nodes: N,
 }
 
 /// Stars of the surface nodes: the surface nodes that share an element with each, itself among them.
