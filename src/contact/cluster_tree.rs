@@ -18,6 +18,8 @@ pub(super) struct FacetCluster {
     pub nodes: Range<usize>,
     /// Range of the facets of a leaf and those around its nodes.
     around: Range<usize>,
+    /// Range of the corners of these.
+    rim: Range<usize>,
     /// Halves of the cluster; none for a leaf.
     pub halves: Option<[usize; 2]>,
     /// Greatest h of its corners, m.
@@ -38,8 +40,10 @@ pub(super) struct ClusterTree {
     pub facet_sizes: Vec<f64>,
     /// h of each of `nodes`, m.
     pub node_sizes: Vec<f64>,
-    /// Facets of each leaf and those around its nodes.
-    around: Vec<ElementId>,
+    /// Facets of each leaf and those around its nodes, by the places of their corners in the rim of the leaf.
+    around: Vec<[u16; 3]>,
+    /// Corners of these facets, leaf by leaf, each once in a leaf.
+    rims: Vec<NodeId>,
 }
 
 /// Most facets of a leaf in the plane and in space.
@@ -78,7 +82,7 @@ impl ClusterTree {
     ) -> usize {
         let index = self.clusters.len();
         let (facets, corners, nodes) = (self.facets.len(), self.corners.len(), self.nodes.len());
-        self.clusters.push(FacetCluster { facets: 0..0, corners: 0..0, nodes: 0..0, around: 0..0, halves: None, size: 0.0 });
+        self.clusters.push(FacetCluster { facets: 0..0, corners: 0..0, nodes: 0..0, around: 0..0, rim: 0..0, halves: None, size: 0.0 });
         let halves = if centres.len() <= LEAF_FACETS[D - 2] {
             self.add_leaf::<D>(surface, centres, is_placed);
             None
@@ -91,16 +95,17 @@ impl ClusterTree {
             let (low, high) = centres.split_at_mut(half);
             Some([self.divide(surface, low, is_placed), self.divide(surface, high, is_placed)])
         };
-        let first_around = self.around.len();
+        let (around, rim) = (self.around.len(), self.rims.len());
         if halves.is_none() {
-            self.add_facets_around(surface, facets, nodes);
+            self.add_facets_around::<D>(surface, facets, nodes);
         }
         let size = |node: &NodeId| surface.size(*node).unwrap_or(0.0);
         self.clusters[index] = FacetCluster {
             facets: facets..self.facets.len(),
             corners: corners..self.corners.len(),
             nodes: nodes..self.nodes.len(),
-            around: first_around..self.around.len(),
+            around: around..self.around.len(),
+            rim: rim..self.rims.len(),
             halves,
             size: match halves {
                 None => self.corners[corners..].iter().map(size).fold(0.0, f64::max),
@@ -138,16 +143,27 @@ impl ClusterTree {
     }
 
     /// Adds the facets of a leaf and those around its nodes, both from an index on.
-    fn add_facets_around(&mut self, surface: &ContactSurface, facets: usize, nodes: usize) {
+    fn add_facets_around<const D: usize>(&mut self, surface: &ContactSurface, facets: usize, nodes: usize) {
         let around = self.nodes[nodes..].iter().flat_map(|node| surface.around.of(*node));
         let mut all: Vec<ElementId> = self.facets[facets..].iter().chain(around).copied().collect();
         all.sort_unstable();
         all.dedup();
-        self.around.append(&mut all);
+        let corners = all.iter().flat_map(|facet| &surface.facets[facet.index()][..D]);
+        let mut rim: Vec<NodeId> = corners.copied().collect();
+        rim.sort_unstable();
+        rim.dedup();
+        let place = |node: NodeId| rim.binary_search(&node).map_or(0, |place| place as u16);
+        self.around.extend(all.iter().map(|facet| surface.facets[facet.index()].map(place)));
+        self.rims.append(&mut rim);
     }
 
-    /// Returns the facets of a leaf and those around its nodes.
-    pub fn around(&self, leaf: usize) -> &[ElementId] {
+    /// Returns the corners of the facets of a leaf and of those around its nodes; none for another cluster.
+    pub fn rim(&self, leaf: usize) -> &[NodeId] {
+        &self.rims[self.clusters[leaf].rim.clone()]
+    }
+
+    /// Returns the facets of a leaf and those around its nodes, by the places of their corners in its rim.
+    pub fn around(&self, leaf: usize) -> &[[u16; 3]] {
         &self.around[self.clusters[leaf].around.clone()]
     }
 }

@@ -9,7 +9,6 @@ use super::facet::outward_normal;
 use super::surface_motion::{NodeMotion, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::{Vector, Vector3, embed};
-use crate::mesh::{ElementId, NodeId};
 
 /// Cone of the unit normals of a leaf and of the facets around its nodes. Angles are measured by chords: two unit
 /// vectors are at a right angle if the chord between them is √2.
@@ -42,6 +41,8 @@ pub(super) struct ConeGuard<const D: usize> {
     /// Leaves with each surface node among their corners or those around their nodes, in compressed rows.
     start: Vec<u32>,
     leaves: Vec<u32>,
+    /// Buffers of a measurement: places of the corners and normals of the facets.
+    places: Vec<Vector3>,
     normals: Vec<Vector3>,
 }
 
@@ -60,7 +61,7 @@ impl<const D: usize> ConeGuard<D> {
         };
         let mut corners: Vec<[u32; 2]> = vec![];
         for leaf in (0..tree.clusters.len()).filter(|cluster| tree.clusters[*cluster].halves.is_none()) {
-            let nodes = tree.around(leaf).iter().flat_map(|facet| &at.surface.facets[facet.index()][..D]);
+            let nodes = tree.rim(leaf).iter();
             corners.extend(nodes.filter_map(|node| Some([at.surface.of[node.index()]?, leaf as u32])));
         }
         corners.sort_unstable();
@@ -69,7 +70,7 @@ impl<const D: usize> ConeGuard<D> {
         corners.iter().for_each(|[node, _]| start[*node as usize + 1] += 1);
         (0..at.surface.nodes.len()).for_each(|node| start[node + 1] += start[node]);
         let leaves = corners.into_iter().map(|[_, leaf]| leaf).collect();
-        Self { cones: vec![cone; tree.clusters.len()], alarm: f64::INFINITY, start, leaves, normals: vec![] }
+        Self { cones: vec![cone; tree.clusters.len()], alarm: f64::INFINITY, start, leaves, places: vec![], normals: vec![] }
     }
 
     /// Returns true if the normals of a leaf may have passed their limit by a time, s.
@@ -96,20 +97,23 @@ impl<const D: usize> ConeGuard<D> {
         at: &SurfaceMotion<'_, impl NodeMotion<D>>,
         has_new_axis: bool,
     ) {
+        let mut velocities = BoundingBox::<D>::NONE;
+        self.places.clear();
+        for node in tree.rim(leaf) {
+            let velocity = at.nodes.velocity(*node);
+            velocities = BoundingBox { low: velocities.low.inf(&velocity), high: velocities.high.sup(&velocity) };
+            self.places.push(embed(&at.nodes.place(*node)));
+        }
         self.normals.clear();
-        let (mut sum, mut sharpness, mut velocities) = (Vector3::zeros(), 0.0_f64, BoundingBox::NONE);
+        let (mut sum, mut sharpness) = (Vector3::zeros(), 0.0_f64);
         for facet in tree.around(leaf) {
-            let nodes = &at.surface.facets[facet.index()];
-            for node in &nodes[..D] {
-                let v = at.nodes.velocity(*node);
-                velocities = velocities.joined(&BoundingBox { low: v, high: v });
-            }
-            let (across, edges) = area_vector::<D>(at, *facet);
+            let (across, edges) = area_vector::<D>(&facet.map(|corner| self.places[usize::from(corner)]));
             let area = across.norm();
-            sum += across / area;
+            let normal = across / area;
+            sum += normal;
             // What is not a number stays, so that nothing is proved.
             sharpness = if edges / area <= sharpness { sharpness } else { edges / area };
-            self.normals.push(across / area);
+            self.normals.push(normal);
         }
         let cone = &mut self.cones[leaf];
         if has_new_axis {
@@ -196,16 +200,8 @@ impl<const D: usize> GuardedCone<D> {
 
 /// Returns the normal of a facet out of the gel, twice its area or its length long, and what bounds its change: the sum of
 /// two edges, or 2.
-fn area_vector<const D: usize>(
-    at: &SurfaceMotion<'_, impl NodeMotion<D>>,
-    facet: ElementId,
-) -> (Vector3, f64) {
-    let place = |node: NodeId| embed(&at.nodes.place(node));
-    let nodes = &at.surface.facets[facet.index()];
-    let (a, b) = (place(nodes[0]), place(nodes[1]));
-    if D == 2 {
-        return (outward_normal::<D>(&[a, b, b]), 2.0);
-    }
-    let c = place(nodes[2]);
-    (outward_normal::<D>(&[a, b, c]), (b - a).norm() + (c - a).norm())
+#[inline]
+fn area_vector<const D: usize>(corners: &[Vector3; 3]) -> (Vector3, f64) {
+    let [a, b, c] = corners;
+    (outward_normal::<D>(corners), if D == 2 { 2.0 } else { (b - a).norm() + (c - a).norm() })
 }

@@ -76,12 +76,11 @@ impl<const D: usize> SeparationList<D> {
     pub fn new(at: &SurfaceMotion<'_, impl NodeMotion<D>>, stars: SurfaceStars) -> Self {
         let tree = ClusterTree::new(at);
         let n = tree.clusters.len();
+        let is_leaf = |cluster: usize| tree.clusters[cluster].halves.is_none();
         let corners = |cluster: usize| tree.corners[tree.clusters[cluster].corners.clone()].iter().copied();
-        let around = |leaf: usize| {
-            tree.around(leaf).iter().flat_map(|facet| &at.surface.facets[facet.index()][..D]).copied()
-        };
         let far_monitor = TravelMonitor::new((0..n).map(corners), at.travel);
-        let near_monitor = TravelMonitor::new((0..n).map(around), at.travel);
+        let of_leaf = |leaf: usize| corners(leaf).filter(move |_| is_leaf(leaf));
+        let near_monitor = TravelMonitor::new((0..n).map(of_leaf), at.travel);
         let mut list = Self {
             far: PairChains::new(n),
             bounds: vec![BoundingBox::NONE; n],
