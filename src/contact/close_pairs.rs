@@ -4,13 +4,14 @@ use super::cluster_tree::{ClusterTree, FacetCluster};
 use super::facet_foot::FacetFoot;
 use super::self_contact::CONTACT_REACH;
 use super::surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
+use crate::geometry::BoundingBox;
 use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
 
 /// Distance beyond the reach of contact up to which a node and a facet are a close pair, in element sizes.
 const SKIN: f64 = 0.3;
-/// Owner of close pairs that stay on the list.
-const NO_OWNER: u32 = u32::MAX;
+/// Greatest distance beyond the reach of contact that is told, in element sizes of a leaf.
+const MOST_ROOM: f64 = 2.0;
 
 /// Node and facet near contact.
 #[derive(Debug, Clone, Copy)]
@@ -47,27 +48,37 @@ pub(super) struct FacetBall {
 
 impl<N> CloseSearch<'_, N> {
     /// Lists the close pairs of two leaves, or of one with itself; returns the least distance of the others less the
-    /// reach of contact, m; infinite if there are none.
+    /// reach of contact, m, at most [`MOST_ROOM`].
     pub fn find<const D: usize>(&mut self, [a, b]: [usize; 2]) -> f64
     where
         N: NodeMotion<D>,
     {
-        let tree = self.tree;
-        let room = self.find_from(&tree.clusters[a], &tree.clusters[b]);
-        if a == b { room } else { room.min(self.find_from(&tree.clusters[b], &tree.clusters[a])) }
+        let (from, to) = (&self.tree.clusters[a], &self.tree.clusters[b]);
+        let room = self.find_from(from, to, MOST_ROOM * from.size.min(to.size));
+        if a == b { room } else { self.find_from(to, from, room) }
     }
 
-    /// Lists the close pairs of the nodes of one leaf and the facets of another.
-    fn find_from<const D: usize>(&mut self, from: &FacetCluster, to: &FacetCluster) -> f64
+    /// Lists the close pairs of the nodes of one leaf and the facets of another; returns the least distance of the others
+    /// less the reach of contact, m, at most `room`.
+    fn find_from<const D: usize>(&mut self, from: &FacetCluster, to: &FacetCluster, mut room: f64) -> f64
     where
         N: NodeMotion<D>,
     {
         let (tree, at) = (self.tree, self.at);
         self.balls.clear();
         self.balls.extend(to.facets.clone().map(|i| FacetBall::new(at, tree.facets[i], tree.facet_sizes[i])));
-        let mut room = f64::INFINITY;
+        let corners = tree.corners[to.corners.clone()].iter();
+        let bounds = corners.fold(BoundingBox::<D>::NONE, |all, node| {
+            let place = at.nodes.place(*node);
+            BoundingBox { low: all.low.inf(&place), high: all.high.sup(&place) }
+        });
         for i in from.nodes.clone() {
-            let (node, point) = (tree.nodes[i], embed(&at.nodes.place(tree.nodes[i])));
+            let (node, place) = (tree.nodes[i], at.nodes.place(tree.nodes[i]));
+            let nearer = room + CONTACT_REACH * to.size.min(tree.node_sizes[i]);
+            if bounds.distance_squared(&place) >= nearer * nearer {
+                continue;
+            }
+            let point = embed(&place);
             for ball in self.balls.iter() {
                 let size = ball.size.min(tree.node_sizes[i]);
                 let nearer = room + ball.radius + CONTACT_REACH * size;
@@ -87,11 +98,6 @@ impl<N> CloseSearch<'_, N> {
         }
         room
     }
-}
-
-/// Leaves the close pairs of an owner on the list for good.
-pub(super) fn keep_for_good(owner: u32, close: &mut [ClosePair]) {
-    close.iter_mut().filter(|close| close.owner == owner).for_each(|close| close.owner = NO_OWNER);
 }
 
 impl FacetBall {

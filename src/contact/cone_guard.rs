@@ -10,6 +10,10 @@ use super::surface_motion::{NodeMotion, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::{Vector, Vector3, embed};
 
+/// Margin by which a box of velocities grows beyond a velocity, as a fraction of its width: without it a leaf that
+/// accelerates would widen it at every tick.
+const VELOCITY_MARGIN: f64 = 0.2;
+
 /// Cone of the unit normals of a leaf and of the facets around its nodes. Angles are measured by chords: two unit
 /// vectors are at a right angle if the chord between them is √2.
 #[derive(Debug, Clone, Copy)]
@@ -167,11 +171,13 @@ impl<const D: usize> GuardedCone<D> {
         (0..D).all(|i| self.velocities.low[i] <= velocity[i] && velocity[i] <= self.velocities.high[i])
     }
 
-    /// Adds a velocity to the box at a time, s.
+    /// Widens the box to a velocity and a margin beyond it at a time, s.
     fn add_velocity(&mut self, velocity: &Vector<D>, time: f64) {
         self.displacement += self.relative_speed() * (time - self.time).max(0.0);
         self.time = time;
-        self.velocities = self.velocities.joined(&BoundingBox { low: *velocity, high: *velocity });
+        let BoundingBox { low, high } = self.velocities.joined(&BoundingBox { low: *velocity, high: *velocity });
+        let margin = Vector::<D>::repeat(VELOCITY_MARGIN * (high - low).amax());
+        self.velocities = BoundingBox { low: low - margin, high: high + margin };
         self.set_alarm();
     }
 

@@ -18,6 +18,8 @@ mod pair_chains;
 mod point;
 mod self_contact;
 mod separation_list;
+#[cfg(test)]
+mod separation_tests;
 mod solver;
 mod surface;
 mod surface_motion;

@@ -13,7 +13,7 @@
 //! A proof is looked at again when the nodes of a cluster have travelled half of what it allows. No result depends on the
 //! list: a node and a facet that it omits are out of reach, or do not face each other.
 
-use super::close_pairs::{CloseSearch, ClosePair, FacetBall, keep_for_good};
+use super::close_pairs::{ClosePair, CloseSearch, FacetBall};
 use super::cluster_tree::ClusterTree;
 use super::cone_guard::ConeGuard;
 use super::leaf_motion::LeafMotions;
@@ -341,9 +341,6 @@ impl<const D: usize> SeparationList<D> {
         let owner = self.near.next_index();
         let (tree, stars, close, balls) = (&self.tree, &self.stars, &mut self.close, &mut self.balls);
         let room = CloseSearch { tree, stars, at, owner, close, balls }.find(leaves);
-        if room == f64::INFINITY {
-            return keep_for_good(owner, &mut self.close);
-        }
         for leaf in leaves {
             if self.leaves.spread(leaf) > MOST_SPREAD * room {
                 self.renew_reference(at, leaf);

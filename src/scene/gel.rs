@@ -57,8 +57,8 @@ pub struct GelSpec {
     /// Part of the gel that is computed (a spatial block only); the mirror images move alike.
     #[serde(default, skip_serializing_if = "GelSymmetry::is_none")]
     pub symmetry: GelSymmetry,
-    /// Contact of the gel with itself, where a cavity closes or a rim curls; `auto` if absent.
-    #[serde(default, skip_serializing_if = "SelfContactMode::is_auto")]
+    /// Contact of the gel with itself, where a cavity closes or a rim curls; `off` if absent.
+    #[serde(default, skip_serializing_if = "SelfContactMode::is_off")]
     pub self_contact: SelfContactMode,
     /// Thickness of a planar gel, m; 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -173,18 +173,18 @@ impl GelSymmetry {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum SelfContactMode {
-    /// The surface is stopped where it meets itself.
-    #[default]
-    Auto,
     /// Surfaces pass through each other, except at an axis or a plane of symmetry.
+    #[default]
     Off,
+    /// The surface is stopped where it meets itself.
+    Auto,
 }
 
 impl SelfContactMode {
-    /// Returns true if the surface is stopped where it meets itself.
+    /// Returns true if surfaces pass through each other.
     #[must_use]
-    pub fn is_auto(&self) -> bool {
-        *self == Self::Auto
+    pub fn is_off(&self) -> bool {
+        *self == Self::Off
     }
 }
 

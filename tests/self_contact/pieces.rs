@@ -33,11 +33,11 @@ pub struct Pieces<const D: usize> {
     /// Size of the facets at each node, m.
     pub cell: Vec<f64>,
     pub section: Section,
-    pub patched: bool,
 }
 
 impl<const D: usize> Pieces<D> {
     /// Joins pieces to one mesh; all nodes are held along `held`.
+    #[must_use]
     pub fn new(all: &[Piece<D>], section: Section, held: &[usize]) -> Self {
         let (mut rest, mut elements, mut velocity) = (vec![], vec![], vec![]);
         let (mut piece, mut cell) = (vec![], vec![]);
@@ -57,7 +57,42 @@ impl<const D: usize> Pieces<D> {
         }
         let mut mesh = Mesh::new(rest, elements);
         mesh.held.iter_mut().for_each(|of| held.iter().for_each(|axis| of[*axis] = true));
-        Self { mesh, velocity, piece, cell, section, patched: false }
+        Self { mesh, velocity, piece, cell, section }
+    }
+
+    /// Moves the rest positions of the nodes of each piece by a map that keeps the orientation of elements.
+    #[must_use]
+    pub fn mapped(mut self, map: impl Fn(usize, &Vector<D>) -> Vector<D>) -> Self {
+        for (x, piece) in self.mesh.rest.iter_mut().zip(&self.piece) {
+            *x = map(*piece, x);
+        }
+        self
+    }
+
+    /// Cuts a slot: removes the elements whose middle it contains, and sets the velocity of the nodes by their places.
+    #[must_use]
+    pub fn cut(mut self, slot: impl Fn(&Vector<D>) -> bool, velocity: impl Fn(&Vector<D>) -> Vector<D>) -> Self {
+        let rest = &self.mesh.rest;
+        let middle = |nodes: &[NodeId; 4]| {
+            nodes[..=D].iter().map(|node| rest[node.index()]).sum::<Vector<D>>() / (D + 1) as f64
+        };
+        let kept: Vec<_> = self.mesh.elements.iter().copied().filter(|nodes| !slot(&middle(nodes))).collect();
+        let mut number = vec![None; rest.len()];
+        let mut used = vec![];
+        for node in kept.iter().flat_map(|nodes| &nodes[..=D]) {
+            if number[node.index()].is_none() {
+                number[node.index()] = Some(NodeId(used.len() as u32));
+                used.push(node.index());
+            }
+        }
+        let renumbered = |nodes: [NodeId; 4]| nodes.map(|node| number[node.index()].unwrap_or(NodeId(0)));
+        let held: Vec<[bool; D]> = used.iter().map(|node| self.mesh.held[*node]).collect();
+        let mesh = Mesh::new(used.iter().map(|node| rest[*node]).collect(), kept.into_iter().map(renumbered).collect());
+        self.velocity = mesh.rest.iter().map(velocity).collect();
+        self.piece = used.iter().map(|node| self.piece[*node]).collect();
+        self.cell = used.iter().map(|node| self.cell[*node]).collect();
+        self.mesh = Mesh { held, ..mesh };
+        self
     }
 
     /// Builds the engine.
@@ -75,8 +110,9 @@ impl<const D: usize> Pieces<D> {
         Engine::new(gel, vec![bystander(self.section)], rules, nodes)
     }
 
-    /// Depth of the deepest node of one piece behind a facet of another at a time, in cells, if it is less than one.
-    pub fn crossing(&self, engine: &Engine<D, Simplices<D>>, t: f64) -> f64 {
+    /// Depth of the deepest node of one piece behind a facet across an axis of another at a time, in cells, if it is less
+    /// than one.
+    pub fn crossing(&self, engine: &Engine<D, Simplices<D>>, t: f64, axis: usize) -> f64 {
         let place = |node: NodeId| embed(&engine.position_at(node, t));
         let mut deepest: f64 = 0.0;
         for facet in &self.mesh.facets {
@@ -84,8 +120,12 @@ impl<const D: usize> Pieces<D> {
             let across = corners[1] - corners[0];
             let normal = across.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() });
             let (unit, square) = (normal.normalize(), normal.norm_squared());
+            if unit[if D == 2 { 2 * axis } else { axis }].abs() < 0.5 {
+                continue;
+            }
             let middle = corners[..D].iter().sum::<Vector3>() / D as f64;
-            for at in engine.gel().surface.nodes.iter().filter(|at| self.piece[at.node.index()] != self.piece[facet[0].index()]) {
+            let other = self.piece[facet[0].index()];
+            for at in engine.gel().surface.nodes.iter().filter(|at| self.piece[at.node.index()] != other) {
                 let arm = place(at.node) - corners[0];
                 if (arm + corners[0] - middle).norm() > 2.0 * across.norm() {
                     continue;
