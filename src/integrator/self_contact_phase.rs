@@ -44,7 +44,8 @@ impl<const D: usize, P: Potential<D>> NodeMotion<D> for SurfaceNodes<'_, D, P> {
     }
 }
 
-/// Finds the contacts of the gel with itself, by node and facet: those of which a node is active.
+/// Finds the contacts of the gel with itself, by node and facet, whether their nodes are active or not: an impulse may
+/// change the velocity of a node of another contact.
 pub(super) fn find_self_contacts<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
     let Some(mut list) = system.separation.take() else { return };
     let mut contacts = std::mem::take(&mut system.workspace.self_contacts);
@@ -55,7 +56,7 @@ pub(super) fn find_self_contacts<const D: usize, P: Potential<D>>(system: &mut D
     let (travel, time_ahead) = (system.contact.neighbours.node_travel(), |nodes: &[NodeId]| time_ahead(system, nodes, tick));
     for close in list.close().iter_mut().filter(|close| !(travel <= close.quiet_until)) {
         match look_at_facet(&surface, close.node, close.facet, time_ahead) {
-            FacetProximity::Contact(contact) => contacts.extend(is_active(system, &contact).then_some(*contact)),
+            FacetProximity::Contact(contact) => contacts.push(*contact),
             FacetProximity::Apart(distance) => close.quiet_until = travel + QUIET_PART * distance,
             FacetProximity::Aside => {}
         }
@@ -64,14 +65,6 @@ pub(super) fn find_self_contacts<const D: usize, P: Potential<D>>(system: &mut D
     system.separation = Some(list);
     system.workspace.self_contacts = contacts;
     find_passive_nodes(system, tick);
-}
-
-/// Returns true if a node of a contact is active.
-fn is_active<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, contact: &SelfContact<D>) -> bool {
-    contact.carriers().any(|(node, _)| match &system.blocks {
-        Some(blocks) => blocks.is_active(node.index()),
-        None => system.workspace.active_nodes.has(node.index()),
-    })
 }
 
 /// Returns the time until the next tick of any of these nodes, s; infinite at the last tick of a mesh.
