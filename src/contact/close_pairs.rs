@@ -102,11 +102,7 @@ impl<N> CloseSearch<'_, N> {
 
 impl FacetBall {
     /// Returns a facet of a size with its ball.
-    fn new<const D: usize>(
-        at: &SurfaceMotion<'_, impl NodeMotion<D>>,
-        facet: ElementId,
-        size: f64,
-    ) -> Self {
+    fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodeMotion<D>>, facet: ElementId, size: f64) -> Self {
         let corners = at.surface.facets[facet.index()].map(|node| embed(&at.nodes.place(node)));
         let centre = corners[..D].iter().sum::<Vector3>() / D as f64;
         let radius = corners[..D].iter().map(|corner| (corner - centre).norm_squared()).fold(0.0, f64::max).sqrt();

@@ -82,7 +82,15 @@ impl ClusterTree {
     ) -> usize {
         let index = self.clusters.len();
         let (facets, corners, nodes) = (self.facets.len(), self.corners.len(), self.nodes.len());
-        self.clusters.push(FacetCluster { facets: 0..0, corners: 0..0, nodes: 0..0, around: 0..0, rim: 0..0, halves: None, size: 0.0 });
+        self.clusters.push(FacetCluster {
+            facets: 0..0,
+            corners: 0..0,
+            nodes: 0..0,
+            around: 0..0,
+            rim: 0..0,
+            halves: None,
+            size: 0.0,
+        });
         let halves = if centres.len() <= LEAF_FACETS[D - 2] {
             self.add_leaf::<D>(surface, centres, is_placed);
             None

@@ -74,7 +74,14 @@ impl<const D: usize> ConeGuard<D> {
         corners.iter().for_each(|[node, _]| start[*node as usize + 1] += 1);
         (0..at.surface.nodes.len()).for_each(|node| start[node + 1] += start[node]);
         let leaves = corners.into_iter().map(|[_, leaf]| leaf).collect();
-        Self { cones: vec![cone; tree.clusters.len()], alarm: f64::INFINITY, start, leaves, places: vec![], normals: vec![] }
+        Self {
+            cones: vec![cone; tree.clusters.len()],
+            alarm: f64::INFINITY,
+            start,
+            leaves,
+            places: vec![],
+            normals: vec![],
+        }
     }
 
     /// Returns true if the normals of a leaf may have passed their limit by a time, s.

@@ -70,7 +70,8 @@ mod tests {
         const N: usize = 60;
         for i in 1..300 {
             let part = |k: usize| any(k * k + 5 * k);
-            let vector = |k: usize| Vector3::new(part(i + k), if D == 3 { part(3 * i + k) } else { 0.0 }, part(7 * i + k));
+            let vector =
+                |k: usize| Vector3::new(part(i + k), if D == 3 { part(3 * i + k) } else { 0.0 }, part(7 * i + k));
             let (corners, point) = ([vector(1), vector(20), vector(300)], 1.5 * vector(4000));
             let foot = FacetFoot::new::<D>(&corners, &point);
             let (foot_point, above) =

@@ -107,10 +107,9 @@ mod tests {
         let added: Vec<u32> = [[0, 1], [1, 2], [2, 2], [3, 1]].map(|pair| chains.add(pair, ())).to_vec();
         let chain = |chains: &PairChains<()>, cluster: usize| {
             let first = Some(chains.first(cluster)).filter(|pair| *pair != END);
-            let mut all: Vec<u32> = std::iter::successors(first, |pair| {
-                Some(chains.next(*pair, cluster)).filter(|next| *next != END)
-            })
-            .collect();
+            let mut all: Vec<u32> =
+                std::iter::successors(first, |pair| Some(chains.next(*pair, cluster)).filter(|next| *next != END))
+                    .collect();
             all.sort_unstable();
             all
         };

@@ -31,7 +31,15 @@ impl<const D: usize> NodeMotion<D> for &MovingNodes<D> {
 fn horseshoe<const D: usize>(arm: f64, gap: f64, height: f64) -> Mesh<D> {
     let count = |length: f64| (0..=length as u32).map(f64::from).collect::<Vec<f64>>();
     let width = 2.0 * arm + gap;
-    let planes = std::array::from_fn(|axis| count(if axis == 0 { width } else if axis == D - 1 { height } else { 3.0 }));
+    let planes = std::array::from_fn(|axis| {
+        count(if axis == 0 {
+            width
+        } else if axis == D - 1 {
+            height
+        } else {
+            3.0
+        })
+    });
     let whole = block(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
     let is_kept = |nodes: &[NodeId; 4]| {
         let middle = nodes[..=D].iter().map(|node| whole.rest[node.index()]).sum::<Vector<D>>() / (D + 1) as f64;
@@ -84,7 +92,8 @@ fn check_list<const D: usize>(steps: u32) -> (usize, f64) {
     let mesh = horseshoe::<D>(3.0, 3.0, 9.0);
     let surface = ContactSurface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
     let star = NodeIncidence::new(mesh.rest.len(), mesh.elements.iter().map(|nodes| &nodes[..=D]));
-    let new_stars = || SurfaceStars::new(&surface, |node| star.of(node), |element| &mesh.elements[element.index()][..=D]);
+    let new_stars =
+        || SurfaceStars::new(&surface, |node| star.of(node), |element| &mesh.elements[element.index()][..=D]);
     let stars = new_stars();
     let place = |phase: f64| mesh.rest.iter().enumerate().map(move |(i, x)| place_at(x, i, phase)).collect::<Vec<_>>();
     let mut nodes = MovingNodes { place: place(0.0), velocity: vec![Vector::<D>::zeros(); mesh.rest.len()] };

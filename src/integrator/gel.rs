@@ -47,7 +47,17 @@ impl<const D: usize, P: Potential<D>> DiscreteGel<D, P> {
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
-        Self { potential, mass, held, star, surface, behind, loads: PressureLoads::none(), mirrored: &[], meets_itself: false }
+        Self {
+            potential,
+            mass,
+            held,
+            star,
+            surface,
+            behind,
+            loads: PressureLoads::none(),
+            mirrored: &[],
+            meets_itself: false,
+        }
     }
 
     /// Sets the pressure loads.

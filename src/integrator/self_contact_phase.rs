@@ -5,7 +5,9 @@ use super::contact_phase::{SurfaceAtTick, time_to_next_tick};
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::workspace::PassiveNode;
-use crate::contact::{FacetProximity, NodeMotion, SelfContact, SeparationList, SurfaceMotion, SurfaceStars, SurfaceView, look_at_facet};
+use crate::contact::{
+    FacetProximity, NodeMotion, SelfContact, SeparationList, SurfaceMotion, SurfaceStars, SurfaceView, look_at_facet,
+};
 use crate::fem::Potential;
 use crate::math::Vector;
 use crate::mesh::NodeId;
@@ -23,7 +25,8 @@ pub(super) fn separation_list<const D: usize, P: Potential<D>>(
     let gel = &system.model.gel;
     let stars = || SurfaceStars::new(&gel.surface, |node| gel.star.of(node), |element| gel.potential.nodes(element));
     let (travel, nodes) = (system.contact.neighbours.run_travel(), SurfaceNodes { system, time });
-    gel.meets_itself.then(|| SeparationList::new(&SurfaceMotion { surface: &gel.surface, time, travel, nodes }, stars()))
+    gel.meets_itself
+        .then(|| SeparationList::new(&SurfaceMotion { surface: &gel.surface, time, travel, nodes }, stars()))
 }
 
 /// Nodes of a system at a time, s.
@@ -53,7 +56,8 @@ pub(super) fn find_self_contacts<const D: usize, P: Potential<D>>(system: &mut D
     let (surface, time) = (SurfaceAtTick::of(system), system.model.grid.time(tick));
     let (travel, nodes) = (system.contact.neighbours.run_travel(), SurfaceNodes { system, time });
     list.update(&SurfaceMotion { surface: surface.surface(), time, travel, nodes });
-    let (travel, time_ahead) = (system.contact.neighbours.node_travel(), |nodes: &[NodeId]| time_ahead(system, nodes, tick));
+    let (travel, time_ahead) =
+        (system.contact.neighbours.node_travel(), |nodes: &[NodeId]| time_ahead(system, nodes, tick));
     for close in list.close().iter_mut().filter(|close| !(travel <= close.quiet_until)) {
         match look_at_facet(&surface, close.node, close.facet, time_ahead) {
             FacetProximity::Contact(contact) => contacts.push(*contact),
@@ -133,7 +137,8 @@ pub(super) fn note_surface_velocities<const D: usize, P: Potential<D>>(system: &
         let all = (0..).zip(&surface.nodes).filter(|(_, at)| workspace.active_nodes.has(at.node.index()));
         all.for_each(|(at, of)| note(at, of.node.index()));
     }
-    let struck = workspace.impulse_nodes.iter().map(|of| of.node).chain(workspace.passive_nodes.iter().map(|of| of.node));
+    let struck =
+        workspace.impulse_nodes.iter().map(|of| of.node).chain(workspace.passive_nodes.iter().map(|of| of.node));
     for node in struck {
         surface.of[node.index()].into_iter().for_each(|at| note(at, node.index()));
     }

@@ -73,9 +73,8 @@ impl<const D: usize> Pieces<D> {
     #[must_use]
     pub fn cut(mut self, slot: impl Fn(&Vector<D>) -> bool, velocity: impl Fn(&Vector<D>) -> Vector<D>) -> Self {
         let rest = &self.mesh.rest;
-        let middle = |nodes: &[NodeId; 4]| {
-            nodes[..=D].iter().map(|node| rest[node.index()]).sum::<Vector<D>>() / (D + 1) as f64
-        };
+        let middle =
+            |nodes: &[NodeId; 4]| nodes[..=D].iter().map(|node| rest[node.index()]).sum::<Vector<D>>() / (D + 1) as f64;
         let kept: Vec<_> = self.mesh.elements.iter().copied().filter(|nodes| !slot(&middle(nodes))).collect();
         let mut number = vec![None; rest.len()];
         let mut used = vec![];
