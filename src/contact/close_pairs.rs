@@ -24,6 +24,14 @@ pub(crate) struct ClosePair {
     pub quiet_until: f64,
 }
 
+impl ClosePair {
+    /// Returns true if node and facet may be in reach once nodes have travelled this far, m.
+    pub fn may_be_in_reach(&self, travel: f64) -> bool {
+        let is_quiet = travel <= self.quiet_until;
+        !is_quiet
+    }
+}
+
 /// Search for the close pairs of a surface.
 pub(super) struct CloseSearch<'a, N> {
     pub tree: &'a ClusterTree,

@@ -10,10 +10,6 @@ use super::surface_motion::{NodeMotion, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::{Vector, Vector3, embed};
 
-/// Margin by which a box of velocities grows beyond a velocity, as a fraction of its width: without it a leaf that
-/// accelerates would widen it at every tick.
-const VELOCITY_MARGIN: f64 = 0.2;
-
 /// Cone of the unit normals of a leaf and of the facets around its nodes. Angles are measured by chords: two unit
 /// vectors are at a right angle if the chord between them is √2.
 #[derive(Debug, Clone, Copy)]
@@ -71,8 +67,12 @@ impl<const D: usize> ConeGuard<D> {
         corners.sort_unstable();
         corners.dedup();
         let mut start = vec![0; at.surface.nodes.len() + 1];
-        corners.iter().for_each(|[node, _]| start[*node as usize + 1] += 1);
-        (0..at.surface.nodes.len()).for_each(|node| start[node + 1] += start[node]);
+        for [node, _] in &corners {
+            start[*node as usize + 1] += 1;
+        }
+        for node in 0..at.surface.nodes.len() {
+            start[node + 1] += start[node];
+        }
         let leaves = corners.into_iter().map(|[_, leaf]| leaf).collect();
         Self {
             cones: vec![cone; tree.clusters.len()],
@@ -87,12 +87,12 @@ impl<const D: usize> ConeGuard<D> {
     /// Returns true if the normals of a leaf may have passed their limit by a time, s.
     #[inline]
     pub fn has_alarm(&self, time: f64) -> bool {
-        !(time < self.alarm)
+        is_due(time, self.alarm)
     }
 
     /// Appends the leaves whose normals may have passed their limits.
     pub fn append_due(&self, time: f64, due: &mut Vec<u32>) {
-        due.extend((0..).zip(&self.cones).filter(|(_, cone)| !(time < cone.alarm)).map(|(leaf, _)| leaf));
+        due.extend((0..).zip(&self.cones).filter(|(_, cone)| is_due(time, cone.alarm)).map(|(leaf, _)| leaf));
     }
 
     /// Sets the earliest alarm.
@@ -178,13 +178,11 @@ impl<const D: usize> GuardedCone<D> {
         (0..D).all(|i| self.velocities.low[i] <= velocity[i] && velocity[i] <= self.velocities.high[i])
     }
 
-    /// Widens the box to a velocity and a margin beyond it at a time, s.
+    /// Adds a velocity to the box at a time, s.
     fn add_velocity(&mut self, velocity: &Vector<D>, time: f64) {
         self.displacement += self.relative_speed() * (time - self.time).max(0.0);
         self.time = time;
-        let BoundingBox { low, high } = self.velocities.joined(&BoundingBox { low: *velocity, high: *velocity });
-        let margin = Vector::<D>::repeat(VELOCITY_MARGIN * (high - low).amax());
-        self.velocities = BoundingBox { low: low - margin, high: high + margin };
+        self.velocities = self.velocities.joined(&BoundingBox { low: *velocity, high: *velocity });
         self.set_alarm();
     }
 
@@ -209,6 +207,13 @@ impl<const D: usize> GuardedCone<D> {
         let left = (0.999 * displacement - self.displacement) / self.relative_speed().max(f64::MIN_POSITIVE);
         self.alarm = if left > 0.0 { self.time + left } else { f64::NEG_INFINITY };
     }
+}
+
+/// Returns true if an alarm may have come by a time, s; what is not a number has.
+#[inline]
+fn is_due(time: f64, alarm: f64) -> bool {
+    let is_early = time < alarm;
+    !is_early
 }
 
 /// Returns the normal of a facet out of the gel, twice its area or its length long, and what bounds its change: the sum of

@@ -62,7 +62,9 @@ impl<T> PairChains<T> {
     pub fn add(&mut self, clusters: [usize; 2], known: T) -> u32 {
         let index = self.next_index();
         let pair = ChainedPair { clusters, next: clusters.map(|cluster| self.first[cluster]), known };
-        clusters.into_iter().for_each(|cluster| self.first[cluster] = index);
+        for cluster in clusters {
+            self.first[cluster] = index;
+        }
         if self.unused.pop().is_some() {
             self.pairs[index as usize] = pair;
         } else {

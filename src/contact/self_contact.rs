@@ -47,7 +47,7 @@ pub(crate) struct SelfContact<const D: usize> {
 #[derive(Debug)]
 pub(crate) enum FacetProximity<const D: usize> {
     /// The node may pass through the facet.
-    Contact(Box<SelfContact<D>>),
+    Contact(SelfContact<D>),
     /// The facet is out of reach, by this distance, m.
     Apart(f64),
     /// The facet is near, but the node is not before or just behind it.
@@ -91,8 +91,8 @@ pub(crate) fn look_at_facet<const D: usize>(
     } else {
         return FacetProximity::Aside;
     };
-    let contact = SelfContact::new(surface, (nodes, facet), &foot, min_velocity);
-    contact.map_or(FacetProximity::Aside, |contact| FacetProximity::Contact(Box::new(contact)))
+    let contact = SelfContact::new(surface, nodes, facet, &foot, min_velocity);
+    contact.map_or(FacetProximity::Aside, FacetProximity::Contact)
 }
 
 /// Returns the direction out of the gel at a node, of any length: the sum of the normals of its facets, by area.
@@ -114,7 +114,8 @@ impl<const D: usize> SelfContact<D> {
     /// Creates the contact of a node with a facet; `None` if none of their nodes can move.
     fn new(
         surface: &impl SurfaceView<D>,
-        (nodes, facet): ([NodeId; 4], ElementId),
+        nodes: [NodeId; 4],
+        facet: ElementId,
         foot: &FacetFoot,
         min_velocity: f64,
     ) -> Option<Self> {

@@ -134,10 +134,14 @@ impl<const D: usize> SeparationList<D> {
         let mut due = std::mem::take(&mut self.failed);
         due.clear();
         self.far_monitor.append_due(at.travel, &mut due);
-        due.iter().for_each(|cluster| self.measure_box(at, *cluster as usize));
+        for cluster in &due {
+            self.measure_box(at, *cluster as usize);
+        }
         due.clear();
         self.near_monitor.append_due(at.travel, &mut due);
-        due.iter().for_each(|leaf| self.measure_leaf(at, *leaf as usize));
+        for leaf in &due {
+            self.measure_leaf(at, *leaf as usize);
+        }
         due.clear();
         self.guard.append_due(at.time, &mut due);
         for leaf in due.iter().map(|leaf| *leaf as usize) {
@@ -259,11 +263,15 @@ impl<const D: usize> SeparationList<D> {
     /// Allows the normals of both leaves half of the chord that is left until they can be at a right angle; returns false
     /// if there is too little.
     fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaves: [usize; 2]) -> bool {
-        leaves.into_iter().for_each(|leaf| self.measure_normals(at, leaf));
+        for leaf in leaves {
+            self.measure_normals(at, leaf);
+        }
         let room = self.guard.room(leaves);
         let is_proved = room > 4.0 * LEAST_CHORD;
         if is_proved {
-            leaves.into_iter().for_each(|leaf| self.guard.limit(leaf, 0.5 * room));
+            for leaf in leaves {
+                self.guard.limit(leaf, 0.5 * room);
+            }
         }
         is_proved
     }
@@ -275,9 +283,9 @@ impl<const D: usize> SeparationList<D> {
         let room = self.gap(clusters) - travel[0] - travel[1];
         let is_proved = room > *self.far.known(pair);
         if is_proved {
-            clusters.into_iter().zip(travel).for_each(|(cluster, travel)| {
+            for (cluster, travel) in clusters.into_iter().zip(travel) {
                 self.far_monitor.allow(cluster, travel + 0.5 * room);
-            });
+            }
         }
         is_proved
     }
@@ -289,9 +297,9 @@ impl<const D: usize> SeparationList<D> {
         let room = proof.room - self.leaves.relative_since(leaves, &proof.since) - travel[0] - travel[1];
         let is_proved = room > proof.least_room;
         if is_proved {
-            leaves.into_iter().zip(travel).for_each(|(leaf, travel)| {
+            for (leaf, travel) in leaves.into_iter().zip(travel) {
                 self.near_monitor.allow(leaf, travel + 0.5 * room);
-            });
+            }
         }
         is_proved
     }
@@ -309,10 +317,14 @@ impl<const D: usize> SeparationList<D> {
         let halves = [a, b].map(|cluster| self.tree.clusters[cluster].halves);
         if a == b {
             let Some([low, high]) = halves[0] else { return self.add_near(at, [a, b]) };
-            [[low, low], [high, high], [low, high]].into_iter().for_each(|halves| self.separate(at, halves));
+            for halves in [[low, low], [high, high], [low, high]] {
+                self.separate(at, halves);
+            }
             return;
         }
-        [a, b].into_iter().for_each(|cluster| self.measure_box(at, cluster));
+        for cluster in [a, b] {
+            self.measure_box(at, cluster);
+        }
         let extents = [a, b].map(|cluster| (self.bounds[cluster].high - self.bounds[cluster].low).norm());
         let gap = self.gap([a, b]);
         if gap >= SEPARATION * extents[0].max(extents[1]) {
@@ -322,11 +334,21 @@ impl<const D: usize> SeparationList<D> {
         }
         match halves {
             [None, None] => self.add_near(at, [a, b]),
-            [Some(halves), None] => halves.into_iter().for_each(|half| self.separate(at, [half, b])),
-            [Some(halves), Some(_)] if extents[0] >= extents[1] => {
-                halves.into_iter().for_each(|half| self.separate(at, [half, b]));
+            [Some(halves), None] => {
+                for half in halves {
+                    self.separate(at, [half, b]);
+                }
             }
-            [_, Some(halves)] => halves.into_iter().for_each(|half| self.separate(at, [a, half])),
+            [Some(halves), Some(_)] if extents[0] >= extents[1] => {
+                for half in halves {
+                    self.separate(at, [half, b]);
+                }
+            }
+            [_, Some(halves)] => {
+                for half in halves {
+                    self.separate(at, [a, half]);
+                }
+            }
         }
     }
 
@@ -337,7 +359,9 @@ impl<const D: usize> SeparationList<D> {
             self.aligned.add(leaves, ());
             return;
         }
-        leaves.into_iter().for_each(|leaf| self.measure_leaf(at, leaf));
+        for leaf in leaves {
+            self.measure_leaf(at, leaf);
+        }
         let owner = self.near.next_index();
         let (tree, stars, close, balls) = (&self.tree, &self.stars, &mut self.close, &mut self.balls);
         let room = CloseSearch { tree, stars, at, owner, close, balls }.find(leaves);

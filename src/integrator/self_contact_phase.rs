@@ -58,9 +58,9 @@ pub(super) fn find_self_contacts<const D: usize, P: Potential<D>>(system: &mut D
     list.update(&SurfaceMotion { surface: surface.surface(), time, travel, nodes });
     let (travel, time_ahead) =
         (system.contact.neighbours.node_travel(), |nodes: &[NodeId]| time_ahead(system, nodes, tick));
-    for close in list.close().iter_mut().filter(|close| !(travel <= close.quiet_until)) {
+    for close in list.close().iter_mut().filter(|close| close.may_be_in_reach(travel)) {
         match look_at_facet(&surface, close.node, close.facet, time_ahead) {
-            FacetProximity::Contact(contact) => contacts.push(*contact),
+            FacetProximity::Contact(contact) => contacts.push(contact),
             FacetProximity::Apart(distance) => close.quiet_until = travel + QUIET_PART * distance,
             FacetProximity::Aside => {}
         }
