@@ -3,7 +3,7 @@
 use super::cluster_tree::{ClusterTree, FacetCluster};
 use super::facet_foot::FacetFoot;
 use super::self_contact::CONTACT_REACH;
-use super::surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
 use crate::geometry::BoundingBox;
 use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
@@ -59,7 +59,7 @@ impl<N> CloseSearch<'_, N> {
     /// reach of contact, m, at most [`MOST_ROOM`].
     pub fn find<const D: usize>(&mut self, [a, b]: [usize; 2]) -> f64
     where
-        N: NodeMotion<D>,
+        N: NodePaths<D>,
     {
         let (from, to) = (&self.tree.clusters[a], &self.tree.clusters[b]);
         let room = self.find_from(from, to, MOST_ROOM * from.size.min(to.size));
@@ -70,7 +70,7 @@ impl<N> CloseSearch<'_, N> {
     /// less the reach of contact, m, at most `room`.
     fn find_from<const D: usize>(&mut self, from: &FacetCluster, to: &FacetCluster, mut room: f64) -> f64
     where
-        N: NodeMotion<D>,
+        N: NodePaths<D>,
     {
         let (tree, at) = (self.tree, self.at);
         self.balls.clear();
@@ -110,7 +110,7 @@ impl<N> CloseSearch<'_, N> {
 
 impl FacetBall {
     /// Returns a facet of a size with its ball.
-    fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodeMotion<D>>, facet: ElementId, size: f64) -> Self {
+    fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodePaths<D>>, facet: ElementId, size: f64) -> Self {
         let corners = at.surface.facets[facet.index()].map(|node| embed(&at.nodes.place(node)));
         let centre = corners[..D].iter().sum::<Vector3>() / D as f64;
         let radius = corners[..D].iter().map(|corner| (corner - centre).norm_squared()).fold(0.0, f64::max).sqrt();

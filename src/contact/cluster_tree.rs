@@ -1,7 +1,7 @@
 //! Binary tree of clusters of neighbouring facets of the contact surface.
 
 use super::surface::ContactSurface;
-use super::surface_motion::{NodeMotion, SurfaceMotion};
+use super::surface_motion::{NodePaths, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -58,7 +58,7 @@ struct FacetCentre<const D: usize> {
 
 impl ClusterTree {
     /// Builds the tree of a surface.
-    pub fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodeMotion<D>>) -> Self {
+    pub fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodePaths<D>>) -> Self {
         let surface = at.surface;
         let centre = |(facet, i): (&Facet, u32)| FacetCentre {
             facet: ElementId(i),

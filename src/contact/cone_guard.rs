@@ -6,7 +6,7 @@
 
 use super::cluster_tree::ClusterTree;
 use super::facet::outward_normal;
-use super::surface_motion::{NodeMotion, SurfaceMotion};
+use super::surface_motion::{NodePaths, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::{Vector, Vector3, embed};
 
@@ -48,7 +48,7 @@ pub(super) struct ConeGuard<const D: usize> {
 
 impl<const D: usize> ConeGuard<D> {
     /// Creates the guard of the leaves of a tree.
-    pub fn new(tree: &ClusterTree, at: &SurfaceMotion<'_, impl NodeMotion<D>>) -> Self {
+    pub fn new(tree: &ClusterTree, at: &SurfaceMotion<'_, impl NodePaths<D>>) -> Self {
         let cone = GuardedCone {
             axis: Vector3::zeros(),
             chord: f64::INFINITY,
@@ -105,7 +105,7 @@ impl<const D: usize> ConeGuard<D> {
         &mut self,
         tree: &ClusterTree,
         leaf: usize,
-        at: &SurfaceMotion<'_, impl NodeMotion<D>>,
+        at: &SurfaceMotion<'_, impl NodePaths<D>>,
         has_new_axis: bool,
     ) {
         let mut velocities = BoundingBox::<D>::NONE;

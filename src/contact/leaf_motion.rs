@@ -1,7 +1,7 @@
 //! Displacements of the corners of the leaves of the cluster tree.
 
 use super::cluster_tree::ClusterTree;
-use super::surface_motion::{NodeMotion, SurfaceMotion};
+use super::surface_motion::{NodePaths, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 
@@ -22,7 +22,7 @@ impl<const D: usize> LeafMotions<D> {
     };
 
     /// Creates the motion of leaves whose corners are at their references.
-    pub fn new(tree: &ClusterTree, at: &SurfaceMotion<'_, impl NodeMotion<D>>) -> Self {
+    pub fn new(tree: &ClusterTree, at: &SurfaceMotion<'_, impl NodePaths<D>>) -> Self {
         Self {
             references: tree.corners.iter().map(|node| at.nodes.place(*node)).collect(),
             displacements: vec![Self::AT_REFERENCE; tree.clusters.len()],
@@ -30,7 +30,7 @@ impl<const D: usize> LeafMotions<D> {
     }
 
     /// Measures the displacements of a leaf.
-    pub fn measure(&mut self, tree: &ClusterTree, leaf: usize, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+    pub fn measure(&mut self, tree: &ClusterTree, leaf: usize, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
         let corners = tree.clusters[leaf].corners.clone();
         let pairs = tree.corners[corners.clone()].iter().zip(&self.references[corners]);
         self.displacements[leaf] = pairs.fold(BoundingBox::NONE, |all, (node, reference)| {
@@ -40,7 +40,7 @@ impl<const D: usize> LeafMotions<D> {
     }
 
     /// Makes the places of the corners of a leaf its references.
-    pub fn set_reference(&mut self, tree: &ClusterTree, leaf: usize, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+    pub fn set_reference(&mut self, tree: &ClusterTree, leaf: usize, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
         let corners = tree.clusters[leaf].corners.clone();
         for (node, reference) in tree.corners[corners.clone()].iter().zip(&mut self.references[corners]) {
             *reference = at.nodes.place(*node);

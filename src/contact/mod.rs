@@ -45,7 +45,7 @@ pub(crate) use separation_list::SeparationList;
 pub(crate) use solver::ContactProblem;
 pub use surface::{ContactSurface, SurfaceNode};
 pub(crate) use surface::{NodalMasses, SurfaceView};
-pub(crate) use surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
+pub(crate) use surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
 pub(crate) use symmetry::{SymmetryContact, symmetry_contacts};
 pub(crate) use tip::find_penetration;
 pub(crate) use tolerance::ContactTolerances;

@@ -19,7 +19,7 @@ use super::cone_guard::ConeGuard;
 use super::leaf_motion::LeafMotions;
 use super::pair_chains::{END, PairChains};
 use super::self_contact::CONTACT_REACH;
-use super::surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
 use super::travel_monitor::TravelMonitor;
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
@@ -73,7 +73,7 @@ pub(crate) struct SeparationList<const D: usize> {
 
 impl<const D: usize> SeparationList<D> {
     /// Builds the list of a surface.
-    pub fn new(at: &SurfaceMotion<'_, impl NodeMotion<D>>, stars: SurfaceStars) -> Self {
+    pub fn new(at: &SurfaceMotion<'_, impl NodePaths<D>>, stars: SurfaceStars) -> Self {
         let tree = ClusterTree::new(at);
         let n = tree.clusters.len();
         let is_leaf = |cluster: usize| tree.clusters[cluster].halves.is_none();
@@ -119,7 +119,7 @@ impl<const D: usize> SeparationList<D> {
 
     /// Looks at the pairs whose proofs may no longer hold.
     #[inline]
-    pub fn update(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+    pub fn update(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
         if self.far_monitor.has_alarm(at.travel)
             || self.near_monitor.has_alarm(at.travel)
             || self.guard.has_alarm(at.time)
@@ -129,7 +129,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Looks at the pairs of the clusters that have used up what they are allowed.
-    fn look_at_due(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+    fn look_at_due(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
         self.look += 1;
         let mut due = std::mem::take(&mut self.failed);
         due.clear();
@@ -158,7 +158,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Measures the box of a cluster, unless this look has done so.
-    fn measure_box(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, cluster: usize) {
+    fn measure_box(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, cluster: usize) {
         if self.looks[cluster][0] != self.look {
             self.looks[cluster][0] = self.look;
             let corners = self.tree.corners[self.tree.clusters[cluster].corners.clone()].iter();
@@ -172,7 +172,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Measures a leaf, unless this look has done so.
-    fn measure_leaf(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+    fn measure_leaf(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
         if self.looks[leaf][1] != self.look {
             self.looks[leaf][1] = self.look;
             self.leaves.measure(&self.tree, leaf, at);
@@ -182,7 +182,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Measures the normals of a leaf, unless this look has done so.
-    fn measure_normals(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+    fn measure_normals(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
         if self.looks[leaf][2] != self.look {
             let is_first = self.looks[leaf][2] == 0;
             self.looks[leaf][2] = self.look;
@@ -191,7 +191,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Renews what the pairs of all unsettled clusters and leaves allow them to travel, and the proofs that have failed.
-    fn settle_all(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>) {
+    fn settle_all(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
         loop {
             if let Some(cluster) = self.unsettled[0].pop() {
                 self.settle_far(at, cluster as usize);
@@ -206,7 +206,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Settles the far pairs of a cluster.
-    fn settle_far(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, cluster: usize) {
+    fn settle_far(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, cluster: usize) {
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
         let mut pair = self.far.first(cluster);
@@ -223,7 +223,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Settles the near pairs of a leaf.
-    fn settle_near(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+    fn settle_near(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
         let mut pair = self.near.first(leaf);
@@ -241,7 +241,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Gives a leaf a new axis and settles its aligned pairs.
-    fn settle_aligned(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+    fn settle_aligned(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
         self.looks[leaf][2] = self.look;
@@ -262,7 +262,7 @@ impl<const D: usize> SeparationList<D> {
 
     /// Allows the normals of both leaves half of the chord that is left until they can be at a right angle; returns false
     /// if there is too little.
-    fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaves: [usize; 2]) -> bool {
+    fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaves: [usize; 2]) -> bool {
         for leaf in leaves {
             self.measure_normals(at, leaf);
         }
@@ -277,7 +277,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Allows both clusters of a far pair half of the room that is left; returns false if there is too little.
-    fn allow_far(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, pair: u32) -> bool {
+    fn allow_far(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, pair: u32) -> bool {
         let clusters = self.far.clusters(pair);
         let travel = clusters.map(|cluster| self.far_monitor.since_measured(cluster, at.travel));
         let room = self.gap(clusters) - travel[0] - travel[1];
@@ -291,7 +291,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Allows both leaves of a near pair half of the room that is left; returns false if there is too little.
-    fn allow_near(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, pair: u32) -> bool {
+    fn allow_near(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, pair: u32) -> bool {
         let (leaves, proof) = (self.near.clusters(pair), self.near.known(pair));
         let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
         let room = proof.room - self.leaves.relative_since(leaves, &proof.since) - travel[0] - travel[1];
@@ -313,7 +313,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Divides two clusters into far and near pairs.
-    fn separate(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, [a, b]: [usize; 2]) {
+    fn separate(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, [a, b]: [usize; 2]) {
         let halves = [a, b].map(|cluster| self.tree.clusters[cluster].halves);
         if a == b {
             let Some([low, high]) = halves[0] else { return self.add_near(at, [a, b]) };
@@ -354,7 +354,7 @@ impl<const D: usize> SeparationList<D> {
 
     /// Proves a pair of near leaves, or of a leaf with itself: by their cones, or by the distances of their nodes and
     /// facets.
-    fn add_near(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaves: [usize; 2]) {
+    fn add_near(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaves: [usize; 2]) {
         if self.allow_aligned(at, leaves) {
             self.aligned.add(leaves, ());
             return;
@@ -378,7 +378,7 @@ impl<const D: usize> SeparationList<D> {
 
     /// Makes the present places of the corners of a leaf its references, and takes what has been used up from the rooms
     /// of its pairs.
-    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, leaf: usize) {
+    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
         let mut pair = self.near.first(leaf);
         while pair != END {
             let used = self.used_room(at, pair);
@@ -399,7 +399,7 @@ impl<const D: usize> SeparationList<D> {
     }
 
     /// Returns a bound of the relative displacements of two leaves since the room of their pair was found, m.
-    fn used_room(&self, at: &SurfaceMotion<'_, impl NodeMotion<D>>, pair: u32) -> f64 {
+    fn used_room(&self, at: &SurfaceMotion<'_, impl NodePaths<D>>, pair: u32) -> f64 {
         let leaves = self.near.clusters(pair);
         let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
         self.leaves.relative_since(leaves, &self.near.known(pair).since) + travel[0] + travel[1]

@@ -5,7 +5,7 @@ use super::facet_foot::FacetFoot;
 use super::self_contact::{CONTACT_REACH, contact_size};
 use super::separation_list::SeparationList;
 use super::surface::ContactSurface;
-use super::surface_motion::{NodeMotion, SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
 use super::test_surface::any;
 use crate::math::{SUM_BLOCK, Vector, Vector3, embed};
 use crate::mesh::{BlockSpec, CellSplit, ElementId, Mesh, NodeId, NodeIncidence, block};
@@ -17,7 +17,7 @@ struct MovingNodes<const D: usize> {
     velocity: Vec<Vector<D>>,
 }
 
-impl<const D: usize> NodeMotion<D> for &MovingNodes<D> {
+impl<const D: usize> NodePaths<D> for &MovingNodes<D> {
     fn place(&self, node: NodeId) -> Vector<D> {
         self.place[node.index()]
     }

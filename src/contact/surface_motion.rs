@@ -5,7 +5,7 @@ use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
 /// Places and velocities of the nodes of a surface.
-pub(crate) trait NodeMotion<const D: usize> {
+pub(crate) trait NodePaths<const D: usize> {
     /// Returns the place of a node, m.
     fn place(&self, node: NodeId) -> Vector<D>;
 

@@ -6,7 +6,7 @@ use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::workspace::PassiveNode;
 use crate::contact::{
-    FacetProximity, NodeMotion, SelfContact, SeparationList, SurfaceMotion, SurfaceStars, SurfaceView, look_at_facet,
+    FacetProximity, NodePaths, SelfContact, SeparationList, SurfaceMotion, SurfaceStars, SurfaceView, look_at_facet,
 };
 use crate::fem::Potential;
 use crate::math::Vector;
@@ -35,7 +35,7 @@ struct SurfaceNodes<'a, const D: usize, P> {
     time: f64,
 }
 
-impl<const D: usize, P: Potential<D>> NodeMotion<D> for SurfaceNodes<'_, D, P> {
+impl<const D: usize, P: Potential<D>> NodePaths<D> for SurfaceNodes<'_, D, P> {
     #[inline]
     fn place(&self, node: NodeId) -> Vector<D> {
         self.system.position_at(node, self.time)
