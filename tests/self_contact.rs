@@ -189,15 +189,13 @@ fn schedules_forms_slices_and_restarts_meet_alike() {
     advance(&mut swept, end);
     assert!(bits(&swept) == expected, "nothing at rest");
     let work = whole.state().ledger.energy.self_contact;
-    for (i, mut other) in [
+    let others: Vec<Engine<3, Simplices<3>>> = vec![
         gel.engine(SteppingSchedule::Bins, MOREAU).with_reference_form(),
         gel.engine(SteppingSchedule::Queue, MOREAU),
         gel.engine(SteppingSchedule::Global, MOREAU),
         gel.engine(SteppingSchedule::Queue, ImpulseLaw::Reversal),
-    ]
-    .into_iter()
-    .enumerate()
-    {
+    ];
+    for (i, mut other) in others.into_iter().enumerate() {
         advance(&mut other, end);
         check_books(&other, end, "other forms");
         let theirs = other.state().ledger.energy.self_contact;
