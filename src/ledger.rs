@@ -25,6 +25,8 @@ pub struct Ledger {
 pub struct EnergyAccounts {
     /// Σ J (u⁻ + u⁺)/2 of the contact with bodies, without the removal of penetration, and of the symmetry contact.
     pub contact: f64,
+    /// Σ J (u⁻ + u⁺)/2 of the contact of the gel with itself.
+    pub self_contact: f64,
     /// Σ Jₜ·(uₜ⁻ + uₜ⁺)/2 of friction.
     pub friction: f64,
     /// Σ J b of the bias velocity b that removes standing penetration.
@@ -138,11 +140,12 @@ impl EnergyAccounts {
     }
 
     /// Returns all accounts, J.
-    fn accounts(&self) -> [f64; 14] {
-        let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
+    fn accounts(&self) -> [f64; 15] {
+        let Self { contact, self_contact, friction, contact_bias, integration, external, importer, .. } = *self;
         let Self { remesh, load, air, damping, bulk_viscous, viscous, eroded, damage, .. } = *self;
         [
             contact,
+            self_contact,
             friction,
             contact_bias,
             integration,

@@ -24,6 +24,8 @@ pub(crate) struct GelDefinition {
     pub density: f64,
     /// Axes normal to the planes of symmetry, of which one side is computed.
     pub symmetry_planes: &'static [usize],
+    /// True if contact of the gel with itself is detected.
+    pub meets_itself: bool,
     /// Pressures on the surface.
     pub pressures: Vec<PressureHistory>,
     /// Air in a sealed cavity behind the projectile.
@@ -119,8 +121,8 @@ impl GelDefinition {
         position: &[Vector<D>],
         mass: Vec<f64>,
     ) -> DiscreteGel<D, Simplices<D>> {
-        let gel =
-            DiscreteGel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position)).mirrored(self.mirrored());
+        let gel = DiscreteGel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position));
+        let gel = gel.mirrored(self.mirrored()).with_self_contact(self.meets_itself);
         self.with_pressures(gel, mesh)
     }
 

@@ -20,6 +20,7 @@ const MAX_QUERIES: u32 = 16;
 const TOLERANCE: f64 = 0.1;
 
 /// Returns the normal of a facet out of the gel, of any length. An edge of a plane gel is a strip across the plane.
+#[inline]
 pub(super) fn outward_normal<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
     let b = corners[1] - corners[0];
     b.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() })

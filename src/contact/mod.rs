@@ -3,20 +3,32 @@
 mod body;
 mod body_state;
 mod bulge;
+mod close_pairs;
+mod cluster_tree;
+mod cone_guard;
 mod detection;
 mod exchange;
 mod facet;
+mod facet_foot;
 mod law;
+mod leaf_motion;
 mod motion;
 mod neighbour_list;
+mod pair_chains;
 mod point;
+mod self_contact;
+mod separation_list;
+#[cfg(test)]
+mod separation_tests;
 mod solver;
 mod surface;
+mod surface_motion;
 mod symmetry;
 #[cfg(test)]
 pub(crate) mod test_surface;
 mod tip;
 mod tolerance;
+mod travel_monitor;
 
 pub use body::{BodyMotion, FreeDirections, RigidBody};
 pub use body_state::{BodyState, Wrench};
@@ -28,9 +40,12 @@ pub use law::{ImpulseLaw, impulse, reversal};
 pub use motion::WrenchWork;
 pub(crate) use neighbour_list::{NeighbourList, STRETCH};
 pub(crate) use point::{ContactPoint, TickBodies};
+pub(crate) use self_contact::{FacetProximity, SelfContact, look_at_facet};
+pub(crate) use separation_list::SeparationList;
 pub(crate) use solver::ContactProblem;
 pub use surface::{ContactSurface, SurfaceNode};
 pub(crate) use surface::{NodalMasses, SurfaceView};
+pub(crate) use surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
 pub(crate) use symmetry::{SymmetryContact, symmetry_contacts};
 pub(crate) use tip::find_penetration;
 pub(crate) use tolerance::ContactTolerances;

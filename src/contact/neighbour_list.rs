@@ -26,6 +26,10 @@ pub(crate) struct NeighbourList {
     travel: f64,
     /// Greatest speed of a run of nodes, m/s.
     speeds: Vec<f64>,
+    /// Travel of the nodes of each run so far, m.
+    run_travel: Vec<f64>,
+    /// Travel of any node so far, m.
+    node_travel: f64,
     /// Parts of the mesh, once the distortion monitor needs them.
     parts: Vec<MeshPart>,
     /// Bounding ball of the surface: its centre, and its radius with the travel of the nodes, m.
@@ -82,6 +86,8 @@ impl NeighbourList {
             candidates: CandidateSet::default(),
             distortion_bound: vec![],
             travel: 0.0,
+            run_travel: vec![0.0; speeds.len()],
+            node_travel: 0.0,
             speeds,
             parts: vec![],
             bounding_ball: (middle, radius),
@@ -109,6 +115,10 @@ impl NeighbourList {
     pub fn go_on(&mut self, time: f64, bodies: &[BodyState]) {
         let passed = (time - self.time).max(0.0);
         let node_travel = self.speed() * passed;
+        self.node_travel += node_travel;
+        for (travel, speed) in self.run_travel.iter_mut().zip(&self.speeds) {
+            *travel += speed * passed;
+        }
         for part in &mut self.parts {
             part.node_travel += greatest_speed(&part.runs, &self.speeds) * passed;
         }
@@ -126,6 +136,16 @@ impl NeighbourList {
         self.time = time;
         self.bodies.clear();
         self.bodies.extend_from_slice(bodies);
+    }
+
+    /// Returns the travel of the nodes of each run so far, m.
+    pub fn run_travel(&self) -> &[f64] {
+        &self.run_travel
+    }
+
+    /// Returns a bound of the travel of any node so far, m.
+    pub fn node_travel(&self) -> f64 {
+        self.node_travel
     }
 
     /// Returns the greatest speed of a node, m/s.

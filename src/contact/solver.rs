@@ -1,6 +1,7 @@
 //! Contact solver: Moreau's law with Coulomb friction by projected Gauss–Seidel sweeps (numerics 2.3, A7).
 
 use super::point::{ContactPoint, free_part};
+use super::self_contact::{SelfContact, correct_self_contacts};
 use super::surface::NodalMasses;
 use super::symmetry::{SymmetryContact, correct_symmetry_contacts};
 use super::{BodyMotion, BodyState, RigidBody, impulse, reversal};
@@ -26,12 +27,15 @@ pub(crate) struct ContactProblem<'a, const D: usize, M> {
     pub now: &'a mut [BodyState],
     pub points: &'a mut [ContactPoint<D>],
     pub symmetry: &'a mut [SymmetryContact],
+    pub own: &'a mut [SelfContact<D>],
 }
 
 impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
-    /// Solves Moreau's law with Coulomb friction at all contact points and symmetry contacts: projected Gauss–Seidel
-    /// sweeps on the accumulated impulses until nothing changes, relative to the greatest approach speed so far, m/s.
+    /// Solves Moreau's law with Coulomb friction at all contact points, symmetry contacts and self-contacts: projected
+    /// Gauss–Seidel sweeps on the accumulated impulses until nothing changes, relative to the greatest approach speed so
+    /// far, m/s.
     pub fn solve(mut self, restitution: f64, friction: f64, greatest_approach: f64) {
+        let greatest_approach = self.own.iter().map(|contact| -contact.before).fold(greatest_approach, f64::max);
         for _ in 0..MAX_SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.points.len() {
@@ -40,7 +44,7 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
                     residual = residual.max(self.correct_friction_impulse(i, friction));
                 }
             }
-            residual = residual.max(self.correct_symmetry());
+            residual = residual.max(self.correct_gel_contacts());
             if residual <= RESIDUAL_TOLERANCE * greatest_approach {
                 break;
             }
@@ -61,9 +65,11 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
         }
     }
 
-    /// Corrects the impulses between nodes and their images once; returns the greatest change of a velocity, m/s.
-    pub fn correct_symmetry(&mut self) -> f64 {
-        correct_symmetry_contacts(self.symmetry, self.masses, self.velocity)
+    /// Corrects the impulses of the gel with its images and with itself once; returns the greatest change of a velocity,
+    /// m/s.
+    pub fn correct_gel_contacts(&mut self) -> f64 {
+        let symmetry = correct_symmetry_contacts(self.symmetry, self.masses, self.velocity);
+        symmetry.max(correct_self_contacts(self.own, self.masses, self.velocity))
     }
 
     /// Returns the relative velocity Σ w v_a − V(x) with the impulses so far, m/s.

@@ -228,6 +228,12 @@ fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
     if matches!(observed, Observed::ProjectileExitTime) { exit.time } else { exit.residual_energy }
 }
 
+/// Returns the work of the contact with bodies, or of the gel with itself, J.
+fn contact_work(observed: Observed, model: &mut BuiltModel) -> f64 {
+    let energy = &model.books().energy;
+    if matches!(observed, Observed::EnergyContact) { energy.contact } else { energy.self_contact }
+}
+
 /// Returns the diameter of the cavity, m, or its depth, m.
 fn cavity_figure(observed: Observed, model: &mut BuiltModel) -> Result<f64, CallError> {
     let widest = model.cavity()?;
@@ -291,7 +297,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::SensorVelocity => vector(model.sensor(body).velocity),
         Observed::EnergyKinetic => scalar(model.books().energy.kinetic),
         Observed::EnergyElastic => scalar(model.books().energy.elastic),
-        Observed::EnergyContact => scalar(model.books().energy.contact),
+        Observed::EnergyContact | Observed::EnergySelfContact => scalar(contact_work(observed, model)),
         Observed::EnergyFriction => scalar(model.books().energy.friction),
         Observed::EnergyContactBias => scalar(model.books().energy.contact_bias),
         Observed::EnergyIntegration => scalar(model.books().energy.integration),

@@ -83,6 +83,7 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
     let mut system = DiscreteSystem {
         blocks: element_blocks(&gel, &layout, &settings),
         clock: MeshClock::new(origin, (step, longest), state.position.len()),
+        separation: None,
         contact: ContactDetection::new(neighbours, gel.surface.nodes.len()),
         workspace: Workspace::new(state.position.len(), gel.surface.nodes.len(), layout.n_groups()),
         model: DiscreteModel { gel: Arc::new(gel), layout: Arc::new(layout), bodies, settings, grid },

@@ -102,6 +102,7 @@ pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut Di
     reaction.post(&mut system.state.ledger);
     system.workspace.contact_points = touches;
     post_symmetry_work(system);
+    post_self_contact_work(system);
 }
 
 /// Posts the momentum and work of the support that holds or moves a body.
@@ -123,6 +124,21 @@ fn post_symmetry_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
         system.state.ledger.energy.contact += 0.5 * impulse * (before + system.state.velocity[a][*axis]);
         let push = embed(&Vector::<D>::from_fn(|i, _| if i == *axis { *impulse } else { 0.0 }));
         taken.add_reaction(system.freedom(), embed(&system.state.position[a]), push);
+    }
+    taken.post(&mut system.state.ledger);
+}
+
+/// Posts the work of the contacts of the gel with itself, Σ J (u⁻ + u⁺)/2, and the momentum that the restraints of their
+/// nodes give.
+fn post_self_contact_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    let (mut taken, time) = (ConstraintReaction::default(), system.workspace.bodies_before[0].time);
+    for contact in system.workspace.self_contacts.iter().filter(|contact| contact.impulse > 0.0) {
+        let after = contact.separation_velocity(|node| system.state.velocity[node.index()]);
+        system.state.ledger.energy.self_contact += 0.5 * contact.impulse * (contact.before + after);
+        for (node, s) in contact.carriers() {
+            let (at, push) = (system.position_at(node, time), contact.push() * s);
+            taken.add(&system.model.gel.free(node.index()), system.freedom(), embed(&at), embed(&push));
+        }
     }
     taken.post(&mut system.state.ledger);
 }

@@ -197,7 +197,11 @@ fn add_symmetry_contacts<const D: usize, P: Potential<D>>(
 }
 
 /// Returns the time until the next tick of a node, s.
-fn time_to_next_tick<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId, tick: Tick) -> f64 {
+pub(super) fn time_to_next_tick<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    node: NodeId,
+    tick: Tick,
+) -> f64 {
     let groups = system.model.gel.star.of(node).iter().map(|element| system.model.layout.group(*element));
     let ahead = groups.map(|group| system.ahead(group, tick)).filter(|ahead| *ahead > 0);
     ahead.min().map_or(f64::INFINITY, |ahead| system.model.grid.time(ahead))
@@ -216,6 +220,7 @@ fn contact_problem<const D: usize, P: Potential<D>>(
         now: &mut workspace.bodies_after,
         points: &mut workspace.contact_points,
         symmetry: &mut workspace.symmetry_contacts,
+        own: &mut workspace.self_contacts,
     }
 }
 
@@ -236,7 +241,7 @@ pub(super) fn apply_reversal<const D: usize, P: Potential<D>>(system: &mut Discr
     contact_problem(system).reverse(gel.potential.nodes(element));
 }
 
-/// Corrects the impulses between nodes and their images once.
-pub(super) fn correct_symmetry<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    contact_problem(system).correct_symmetry();
+/// Corrects the impulses of the gel with its images and with itself once.
+pub(super) fn correct_gel_contacts<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    contact_problem(system).correct_gel_contacts();
 }

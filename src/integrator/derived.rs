@@ -3,6 +3,7 @@
 use super::SteppingSchedule;
 use super::active_set::RUN;
 use super::schedule::EventQueue;
+use super::self_contact_phase::separation_list;
 use super::system::DiscreteSystem;
 use crate::contact::NeighbourList;
 use crate::fem::Potential;
@@ -30,6 +31,7 @@ pub(super) fn derive_from_state<const D: usize, P: Potential<D>>(system: &mut Di
     let place = |node: usize| embed(&system.position_at(NodeId(node as u32), now));
     system.contact.neighbours = NeighbourList::new(&system.model.gel.surface, now, speeds, place);
     system.contact.knows_bodies = false;
+    system.separation = separation_list(system, now);
     update_step_range(system);
 }
 

@@ -25,6 +25,8 @@ pub struct DiscreteGel<const D: usize, P> {
     pub loads: PressureLoads,
     /// Axes normal to the planes of symmetry, ascending, in the coordinates of the gel; 0 for a gel about an axis.
     pub mirrored: &'static [usize],
+    /// True if contact of the gel with itself is detected.
+    pub meets_itself: bool,
 }
 
 impl<const D: usize, P: Potential<D>> DiscreteGel<D, P> {
@@ -45,7 +47,17 @@ impl<const D: usize, P: Potential<D>> DiscreteGel<D, P> {
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
-        Self { potential, mass, held, star, surface, behind, loads: PressureLoads::none(), mirrored: &[] }
+        Self {
+            potential,
+            mass,
+            held,
+            star,
+            surface,
+            behind,
+            loads: PressureLoads::none(),
+            mirrored: &[],
+            meets_itself: false,
+        }
     }
 
     /// Sets the pressure loads.
@@ -64,6 +76,13 @@ impl<const D: usize, P: Potential<D>> DiscreteGel<D, P> {
     pub fn mirrored(mut self, axes: &'static [usize]) -> Self {
         assert!(axes.is_sorted(), "planes of symmetry stand in the order of their axes");
         self.mirrored = axes;
+        self
+    }
+
+    /// Sets whether contact of the gel with itself is detected.
+    #[must_use]
+    pub fn with_self_contact(mut self, meets_itself: bool) -> Self {
+        self.meets_itself = meets_itself;
         self
     }
 

@@ -9,10 +9,11 @@ use super::history_rows::reevaluate_group;
 use super::kick_sums::{ConstraintReaction, KickSums};
 use super::load::{add_load_stiffness, apply_pressures, loaded_nodes, post_load_work};
 use super::node_loop::update_nodes;
+use super::self_contact_phase::rebase_passive_nodes;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::workspace::{ImpulseNode, StepChange};
-use crate::contact::{ContactPoint, ImpulseLaw};
+use crate::contact::{ContactPoint, ImpulseLaw, SelfContact};
 use crate::fem::{ElementResponse, Potential};
 use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, NodeId};
@@ -36,6 +37,7 @@ pub(super) fn complete_simd_kicks<const D: usize, P: Potential<D>>(
     if let ImpulseLaw::Moreau { restitution, friction, .. } = system.model.settings.law {
         solve(system, restitution, friction);
     }
+    rebase_passive_nodes(system, tick);
     sums.work + correction + account_for_impulses(system, tick)
 }
 
@@ -122,7 +124,7 @@ fn correct_element_kick<const D: usize, P: Potential<D>>(
         system.state.excess[a] += 0.5 * more;
         work += gel.mass[a] * (both - first).dot(&system.workspace.velocities_before[a]);
         reaction.add(&gel.free(a), system.freedom(), embed(&system.state.position[a]), embed(&push));
-        note_speed(system, a);
+        system.note_speed(a);
     }
     reaction.post(&mut system.state.ledger);
     work
@@ -142,20 +144,15 @@ pub(super) fn note_speeds<const D: usize, P: Potential<D>>(system: &mut Discrete
     }
 }
 
-/// Records the speed of a node in the neighbour list and activates the blocks around it if it moves.
-fn note_speed<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, node: usize) {
-    let velocity = system.state.velocity[node];
-    system.contact.neighbours.note_speed(node, velocity.norm());
-    if let Some(blocks) = system.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
-        blocks.activate_around(node);
-    }
-}
-
-/// Finds the nodes with impulses of contact, symmetry planes or pressures, and their velocities before these.
+/// Finds the nodes with impulses of contact, symmetry planes or pressures, and their velocities before these. Nodes that
+/// self-contact strikes between their ticks are not among them.
 fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let mut impulse_nodes = std::mem::take(&mut system.workspace.impulse_nodes);
     impulse_nodes.clear();
     let symmetric = system.workspace.symmetry_contacts.iter().map(|contact| contact.node);
+    let active = &system.workspace.active_nodes;
+    let own = system.workspace.self_contacts.iter().flat_map(SelfContact::carriers).map(|(node, _)| node);
+    let own = own.filter(|node| active.has(node.index()));
     for node in system
         .workspace
         .contact_points
@@ -163,6 +160,7 @@ fn find_impulse_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSyst
         .flat_map(ContactPoint::nodes)
         .copied()
         .chain(symmetric)
+        .chain(own)
         .chain(loaded_nodes(system))
     {
         let (before, kicked) = (system.velocity_before(node), system.state.velocity[node.index()]);
@@ -186,7 +184,7 @@ fn account_for_impulses<const D: usize, P: Potential<D>>(system: &mut DiscreteSy
         system.state.excess[a] += system.leading_share() * more;
         work += (0.5 - system.leading_share()) * more;
         system.clock.last_ticks[a] = tick;
-        note_speed(system, a);
+        system.note_speed(a);
     }
     work
 }

@@ -43,6 +43,7 @@ mod pressure;
 mod reference;
 mod report;
 mod schedule;
+mod self_contact_phase;
 mod settings;
 mod sort_keys;
 mod stability;

@@ -4,10 +4,11 @@
 //! form with it.
 
 use super::SteppingSchedule;
-use super::contact_phase::{apply_reversal, correct_symmetry, solve};
+use super::contact_phase::{apply_reversal, correct_gel_contacts, solve};
 use super::damping::{apply_damping, post_damping_work};
 use super::kick_sums::{ConstraintReaction, KickSums, decay};
 use super::load::apply_pressures;
+use super::self_contact_phase::rebase_passive_nodes;
 use super::stability::nodal_limit;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
@@ -131,8 +132,9 @@ pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &m
     apply_pressures(system, tick);
     match system.model.settings.law {
         ImpulseLaw::Moreau { restitution, friction, .. } => solve(system, restitution, friction),
-        ImpulseLaw::Reversal => correct_symmetry(system),
+        ImpulseLaw::Reversal => correct_gel_contacts(system),
     }
+    rebase_passive_nodes(system, tick);
 }
 
 /// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held

@@ -9,7 +9,7 @@ use super::element_order::ElementLayout;
 use super::substep::TickContext;
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
-use crate::contact::{ContactDetection, FreeDirections, RigidBody};
+use crate::contact::{ContactDetection, FreeDirections, RigidBody, SeparationList};
 use crate::fem::Potential;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
@@ -39,6 +39,8 @@ pub(super) struct DiscreteSystem<const D: usize, P> {
     /// reference form.
     pub blocks: Option<ElementBlocks<D>>,
     pub contact: ContactDetection,
+    /// Separation list of the surface, if the gel can meet itself.
+    pub separation: Option<SeparationList<D>>,
     pub workspace: Workspace<D>,
     pub pool: Option<Arc<WorkerPool>>,
 }
@@ -108,6 +110,15 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
     /// Returns the velocity of a node before the kicks of this tick, m/s.
     pub fn velocity_before(&self, node: NodeId) -> Vector<D> {
         self.workspace.velocity_before(node, &self.state.velocity)
+    }
+
+    /// Records the speed of a node in the neighbour list and activates the blocks around it if it moves.
+    pub fn note_speed(&mut self, node: usize) {
+        let velocity = self.state.velocity[node];
+        self.contact.neighbours.note_speed(node, velocity.norm());
+        if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
+            blocks.activate_around(node);
+        }
     }
 
     /// Returns the fraction of a kick that belongs to the next step.

@@ -25,6 +25,7 @@ use super::mesh_end::find_collapse;
 use super::node_loop::{drift_active, update_nodes};
 use super::orientation::check_spin;
 use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
+use super::self_contact_phase::{find_self_contacts, note_surface_velocities};
 use super::step_size::{count_global_steps, end_global_steps, groups_to_check, set_clocks};
 use super::stretch_limit::{check_stretch, find_stretch};
 use super::substep::MeshPhase;
@@ -104,7 +105,10 @@ fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
     sums: &KickSums,
 ) -> f64 {
     find_contact_points(system, tick);
-    complete_kicks(system, tick, sums)
+    find_self_contacts(system, tick);
+    let work = complete_kicks(system, tick, sums);
+    note_surface_velocities(system, tick);
+    work
 }
 
 /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the

@@ -2,7 +2,7 @@
 
 use super::active_set::ActiveSet;
 use super::kick_sums::KickSums;
-use crate::contact::{BodyState, ContactPoint, SymmetryContact};
+use crate::contact::{BodyState, ContactPoint, SelfContact, SymmetryContact};
 use crate::fem::{ElementResponse, GroupResponse};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -44,6 +44,10 @@ pub(super) struct Workspace<const D: usize> {
     pub contact_points: Vec<ContactPoint<D>>,
     /// Surface nodes that have met their mirror image.
     pub symmetry_contacts: Vec<SymmetryContact>,
+    /// Contacts of the gel with itself.
+    pub self_contacts: Vec<SelfContact<D>>,
+    /// Nodes of these contacts that are not active.
+    pub passive_nodes: Vec<PassiveNode<D>>,
     /// Nodes with impulses of contact or pressure.
     pub impulse_nodes: Vec<ImpulseNode<D>>,
     /// Pressure loads on the facets of active elements.
@@ -91,6 +95,16 @@ pub(super) struct ImpulseNode<const D: usize> {
     pub node: NodeId,
     pub before: Vector<D>,
     pub kicked: Vector<D>,
+}
+
+/// Node that self-contact may strike between its ticks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PassiveNode<const D: usize> {
+    pub node: NodeId,
+    /// Velocity before the impulses of contact, m/s.
+    pub before: Vector<D>,
+    /// Last tick of the groups at the node.
+    pub last: Tick,
 }
 
 /// Pressure load on a facet at a tick.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 70] = [
+const COLUMNS: [HistoryColumn; 71] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -45,6 +45,7 @@ const COLUMNS: [HistoryColumn; 70] = [
     ("energy_projectile_J", |o| o.energy.projectile),
     ("energy_elastic_J", |o| o.energy.elastic),
     ("energy_contact_J", |o| o.energy.contact),
+    ("energy_self_contact_J", |o| o.energy.self_contact),
     ("energy_friction_J", |o| o.energy.friction),
     ("energy_contact_bias_J", |o| o.energy.contact_bias),
     ("energy_integration_J", |o| o.energy.integration),

@@ -369,7 +369,7 @@ fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -
 }
 
 /// Returns every energy account in the order of the report.
-fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 19] {
+fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 20] {
     let account = |name, value, meaning| SummaryAccount { name, value, meaning };
     [
         account("initial", energy.initial, "total energy at the start"),
@@ -377,6 +377,11 @@ fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 19] {
         account("projectile", energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
         account("elastic", energy.elastic, "stored energy of the deformed gel"),
         account("contact", energy.contact, "work of the contact law; negative is dissipated"),
+        account(
+            "self_contact",
+            energy.self_contact,
+            "work of the contact of the gel with itself; negative is dissipated",
+        ),
         account("friction", energy.friction, "work of friction; negative is dissipated"),
         account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
         account("integration", energy.integration, "trapezoidal residual of the time integration"),

@@ -57,6 +57,9 @@ pub struct GelSpec {
     /// Part of the gel that is computed (a spatial block only); the mirror images move alike.
     #[serde(default, skip_serializing_if = "GelSymmetry::is_none")]
     pub symmetry: GelSymmetry,
+    /// Contact of the gel with itself, where a cavity closes or a rim curls; `off` if absent.
+    #[serde(default, skip_serializing_if = "SelfContactMode::is_off")]
+    pub self_contact: SelfContactMode,
     /// Thickness of a planar gel, m; 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
@@ -162,6 +165,26 @@ impl GelSymmetry {
             Self::Half => &[1],
             Self::Quarter => &[0, 1],
         }
+    }
+}
+
+/// Contact of the gel with itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum SelfContactMode {
+    /// Surfaces pass through each other, except at an axis or a plane of symmetry.
+    #[default]
+    Off,
+    /// The surface is stopped where it meets itself.
+    Auto,
+}
+
+impl SelfContactMode {
+    /// Returns true if surfaces pass through each other.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        *self == Self::Off
     }
 }
 

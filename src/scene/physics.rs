@@ -241,11 +241,11 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
             "damage and failure: none, the gel does not tear"
         },
         "gravity: none",
-        "self-contact of the gel: none, except at an axis or a plane of symmetry",
         "heat: none",
         scene.gel.cavity.omitted(),
         "deformation of the bodies: none, they are rigid",
     ];
+    off.extend(omitted_self_contact(scene));
     off.extend(omitted_viscosity(scene));
     off.extend(omitted_pressure_effects(scene).into_iter().flatten());
     off.extend(omitted_by_dimension(scene.scene.dimension));
@@ -253,6 +253,15 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
     let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name_body(i));
     let still = fixed.map(|name| format!("motion of {name}: none, it is fixed"));
     off.into_iter().map(str::to_owned).chain(still).collect()
+}
+
+/// Names the missing contact of the gel with itself, or its limits.
+fn omitted_self_contact(scene: &Scene) -> Option<&'static str> {
+    if scene.gel.self_contact.is_off() {
+        return Some("self-contact of the gel: none, except at an axis or a plane of symmetry");
+    }
+    let is_spatial = scene.scene.dimension == Dimension::Spatial;
+    is_spatial.then_some("self-contact of the gel: of nodes with facets, not of edges with edges")
 }
 
 /// Names the missing viscosity of a gel whose stress does not depend on the rate.

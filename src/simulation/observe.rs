@@ -158,6 +158,8 @@ pub struct EnergyReport {
     pub elastic: f64,
     /// Work of the contact law: negative is dissipated.
     pub contact: f64,
+    /// Work of the contact of the gel with itself: negative is dissipated.
+    pub self_contact: f64,
     /// Work of friction: negative is dissipated.
     pub friction: f64,
     /// Work of the removal of standing penetration.

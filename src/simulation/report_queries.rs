@@ -199,6 +199,7 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         projectile: energies.body_kinetic,
         elastic: energies.elastic,
         contact: books.contact,
+        self_contact: books.self_contact,
         friction: books.friction,
         contact_bias: books.contact_bias,
         integration: books.integration,

@@ -27,6 +27,7 @@ impl<const D: usize> BoundingBox<D> {
     }
 
     /// Union of two boxes.
+    #[inline]
     pub fn joined(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }

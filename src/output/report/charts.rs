@@ -101,6 +101,7 @@ fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
         "projectile",
         "elastic",
         "contact",
+        "self_contact",
         "friction",
         "contact_bias",
         "integration",
