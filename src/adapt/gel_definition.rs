@@ -73,7 +73,7 @@ impl GelDefinition {
     }
 
     /// Returns true if the mesh is remade by local operations: not yet that of a two-network gel in space, where they leave
-    /// too many poor elements beside the body (a BB came to rest at 73 mm instead of 81).
+    /// too many poor elements beside the body (a BB stopped 73 mm deep instead of 81).
     pub fn is_edited(&self) -> bool {
         let is_edited = |settings: &AdaptSettings| settings.method == RemeshMethod::Local && settings.quality > 0.0;
         let flows_in_space = self.section == Section::Spatial && matches!(self.material, Material::TwoNetwork(_));

@@ -9,7 +9,7 @@ use crate::remesh::operations::{ElementModel, ElementState};
 use crate::state::MeshInstance;
 
 /// Frequency, as a fraction of the one that ends a mesh, from which elements are remade with the others: elements that
-/// would end the next mesh soon. Of 16 m/s on cells of 1.25 mm it leaves half of the remeshings.
+/// would end the next mesh soon. It halves the number of remeshings of the ball of `sphere-deep`.
 const ANTICIPATION: f64 = 0.7;
 /// Quality of a gel that flows at which a mesh ends, as a fraction of the one below which elements are remade.
 const POOR: f64 = 0.5;
@@ -58,7 +58,7 @@ impl FlowingElements {
 
 /// Quality below which an element of a gel that flows is remade.
 fn poor_quality_of(settings: &AdaptSettings) -> f64 {
-    (settings.quality / POOR).min(FAIR)
+    (settings.quality / POOR).min(FAIR).max(settings.quality)
 }
 
 /// Frequency above which an element is remade, 1/s.

@@ -90,7 +90,11 @@ pub(super) fn edit_mesh<const D: usize>(
     let sizes = BodySizes::new(&bodies, settings);
     let scene = EditScene { gap: &|x| sizes.gap(x), cleared: &|x| clear_of_bodies(&bodies, x), size: &|x| sizes.of(x) };
     let totals = gel.engine.totals(gel.engine.now());
-    let limits = EditLimits { energy: totals.ledger.energy.provided(totals.initial_energy), usual: settings.usual };
+    let limits = EditLimits {
+        energy: totals.ledger.energy.provided(totals.initial_energy),
+        usual: settings.usual,
+        least: settings.tip_size.unwrap_or(settings.usual).min(settings.usual),
+    };
     let bad = hindering_elements(gel, old, settings);
     let counts = if flows {
         improve(&mut mesh, &FlowingElements::of(gel, settings), &scene, &limits, bad)

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum RemeshMethod {
     /// Local remeshing: operations on elements that hinder the step, which keep the rest map of a gel without history
-    /// variables; for a two-network gel an exchange in which good nodes and the old surface are retained.
+    /// variables; for a two-network gel in two dimensions operations in its present shape, in space an
+    /// exchange in which good nodes and the old surface are retained.
     #[serde(alias = "retained")]
     Local,
     /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and

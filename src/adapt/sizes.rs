@@ -60,6 +60,9 @@ impl<'a> BodySizes<'a> {
 
     /// Target size at a point, m.
     pub fn of<const D: usize>(&self, x: &Vector<D>) -> f64 {
+        if !self.settings.adaptive {
+            return self.settings.usual;
+        }
         self.by_gap(x).min(self.by_tip(x)).min(self.settings.longest)
     }
 

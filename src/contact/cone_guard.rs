@@ -21,7 +21,7 @@ struct GuardedCone<const D: usize> {
     /// Greatest chord from the axis to a normal that the pairs of the leaf allow.
     limit: f64,
     /// Bound of the turn of a normal by the relative displacement r of its corners, 1/m: the greatest sum of two edges over
-    /// twice the area of a facet, or the reciprocal length in the plane.
+    /// twice the area of a facet, or twice the reciprocal length in the plane.
     sharpness: f64,
     /// Box around the velocities of the corners since the normals were measured, m/s.
     velocities: BoundingBox<D>,

@@ -39,6 +39,8 @@ impl NodeOrigin {
         }
         let last = nodes[n.checked_sub(1)?];
         nodes[n..].fill(last);
+        let whole: f64 = weights.iter().sum();
+        weights.iter_mut().for_each(|weight| *weight /= whole);
         Some(Self::Surface(nodes, weights))
     }
 

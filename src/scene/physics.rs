@@ -20,10 +20,15 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
         describe_contact(scene.contact.law),
     ];
     let remeshing = scene.remesh.as_ref().map(|remesh| match remesh.method {
-        RemeshMethod::Local if scene.gel.material == MaterialModel::TwoNetwork => {
+        RemeshMethod::Local if scene.gel.material != MaterialModel::TwoNetwork => {
+            "remeshing: elements that hinder the step remade by operations that keep the rest map"
+        }
+        RemeshMethod::Local if scene.scene.dimension == Dimension::Spatial => {
             "remeshing: distorted mesh replaced locally, old nodes retained where elements are good"
         }
-        RemeshMethod::Local => "remeshing: elements that hinder the step remade by operations that keep the rest map",
+        RemeshMethod::Local => {
+            "remeshing: distorted elements remade by operations, edges near bodies kept to their target"
+        }
         RemeshMethod::Immersed => {
             "remeshing: distorted mesh replaced by the triangulation of a quadtree, cut at the boundary of the gel"
         }

@@ -27,9 +27,10 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         }
     }
 
-    /// Elements that are too small, the smallest first.
+    /// Elements that are too small, the smallest first; none without a body, whose distance tells how fine the mesh must be.
     fn small_elements(&self) -> Vec<ElementId> {
-        if self.rules.short <= 0.0 {
+        let has_bodies = (self.scene.gap)(&Vector::<D>::zeros()) < f64::INFINITY;
+        if self.rules.short <= 0.0 || !has_bodies {
             return vec![];
         }
         let here = |node: NodeId| self.mesh.nodes[node.index()].position;

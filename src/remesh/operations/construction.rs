@@ -19,13 +19,16 @@ fn between<const D: usize>(a: &EditedNode<D>, b: &EditedNode<D>, part: f64) -> E
         rest: mix(a.rest, b.rest),
         position: mix(a.position, b.position),
         velocity: mix(a.velocity, b.velocity),
-        origin: mixed_origin(&[(a.origin, 1.0 - part), (b.origin, part)]),
+        origin: mixed_origin::<D>(&[(a.origin, 1.0 - part), (b.origin, part)]),
     }
 }
 
-/// Origin of a point between others; interior where these do not tell.
-fn mixed_origin(parts: &[(NodeOrigin, f64)]) -> NodeOrigin {
-    NodeOrigin::blend(parts).unwrap_or(NodeOrigin::Inside)
+/// Origin of a point between others on a facet of the old surface; interior where these do not tell.
+fn mixed_origin<const D: usize>(parts: &[(NodeOrigin, f64)]) -> NodeOrigin {
+    let is_of_facet = |origin: &NodeOrigin| {
+        origin.parents().is_some_and(|parents| parents.iter().filter(|(_, weight)| *weight > 0.0).count() <= D)
+    };
+    NodeOrigin::blend(parts).filter(is_of_facet).unwrap_or(NodeOrigin::Inside)
 }
 
 impl<const D: usize> EditableMesh<'_, D> {
@@ -118,10 +121,12 @@ impl<const D: usize> EditableMesh<'_, D> {
             let terms = self.corners(element).iter().zip(weights);
             terms.map(|(node, weight)| of(&self.nodes[node.index()]) * weight).sum()
         };
-        let parents = self.corners(element).iter().zip(weights).filter(|(_, weight)| *weight > -OUTSIDE);
+        // Of a point a little below the surface, the nodes of the surface tell where it is.
+        let is_parent = |(node, weight): &(&NodeId, f64)| *weight > -OUTSIDE && self.is_boundary(**node);
+        let parents = self.corners(element).iter().zip(weights).filter(is_parent);
         let parents: Vec<_> = parents.map(|(node, weight)| (self.nodes[node.index()].origin, weight)).collect();
         let (position, velocity) = (mix(&|n| n.position), mix(&|n| n.velocity));
-        Some(EditedNode { rest: *rest, position, velocity, origin: mixed_origin(&parents) })
+        Some(EditedNode { rest: *rest, position, velocity, origin: mixed_origin::<D>(&parents) })
     }
 }
 

@@ -7,7 +7,7 @@ use super::editable_mesh::RestMap;
 pub(super) struct EdgeRules {
     /// Edge, in target lengths, above which it is split.
     pub long: f64,
-    /// Edge, in target lengths, above which no operation makes it.
+    /// Edge, in target lengths, above which no operation but a split makes one that is longer than those before.
     pub longest: f64,
     /// Longest edge, in target lengths, of an element that is too small.
     pub short: f64,

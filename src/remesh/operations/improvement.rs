@@ -24,6 +24,8 @@ pub struct EditLimits {
     pub energy: f64,
     /// Edge of the first mesh where it is finest, m.
     pub usual: f64,
+    /// Least target edge, m.
+    pub least: f64,
 }
 
 /// Surroundings of the gel.
@@ -75,7 +77,7 @@ const MAX_DEPTH: f64 = 0.12;
 const WAYS_TO_CENTROID: [f64; 3] = [0.25, 0.5, 1.0];
 const WAYS_TO_NEIGHBOUR: [f64; 2] = [0.12, 0.3];
 
-/// Remakes the elements above the limit, `bad` of the mesh as it is, and splits long edges near bodies.
+/// Remakes the elements above the limit, `bad` of the mesh as it is, and splits long edges.
 pub fn improve<const D: usize>(
     mesh: &mut EditableMesh<'_, D>,
     model: &impl ElementModel<D>,
@@ -99,6 +101,7 @@ pub fn improve<const D: usize>(
         }
     }
     improver.coarsen();
+    bad.extend((seen..improver.mesh.n_elements()).map(|element| ElementId(element as u32)));
     let left = improver.above_limit(bad);
     improver.counts.hindrance = left.first().map_or(1.0, |worst| improver.mesh.state(*worst, improver.model).hindrance);
     improver.counts

@@ -1,8 +1,9 @@
-//! Local operations that keep the rest map: split, collapse, flip and move (Wicke et al. 2010, Lahiri et al. 2008).
+//! Local operations: split, collapse, flip and move (Wicke et al. 2010, Lahiri et al. 2008).
 //!
 //! Every node carries its rest position X beside its position x, and every element made here has F = ∂x/∂X of its own
 //! nodes: a gel that is unloaded takes its first shape again. An operation replaces the elements of a cavity by others
-//! that fill the same gel, positive in both spaces.
+//! that fill the same gel, positive in both spaces. A gel that flows has no rest map: its operations are judged in its
+//! present shape.
 //!
 //! - `editable_mesh`: the mesh, its elements replaced one cavity at a time.
 //! - `operation`, `construction`: the four operations, in the plane and in space; `commit` performs one.

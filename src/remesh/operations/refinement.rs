@@ -5,7 +5,7 @@ use super::improvement::{Improver, ROUNDS, Replacement, edges_of};
 use super::operation::Operation;
 use crate::mesh::{ElementId, NodeId};
 
-/// Least half edge at rest of a split, in usual lengths.
+/// Least half edge at rest of a split, in least target lengths.
 const LEAST_REST_EDGE: f64 = 0.2;
 /// Parts of the way out of a body that the middle of a split surface edge is pushed, the first that is accepted.
 const WAYS_OUT: [f64; 4] = [1.0, 0.7, 0.4, 0.0];
@@ -13,7 +13,7 @@ const WAYS_OUT: [f64; 4] = [1.0, 0.7, 0.4, 0.0];
 const MAX_SPLIT_ENERGY: f64 = 1e-4;
 
 impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
-    /// Splits the edges near bodies that have grown long, the longest first.
+    /// Splits the edges that have grown long, the longest first.
     pub(super) fn split_long_edges(&mut self) {
         let mut seen = 0;
         for _ in 0..ROUNDS {
@@ -24,7 +24,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         }
     }
 
-    /// Edges of the elements from a number on that are near bodies and too long, with the negative of their length in
+    /// Edges of the elements from a number on that are too long, with the negative of their length in
     /// target lengths, the longest first.
     fn long_edges(&self, from: usize) -> Vec<(f64, NodeId, NodeId)> {
         let mut long = vec![];
@@ -34,7 +34,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
             let nodes = &self.mesh.elements[element.index()];
             for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
                 let length = (at(a) - at(b)).norm();
-                if length <= self.rules.long * self.limits.usual {
+                if length <= self.rules.long * self.limits.least {
                     continue;
                 }
                 let middle = (at(a) + at(b)) * 0.5;
@@ -53,7 +53,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// elements beneath are too flat.
     fn split(&mut self, a: NodeId, b: NodeId) {
         let rest = |node: NodeId| self.mesh.nodes[node.index()].rest;
-        if 0.5 * (rest(a) - rest(b)).norm() < LEAST_REST_EDGE * self.limits.usual {
+        if 0.5 * (rest(a) - rest(b)).norm() < LEAST_REST_EDGE * self.limits.least {
             return;
         }
         let operation = self.mesh.split(a, b);

@@ -270,7 +270,7 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     let limited = |part: f64| Solid { limit: part * worst, ..body.solid };
     let far = |_: &Vector<2>| f64::INFINITY;
     let scene = EditScene { gap: &far, cleared: &|x| *x, size: &|_| 0.25 };
-    let limits = EditLimits { energy: 100.0, usual: 0.25 };
+    let limits = EditLimits { energy: 100.0, usual: 0.25, least: 0.25 };
     let mut mesh = body.editable();
     let idle = improve(&mut mesh, &limited(1.01), &scene, &limits, vec![]);
     assert!(idle.total() == 0 && mesh.finish().1.gone.is_empty());
@@ -301,8 +301,8 @@ fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
     let mut random = TestRandom::new(13);
     let body = Body::<D>::new(symmetry, false, &mut random);
     let mut mesh = body.editable_on(RestMap::Present);
-    let scene = EditScene { gap: &|_| f64::INFINITY, cleared: &|x| *x, size: &|_| size };
-    let limits = EditLimits { energy: 1.0, usual: size };
+    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| size };
+    let limits = EditLimits { energy: 1.0, usual: size, least: size };
     let counts = improve(&mut mesh, &Fluid, &scene, &limits, vec![]);
     let (new, pairing) = mesh.finish();
     let is_finer = size < 0.2;

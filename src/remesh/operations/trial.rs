@@ -15,10 +15,11 @@ const LEAST_SPLIT_REST_QUALITY: f64 = 0.1;
 const LEAST_QUALITY: f64 = 0.02;
 /// Quality, relative to that of the old cavity, that a worse cavity must have.
 const WORSE: f64 = 1.05;
-/// Relative change of the rest volume of a cavity by rounding; those by which a surface without a rest map may be smoothed,
-/// and cut by a body out of which the middle of a split edge is pushed.
+/// Relative change of the rest volume of a cavity by rounding.
 const ROUNDING: f64 = 1e-9;
+/// Relative change of the volume of a cavity by which a surface without a rest map may be smoothed.
 const SMOOTHING: f64 = 5e-3;
+/// Relative change of the volume of a cavity by the push of the middle of a split edge out of a body.
 const CLEARED: f64 = 0.3;
 
 /// Cavity after an operation.
