@@ -258,8 +258,8 @@ fn summary_tells_a_finished_run() {
     assert!((summary["contact_duration"].as_f64().unwrap() - 0.0079).abs() < 1e-15);
     assert!(summary["mass_error"].as_f64().unwrap() < 1e-14);
     assert!(summary["switched_off"].as_array().unwrap().iter().any(|entry| entry == "gravity: none"));
-    // Nineteen accounts, and two former names until the next release.
-    assert_eq!(summary["energy"].as_object().unwrap().len(), 21);
+    // Twenty accounts, and two former names until the next release.
+    assert_eq!(summary["energy"].as_object().unwrap().len(), 22);
 }
 
 #[test]

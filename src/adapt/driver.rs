@@ -180,7 +180,7 @@ fn replace_mesh<const D: usize>(
 fn install_candidate<const D: usize>(
     gel: &mut AdaptiveGel<D>,
     candidate: CandidateMesh<D>,
-    record: RemeshRecord,
+    mut record: RemeshRecord,
     begun: Instant,
 ) -> Result<(), UnusableStep> {
     let booked = gel.engine.state().ledger.energy.remesh;
@@ -190,8 +190,9 @@ fn install_candidate<const D: usize>(
     if gel.has_networks() {
         gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
     }
-    let energy = gel.engine.state().ledger.energy.remesh - booked;
-    gel.remesh_records.push(RemeshRecord { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
+    record.energy = gel.engine.state().ledger.energy.remesh - booked;
+    record.seconds = begun.elapsed().as_secs_f64();
+    gel.remesh_records.push(record);
     Ok(())
 }
 

@@ -40,8 +40,7 @@ impl NodeOrigin {
         let last = nodes[n.checked_sub(1)?];
         nodes[n..].fill(last);
         let whole: f64 = weights.iter().sum();
-        weights.iter_mut().for_each(|weight| *weight /= whole);
-        Some(Self::Surface(nodes, weights))
+        Some(Self::Surface(nodes, weights.map(|weight| weight / whole)))
     }
 
     /// Old nodes that a point of the old surface interpolates, and their weights; `None` in the interior.

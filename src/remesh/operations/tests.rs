@@ -306,7 +306,7 @@ fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
     let counts = improve(&mut mesh, &Fluid, &scene, &limits, vec![]);
     let (new, pairing) = mesh.finish();
     let is_finer = size < 0.2;
-    assert!(counts.operations[if is_finer { 0 } else { 1 }] > 10, "{counts:?}");
+    assert!(counts.operations[usize::from(!is_finer)] > 10, "{counts:?}");
     let measure = |x: &[Vector<D>], all: &[[NodeId; 4]]| all.iter().map(|nodes| signed_volume(x, nodes)).sum::<f64>();
     let (before, after) = (measure(&body.position, &body.mesh.elements), measure(&new.position, &new.elements));
     assert!((after / before - 1.0).abs() < if is_finer { 1e-4 } else { 0.02 }, "{before} {after}");
