@@ -242,7 +242,7 @@ fn ridge(gel: &Pieces<3>, engine: &Engine<3, Simplices<3>>, piece: usize, t: f64
     (a[1] * b[0] - b[1] * a[0]) / (b[0] - a[0])
 }
 
-/// What is not handled: edges meet only once a node is behind a facet.
+/// Edges across each other are stopped only once a node is behind a facet.
 #[test]
 fn edges_across_each_other_cross_by_less_than_a_cell() {
     for speed in [1.0, 3.0] {

@@ -84,12 +84,6 @@ impl<const D: usize> AdaptiveGel<D> {
         ordered_sum(mass.len(), 0.0, |i| mass[i])
     }
 
-    /// Kinetic energy of the gel, J.
-    pub(super) fn kinetic_energy(&self) -> f64 {
-        let (mass, velocity) = (&self.engine.gel().mass, &self.engine.state().velocity);
-        ordered_sum(mass.len(), 0.0, |i| 0.5 * mass[i] * velocity[i].norm_squared())
-    }
-
     /// Returns true for a two-network gel.
     pub(super) fn has_networks(&self) -> bool {
         self.engine.gel().potential.remembers()

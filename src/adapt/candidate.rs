@@ -9,6 +9,7 @@ use crate::contact::{BodyState, RigidBody};
 use crate::fem::HistoryVariables;
 use crate::math::{Vector, embed, restrict};
 use crate::mesh::{ElementId, ElementPatches, Mesh, boundary_from_neighbours, face_neighbours};
+use crate::remesh::operations::EditCounts;
 use crate::remesh::{
     self, AcceptanceLimits, ConservationDefects, DeformedMesh, ElementNeighbours, MeshCorrespondence, MeshQuality,
     NodalFields, ProposedMesh, TransferredFields,
@@ -30,6 +31,8 @@ pub(super) struct CandidateMesh<const D: usize> {
     pub properties: MeshProperties,
     /// Elements that are not elements of the old mesh.
     pub new_elements: Vec<ElementId>,
+    /// Local operations that have made the mesh; `None` if it was made as a whole.
+    pub edits: Option<EditCounts>,
 }
 
 /// Data of the mesh to be replaced that every attempt needs.
@@ -145,7 +148,7 @@ pub(super) fn transfer_to<const D: usize>(
     let (position, steps) = (proposal.position, vec![]);
     let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, steps };
     let properties = MeshProperties { qualities, adjacency };
-    Ok(CandidateMesh { birth, memory, velocity, quality, defects, properties, new_elements })
+    Ok(CandidateMesh { birth, memory, velocity, quality, defects, properties, new_elements, edits: None })
 }
 
 /// Transfers mass and momentum to the new mesh. The transfer is repeated without corners of negative density if a

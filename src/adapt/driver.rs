@@ -11,7 +11,7 @@ use super::attempt::{MeshGenerator, RemeshAttempt, generate_mesh};
 use super::candidate::{CandidateMesh, OldMeshData, RemeshInput, generate_candidate, old_mesh_data};
 use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode_thin_gel};
 use super::erosion_on_failure::erode_on_failure;
-use super::local_edits::{EditedGel, edit_mesh, install_edited, transfer_edited};
+use super::local_edits::{EditedGel, candidate_of, edit_mesh};
 use super::preview::{RemeshTrial, try_remesh};
 use super::record::RemeshRecord;
 use super::refusal::{FailedRemesh, RemeshRefusal};
@@ -19,7 +19,6 @@ use super::settings::AdaptSettings;
 use super::sizes::target_sizes;
 use crate::integrator::{BalanceTotals, StepError, UnusableStep};
 use crate::remesh::DeformedMesh;
-use crate::remesh::operations::EditCounts;
 use crate::state::{DynamicState, MeshInstance};
 use std::time::Instant;
 
@@ -145,7 +144,7 @@ fn replace_mesh<const D: usize>(
     let edit_input = RemeshInput { old: &old, moved: &moved, data: &data, size: &[] };
     let mut edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings));
     if let Some(edited) = edited.take_if(|edited| edited.is_sufficient()) {
-        match adopt_edited(gel, &edit_input, edited, begun) {
+        match install_edited(gel, &edit_input, edited, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(why),
         }
@@ -161,14 +160,13 @@ fn replace_mesh<const D: usize>(
                 continue;
             }
         };
-        let record = record_of(&candidate, gel.engine.now(), number);
-        match install_candidate(gel, candidate, record, begun) {
+        match install_candidate(gel, candidate, number, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(RemeshRefusal::Steps(why)),
         }
     }
     if let Some(edited) = edited.filter(EditedGel::is_upright) {
-        match adopt_edited(gel, &edit_input, edited, begun) {
+        match install_edited(gel, &edit_input, edited, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(why),
         }
@@ -176,18 +174,20 @@ fn replace_mesh<const D: usize>(
     Err(FailedReplacement { reasons, data })
 }
 
-/// Continues with a candidate mesh; `begun` is when the remeshing began.
+/// Continues with a candidate mesh of this attempt, from 1; `begun` is when the remeshing began. The energy that operations or
+/// the averages of a two-network gel took returns to the motion of the new elements.
 fn install_candidate<const D: usize>(
     gel: &mut AdaptiveGel<D>,
     candidate: CandidateMesh<D>,
-    mut record: RemeshRecord,
+    attempt: usize,
     begun: Instant,
 ) -> Result<(), UnusableStep> {
+    let mut record = record_of(&candidate, gel.engine.now(), attempt);
     let booked = gel.engine.state().ledger.energy.remesh;
-    let new_elements = candidate.new_elements_with_masses();
+    let (new_elements, is_edited) = (candidate.new_elements_with_masses(), candidate.edits.is_some());
     gel.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)?;
     gel.engine.count_remesh();
-    if gel.has_networks() {
+    if gel.has_networks() || is_edited {
         gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
     }
     record.energy = gel.engine.state().ledger.energy.remesh - booked;
@@ -197,19 +197,14 @@ fn install_candidate<const D: usize>(
 }
 
 /// Continues with the mesh after local operations; `begun` is when the remeshing began.
-fn adopt_edited<const D: usize>(
+fn install_edited<const D: usize>(
     gel: &mut AdaptiveGel<D>,
     input: &RemeshInput<'_, D>,
     edited: EditedGel<D>,
     begun: Instant,
 ) -> Result<(), RemeshRefusal> {
-    if !gel.has_networks() {
-        return install_edited(gel, input, edited, begun).map_err(RemeshRefusal::Steps);
-    }
-    let edits = edited.counts();
-    let candidate = transfer_edited(gel, input, edited)?;
-    let record = RemeshRecord { edits, ..record_of(&candidate, gel.engine.now(), 1) };
-    install_candidate(gel, candidate, record, begun).map_err(RemeshRefusal::Steps)
+    let candidate = candidate_of(gel, input, edited)?;
+    install_candidate(gel, candidate, 1, begun).map_err(RemeshRefusal::Steps)
 }
 
 /// Continues with the old mesh, as after a remeshing that leaves every element unchanged.
@@ -223,7 +218,7 @@ fn keep_mesh<const D: usize>(gel: &mut AdaptiveGel<D>, data: OldMeshData) -> Res
 
 /// Record of a candidate on which the run continues.
 fn record_of<const D: usize>(candidate: &CandidateMesh<D>, time: f64, attempt: usize) -> RemeshRecord {
-    let CandidateMesh { birth, quality, defects, .. } = candidate;
+    let CandidateMesh { birth, quality, defects, edits, .. } = candidate;
     RemeshRecord {
         time,
         attempt,
@@ -234,7 +229,7 @@ fn record_of<const D: usize>(candidate: &CandidateMesh<D>, time: f64, attempt: u
         energy: 0.0,
         elements: birth.mesh.elements.len(),
         unchanged: defects.unchanged,
-        edits: EditCounts::default(),
+        edits: edits.unwrap_or_default(),
         seconds: 0.0,
     }
 }

@@ -4,7 +4,7 @@ use super::adaptive_gel::AdaptiveGel;
 use super::settings::AdaptSettings;
 use crate::fem::{Potential, ReferenceShape, SingleElementLaw, SingleElementResponse};
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId, Simplex, facet_measure, poor_quality, shape_quality, signed_volume};
+use crate::mesh::{CORNERS, ElementId, Simplex, facet_measure, poor_quality, shape_quality, signed_volume};
 use crate::remesh::operations::{ElementModel, ElementState};
 use crate::state::MeshInstance;
 
@@ -87,9 +87,6 @@ pub(super) fn hindering_elements<const D: usize>(
     bad.dedup();
     bad
 }
-
-/// Corners of a simplex.
-const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
 impl<const D: usize> ElementModel<D> for ElasticElements {
     fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {

@@ -2,24 +2,18 @@
 //! are performed in its present shape, and its history is transferred.
 
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
-use super::candidate::{
-    CandidateMesh, NETWORK_MEASURE_TOLERANCE, NewMesh, OldMeshData, RemeshInput, clear_of_bodies, transfer_to,
-};
+use super::candidate::{CandidateMesh, NETWORK_MEASURE_TOLERANCE, NewMesh, RemeshInput, clear_of_bodies, transfer_to};
 use super::hindrance::{ElasticElements, FlowingElements, hindering_elements};
-use super::record::RemeshRecord;
 use super::refusal::RemeshRefusal;
 use super::settings::AdaptSettings;
 use super::sizes::BodySizes;
 use crate::fem::Potential;
-use crate::integrator::UnusableStep;
-use crate::math::Vector;
 use crate::mesh::{ElementId, Mesh, boundary_from_neighbours};
 use crate::remesh::operations::{
     EditCounts, EditLimits, EditScene, EditSource, EditableMesh, EditedMesh, RestMap, improve,
 };
-use crate::remesh::{self, AcceptanceLimits, MeshCorrespondence, ProposedMesh};
+use crate::remesh::{self, AcceptanceLimits, ConservationDefects, ConservedTotals, MeshCorrespondence, ProposedMesh};
 use crate::state::MeshInstance;
-use std::time::Instant;
 
 /// Hindrance that local operations may leave; beyond it the mesh is exchanged, and new elements have rest shapes of their
 /// own.
@@ -44,20 +38,9 @@ impl<const D: usize> EditedGel<D> {
         self.counts.hindrance.is_finite()
     }
 
-    /// Operations performed.
-    pub(super) fn counts(&self) -> EditCounts {
-        self.counts
-    }
-
     /// Fraction of the elements that stay.
-    pub(super) fn unchanged(&self) -> f64 {
+    fn unchanged(&self) -> f64 {
         self.pairing.same.iter().flatten().count() as f64 / self.pairing.same.len() as f64
-    }
-
-    /// Elements that operations have made, and their masses, kg.
-    fn new_elements(&self) -> Vec<(ElementId, f64)> {
-        let all = (0..).map(ElementId).zip(&self.pairing.same).zip(&self.mesh.corner_mass);
-        all.filter(|((_, same), _)| same.is_none()).map(|((e, _), corners)| (e, corners[..=D].iter().sum())).collect()
     }
 }
 
@@ -105,19 +88,32 @@ pub(super) fn edit_mesh<const D: usize>(
     EditedGel { mesh, pairing, counts }
 }
 
-/// Instance of the mesh after local operations, its properties and the velocities of its nodes, m/s.
-pub(super) fn instance_of<const D: usize>(
+/// Candidate mesh after local operations, with all fields and state.
+///
+/// # Errors
+/// [`RemeshRefusal`] if the mesh of a gel with history variables is not acceptable.
+pub(super) fn candidate_of<const D: usize>(
     gel: &AdaptiveGel<D>,
-    old: &MeshInstance<D>,
+    input: &RemeshInput<'_, D>,
     edited: EditedGel<D>,
-    data: &OldMeshData,
-) -> (MeshInstance<D>, MeshProperties, Vec<Vector<D>>) {
+) -> Result<CandidateMesh<D>, RemeshRefusal> {
+    if gel.has_networks() { transfer_edited(gel, input, edited) } else { Ok(keep_rest_map(gel, input, edited)) }
+}
+
+/// Candidate of a gel with a rest map: the operations have carried all fields.
+fn keep_rest_map<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    input: &RemeshInput<'_, D>,
+    edited: EditedGel<D>,
+) -> CandidateMesh<D> {
+    let (unchanged, edits) = (edited.unchanged(), Some(edited.counts));
+    let before = ConservedTotals::of(input.moved.position, &input.old.mass, &gel.engine.state().velocity);
     let EditedGel { mesh: edited, pairing, .. } = edited;
     let EditedMesh { rest, position, velocity, held, mass, elements, corner_mass, patches, step: steps, .. } = edited;
-    let qualities = pairing.carried(&data.qualities, |e| gel.definition.element_quality(&position, &elements[e]));
-    let adjacency = remesh::neighbours_after::<D>(&elements, &pairing, &data.adjacency);
+    let qualities = pairing.carried(&input.data.qualities, |e| gel.definition.element_quality(&position, &elements[e]));
+    let adjacency = remesh::neighbours_after::<D>(&elements, &pairing, &input.data.adjacency);
     let facets = boundary_from_neighbours::<D>(&elements, &adjacency);
-    let marks = remesh::facet_load_markers_at_rest(&old.mesh, (&facets, &rest), &pairing.unchanged);
+    let marks = remesh::facet_load_markers_at_rest(&input.old.mesh, (&facets, &rest), &pairing.unchanged);
     let potential = &gel.engine.gel().potential;
     let references = (0..)
         .map(ElementId)
@@ -126,61 +122,37 @@ pub(super) fn instance_of<const D: usize>(
         .filter(|(_, old)| !potential.is_compatible(*old))
         .map(|(new, old)| (new, potential.reference(old)))
         .collect();
+    let after = ConservedTotals::of(&position, &mass, &velocity);
+    let defects = ConservationDefects {
+        before,
+        raw: after,
+        after,
+        held_momentum: before.momentum - after.momentum,
+        held_angular: before.angular - after.angular,
+        stray_mass: 0.0,
+        unchanged,
+        misses: 0,
+        massless: 0,
+    };
+    let new_elements = pairing.changed().map(|e| ElementId(e as u32)).collect();
     let mesh = Mesh { rest, elements, facets, held, marks };
     let tick = gel.engine.last_tick();
     let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, steps };
-    (birth, MeshProperties { qualities, adjacency }, velocity)
+    let properties = MeshProperties { qualities, adjacency };
+    let quality = properties.quality();
+    CandidateMesh { birth, memory: vec![], velocity, quality, defects, properties, new_elements, edits }
 }
 
-/// Mesh of a gel with history variables after local operations, with all fields transferred.
-///
-/// # Errors
-/// [`RemeshRefusal`] if the mesh is not acceptable.
-pub(super) fn transfer_edited<const D: usize>(
+/// Candidate of a gel that flows: its fields are transferred.
+fn transfer_edited<const D: usize>(
     gel: &AdaptiveGel<D>,
     input: &RemeshInput<'_, D>,
     edited: EditedGel<D>,
 ) -> Result<CandidateMesh<D>, RemeshRefusal> {
-    let EditedGel { mesh, pairing, .. } = edited;
+    let EditedGel { mesh, pairing, counts } = edited;
     let EditedMesh { position, origin, elements, over, patches, .. } = mesh;
     let proposal = ProposedMesh { position, origin, elements, over, cleared: 0.0 };
     let acceptance = AcceptanceLimits { measure: NETWORK_MEASURE_TOLERANCE, quality: 0.0 };
-    transfer_to(gel, input, NewMesh { proposal, pairing, acceptance, patches: Some(patches) })
-}
-
-/// Continues the run on the mesh after local operations; `begun` is when the remeshing began. The energy that the
-/// operations took returns to the motion of the elements that they made.
-///
-/// # Errors
-/// [`UnusableStep`] if the mesh could not be stepped.
-pub(super) fn install_edited<const D: usize>(
-    gel: &mut AdaptiveGel<D>,
-    input: &RemeshInput<'_, D>,
-    edited: EditedGel<D>,
-    begun: Instant,
-) -> Result<(), UnusableStep> {
-    let booked = gel.engine.state().ledger.energy.remesh;
-    let (new_elements, counts, unchanged) = (edited.new_elements(), edited.counts, edited.unchanged());
-    let before = gel.kinetic_energy();
-    let (birth, properties, velocity) = instance_of(gel, input.old, edited, input.data);
-    let (quality, elements) = (properties.quality(), birth.mesh.elements.len());
-    gel.install_mesh(birth, vec![], velocity, properties)?;
-    let kinetic = [before, gel.kinetic_energy()];
-    gel.engine.count_remesh();
-    gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
-    let energy = gel.engine.state().ledger.energy.remesh - booked;
-    gel.remesh_records.push(RemeshRecord {
-        time: gel.engine.now(),
-        attempt: 1,
-        quality,
-        mass: 0.0,
-        momentum: 0.0,
-        kinetic,
-        energy,
-        elements,
-        unchanged,
-        edits: counts,
-        seconds: begun.elapsed().as_secs_f64(),
-    });
-    Ok(())
+    let candidate = transfer_to(gel, input, NewMesh { proposal, pairing, acceptance, patches: Some(patches) })?;
+    Ok(CandidateMesh { edits: Some(counts), ..candidate })
 }

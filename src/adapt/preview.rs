@@ -3,15 +3,13 @@
 use super::adaptive_gel::AdaptiveGel;
 use super::attempt::{RemeshAttempt, generate_mesh};
 use super::candidate::{CandidateMesh, RemeshInput, generate_candidate, old_mesh_data};
-use super::local_edits::{EditedGel, edit_mesh, instance_of, transfer_edited};
+use super::local_edits::{EditedGel, candidate_of, edit_mesh};
 use super::refusal::RemeshRefusal;
 use super::settings::{AdaptSettings, RemeshMethod};
 use super::sizes::{curvatures, target_sizes};
 use crate::math::Vector;
 use crate::mesh::{Simplex, shape_quality};
-use crate::remesh::{
-    self, ConservationDefects, ConservedTotals, DeformedMesh, ImmersionSteps, MeshQuality, RemeshError, RemeshRules,
-};
+use crate::remesh::{self, ConservationDefects, DeformedMesh, ImmersionSteps, MeshQuality, RemeshError, RemeshRules};
 
 /// Remeshing with all its steps, by either method.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +54,7 @@ pub(super) fn try_remesh(gel: &AdaptiveGel<2>, settings: &AdaptSettings) -> Reme
     let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
     let edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings)).filter(EditedGel::is_sufficient);
-    let local = edited.map(|edited| preview_edited(gel, &input, edited));
+    let local = edited.map(|edited| candidate_of(gel, &input, edited).map(|mesh| preview_mesh(gel, mesh, &moved, 1)));
     let local = local.unwrap_or_else(|| first_accepted(gel, &input, RemeshMethod::Local));
     let immersed = first_accepted(gel, &input, RemeshMethod::Immersed);
     let successors = [(RemeshMethod::Immersed, immersed), (RemeshMethod::Local, local)];
@@ -83,37 +81,6 @@ fn first_accepted(
         }
     }
     Err(refused.expect("a method has attempts"))
-}
-
-/// Mesh after local operations.
-fn preview_edited(
-    gel: &AdaptiveGel<2>,
-    input: &RemeshInput<'_, 2>,
-    edited: EditedGel<2>,
-) -> Result<PreviewMesh, RemeshRefusal> {
-    if gel.has_networks() {
-        let candidate = transfer_edited(gel, input, edited)?;
-        return Ok(preview_mesh(gel, candidate, input.moved, 1));
-    }
-    let unchanged = edited.unchanged();
-    let before = ConservedTotals::of(input.moved.position, &input.old.mass, &gel.engine.state().velocity);
-    let (birth, properties, velocity) = instance_of(gel, input.old, edited, input.data);
-    let after = ConservedTotals::of(&birth.position, &birth.mass, &velocity);
-    let defects = ConservationDefects {
-        before,
-        raw: after,
-        after,
-        held_momentum: before.momentum - after.momentum,
-        held_angular: before.angular - after.angular,
-        stray_mass: 0.0,
-        unchanged,
-        misses: 0,
-        massless: 0,
-    };
-    let quality = properties.quality();
-    let new_elements = vec![];
-    let candidate = CandidateMesh { birth, memory: vec![], velocity, quality, defects, properties, new_elements };
-    Ok(preview_mesh(gel, candidate, input.moved, 1))
 }
 
 fn preview_mesh(

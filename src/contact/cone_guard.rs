@@ -112,7 +112,7 @@ impl<const D: usize> ConeGuard<D> {
         self.places.clear();
         for node in tree.rim(leaf) {
             let velocity = at.nodes.velocity(*node);
-            velocities = BoundingBox { low: velocities.low.inf(&velocity), high: velocities.high.sup(&velocity) };
+            velocities = velocities.with(&velocity);
             self.places.push(embed(&at.nodes.place(*node)));
         }
         self.normals.clear();
@@ -182,7 +182,7 @@ impl<const D: usize> GuardedCone<D> {
     fn add_velocity(&mut self, velocity: &Vector<D>, time: f64) {
         self.displacement += self.relative_speed() * (time - self.time).max(0.0);
         self.time = time;
-        self.velocities = self.velocities.joined(&BoundingBox { low: *velocity, high: *velocity });
+        self.velocities = self.velocities.with(velocity);
         self.set_alarm();
     }
 

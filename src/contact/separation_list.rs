@@ -162,10 +162,7 @@ impl<const D: usize> SeparationList<D> {
         if self.looks[cluster][0] != self.look {
             self.looks[cluster][0] = self.look;
             let corners = self.tree.corners[self.tree.clusters[cluster].corners.clone()].iter();
-            self.bounds[cluster] = corners.fold(BoundingBox::NONE, |all, node| {
-                let place = at.nodes.place(*node);
-                BoundingBox { low: all.low.inf(&place), high: all.high.sup(&place) }
-            });
+            self.bounds[cluster] = corners.fold(BoundingBox::NONE, |all, node| all.with(&at.nodes.place(*node)));
             self.far_monitor.begin(cluster, at.travel);
             self.unsettled[0].push(cluster as u32);
         }

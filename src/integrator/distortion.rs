@@ -8,7 +8,7 @@ use super::substep::{MeshPhase, TickContext};
 use super::system::DiscreteSystem;
 use crate::fem::{MAX_NODES, Potential, ReferenceShape};
 use crate::math::Vector;
-use crate::mesh::{NodeId, Simplex, is_worse, travel_bound};
+use crate::mesh::{CORNERS, NodeId, is_worse, travel_bound};
 use crate::state::{SurfaceStretch, Tick};
 
 /// Age below which only a heavily distorted mesh ends, in its finest steps (A12), and the fraction of the limits that
@@ -17,9 +17,6 @@ const YOUNG_AGE: Tick = 50;
 const YOUNG_FRACTION: f64 = 0.7;
 /// Least age at which a stretched facet ends a mesh, in its finest steps: at a sharp corner no mesh helps.
 const MIN_STRETCHED_AGE: Tick = 200;
-/// Corners of an element.
-const CORNERS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
-
 /// Returns true if the mesh is distorted at this tick, at an age in its finest steps. Elements are skipped until
 /// their nodes have moved far enough.
 pub(super) fn is_distorted<const D: usize, P: Potential<D>>(

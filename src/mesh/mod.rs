@@ -49,6 +49,9 @@ impl ElementId {
 
 /// Triangle or tetrahedron: its first `D + 1` nodes count, positively oriented.
 pub type Simplex = [NodeId; 4];
+
+/// Corners of a simplex by itself, whose nodes are its own.
+pub(crate) const CORNERS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 /// Boundary edge or triangle: its first `D` nodes count, outward oriented.
 pub type Facet = [NodeId; 3];
 

@@ -17,7 +17,13 @@ impl<const D: usize> BoundingBox<D> {
 
     /// Smallest box around points.
     pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector<D>>) -> Self {
-        points.into_iter().fold(Self::NONE, |all, p| Self { low: all.low.inf(p), high: all.high.sup(p) })
+        points.into_iter().fold(Self::NONE, |all, point| all.with(point))
+    }
+
+    /// Smallest box around this one and a point.
+    #[inline]
+    pub fn with(&self, point: &Vector<D>) -> Self {
+        Self { low: self.low.inf(point), high: self.high.sup(point) }
     }
 
     /// Square or cube about a point, `reach` to every side.

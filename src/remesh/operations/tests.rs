@@ -6,8 +6,8 @@ use super::operation::Operation;
 use super::{EditLimits, EditScene, EditSource, RestMap, improve};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{
-    BlockSpec, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh, NodeId, NodeIncidence, block,
-    boundary, edges, facet_measure, shape_quality, signed_volume, uniform,
+    BlockSpec, CORNERS, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh, NodeId, NodeIncidence,
+    block, boundary, edges, facet_measure, shape_quality, signed_volume, uniform,
 };
 use crate::remesh::test_bodies::TestRandom;
 use crate::remesh::{BodySymmetry, ConservedTotals, corner_masses, nodal_masses};
@@ -19,8 +19,6 @@ struct Solid {
     symmetry: BodySymmetry,
     limit: f64,
 }
-
-const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
 impl<const D: usize> ElementModel<D> for Solid {
     fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {

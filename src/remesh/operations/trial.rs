@@ -4,7 +4,7 @@ use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::{ElementModel, ElementState};
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::Vector;
-use crate::mesh::{NodeId, shape_quality, signed_volume};
+use crate::mesh::{CORNERS, NodeId, shape_quality, signed_volume};
 
 /// Limits of the shape of the elements that an operation makes; a cavity that is worse already may stay as it is.
 const LEAST_JACOBIAN: f64 = 0.05;
@@ -42,9 +42,6 @@ struct CavityShape {
     /// Least quality at rest and now.
     quality: [f64; 2],
 }
-
-/// Corners of a simplex.
-const CORNERS: [NodeId; 4] = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
 impl<const D: usize> EditableMesh<'_, D> {
     /// Tries an operation; `None` if it is not legal.
