@@ -3,15 +3,15 @@
 use super::cluster_tree::{ClusterTree, FacetCluster};
 use super::facet_foot::FacetFoot;
 use super::self_contact::CONTACT_REACH;
-use super::surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodePlaces, SurfaceMotion, SurfaceStars};
 use crate::geometry::BoundingBox;
-use crate::math::{Vector3, embed};
+use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
 
 /// Distance beyond the reach of contact up to which a node and a facet are a close pair, in element sizes.
 const SKIN: f64 = 0.3;
 /// Greatest distance beyond the reach of contact that is told, in element sizes of a leaf.
-const MOST_ROOM: f64 = 2.0;
+const MOST_ROOM: f64 = 1.0;
 
 /// Node and facet near contact.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +59,7 @@ impl<N> CloseSearch<'_, N> {
     /// reach of contact, m, at most [`MOST_ROOM`].
     pub fn find<const D: usize>(&mut self, [a, b]: [usize; 2]) -> f64
     where
-        N: NodePaths<D>,
+        N: NodePlaces<D>,
     {
         let (from, to) = (&self.tree.clusters[a], &self.tree.clusters[b]);
         let room = self.find_from(from, to, MOST_ROOM * from.size.min(to.size));
@@ -70,21 +70,21 @@ impl<N> CloseSearch<'_, N> {
     /// less the reach of contact, m, at most `room`.
     fn find_from<const D: usize>(&mut self, from: &FacetCluster, to: &FacetCluster, mut room: f64) -> f64
     where
-        N: NodePaths<D>,
+        N: NodePlaces<D>,
     {
         let (tree, at) = (self.tree, self.at);
+        let places: Vec<Vector<D>> =
+            tree.corners[to.corners.clone()].iter().map(|node| at.nodes.place(*node)).collect();
+        let bounds = BoundingBox::around(&places);
         self.balls.clear();
-        self.balls.extend(to.facets.clone().map(|i| FacetBall::new(at, tree.facets[i], tree.facet_sizes[i])));
-        let corners = tree.corners[to.corners.clone()].iter();
-        let bounds = corners.fold(BoundingBox::<D>::NONE, |all, node| {
-            let place = at.nodes.place(*node);
-            BoundingBox { low: all.low.inf(&place), high: all.high.sup(&place) }
-        });
         for i in from.nodes.clone() {
             let (node, place) = (tree.nodes[i], at.nodes.place(tree.nodes[i]));
             let nearer = room + CONTACT_REACH * to.size.min(tree.node_sizes[i]);
             if bounds.distance_squared(&place) >= nearer * nearer {
                 continue;
+            }
+            if self.balls.is_empty() {
+                self.balls.extend(to.facets.clone().map(|i| FacetBall::new(tree, i, &places)));
             }
             let point = embed(&place);
             for ball in self.balls.iter() {
@@ -109,11 +109,13 @@ impl<N> CloseSearch<'_, N> {
 }
 
 impl FacetBall {
-    /// Returns a facet of a size with its ball.
-    fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodePaths<D>>, facet: ElementId, size: f64) -> Self {
-        let corners = at.surface.facets[facet.index()].map(|node| embed(&at.nodes.place(node)));
+    /// Returns a facet of a leaf, the corners of which are at these places, with its ball.
+    fn new<const D: usize>(tree: &ClusterTree, i: usize, places: &[Vector<D>]) -> Self {
+        let place = |corner: u16| embed(&places[usize::from(corner)]);
+        let [a, b, c] = tree.facet_corners[i];
+        let corners = [place(a), place(b), place(c)];
         let centre = corners[..D].iter().sum::<Vector3>() / D as f64;
         let radius = corners[..D].iter().map(|corner| (corner - centre).norm_squared()).fold(0.0, f64::max).sqrt();
-        Self { facet, corners, centre, radius, size }
+        Self { facet: tree.facets[i], corners, centre, radius, size: tree.facet_sizes[i] }
     }
 }

@@ -1,7 +1,7 @@
 //! Binary tree of clusters of neighbouring facets of the contact surface.
 
 use super::surface::ContactSurface;
-use super::surface_motion::{NodePaths, SurfaceMotion};
+use super::surface_motion::{NodePlaces, SurfaceMotion};
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -36,6 +36,8 @@ pub(super) struct ClusterTree {
     pub corners: Vec<NodeId>,
     /// Nodes of the surface, leaf by leaf.
     pub nodes: Vec<NodeId>,
+    /// Corners of each of `facets` by their places in the corners of its leaf.
+    pub facet_corners: Vec<[u16; 3]>,
     /// Least h of the corners of each of `facets`, m.
     pub facet_sizes: Vec<f64>,
     /// h of each of `nodes`, m.
@@ -58,7 +60,7 @@ struct FacetCentre<const D: usize> {
 
 impl ClusterTree {
     /// Builds the tree of a surface.
-    pub fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodePaths<D>>) -> Self {
+    pub fn new<const D: usize>(at: &SurfaceMotion<'_, impl NodePlaces<D>>) -> Self {
         let surface = at.surface;
         let centre = |(facet, i): (&Facet, u32)| FacetCentre {
             facet: ElementId(i),
@@ -140,6 +142,9 @@ impl ClusterTree {
         let mut corners = self.corners.split_off(first);
         corners.sort_unstable();
         corners.dedup();
+        for FacetCentre { facet, .. } in centres {
+            self.facet_corners.push(surface.facets[facet.index()].map(|node| place_in(&corners, node)));
+        }
         for node in &corners {
             let is_placed = surface.of[node.index()].map(|at| &mut is_placed[at as usize]);
             if is_placed.is_some_and(|is_placed| !std::mem::replace(is_placed, true)) {
@@ -160,9 +165,13 @@ impl ClusterTree {
         let mut rim: Vec<NodeId> = corners.copied().collect();
         rim.sort_unstable();
         rim.dedup();
-        let place = |node: NodeId| rim.binary_search(&node).map_or(0, |place| place as u16);
-        self.around.extend(all.iter().map(|facet| surface.facets[facet.index()].map(place)));
+        self.around.extend(all.iter().map(|facet| surface.facets[facet.index()].map(|node| place_in(&rim, node))));
         self.rims.append(&mut rim);
+    }
+
+    /// Returns the corners of the facets of a cluster; one on the border of two leaves stands twice.
+    pub fn corners_of(&self, cluster: usize) -> &[NodeId] {
+        &self.corners[self.clusters[cluster].corners.clone()]
     }
 
     /// Returns the corners of the facets of a leaf and of those around its nodes; none for another cluster.
@@ -174,4 +183,9 @@ impl ClusterTree {
     pub fn around(&self, leaf: usize) -> &[[u16; 3]] {
         &self.around[self.clusters[leaf].around.clone()]
     }
+}
+
+/// Returns the place of a node in an ascending list; 0 for the meaningless corner of a facet in the plane.
+fn place_in(nodes: &[NodeId], node: NodeId) -> u16 {
+    nodes.binary_search(&node).map_or(0, |place| place as u16)
 }

@@ -1,151 +1,73 @@
 //! Cone guard: it keeps the normals of each leaf within a cone whose width its pairs with other leaves allow.
 //!
-//! A normal turns only as far as the corners of its facet move *relative to each other*. A box around the velocities of
-//! the corners of a leaf bounds this: it grows when a velocity leaves it. A surface that moves as a whole is therefore
-//! measured seldom, however fast it is.
+//! A normal turns only as far as the corners of its facet move, so that a leaf is measured again when the nodes around it
+//! have travelled a part of its facets.
 
 use super::cluster_tree::ClusterTree;
 use super::facet::outward_normal;
-use super::surface_motion::{NodePaths, SurfaceMotion};
-use crate::geometry::BoundingBox;
-use crate::math::{Vector, Vector3, embed};
+use super::surface_motion::{NodePlaces, SurfaceMotion};
+use crate::math::{Vector3, embed};
 
 /// Cone of the unit normals of a leaf and of the facets around its nodes. Angles are measured by chords: two unit
 /// vectors are at a right angle if the chord between them is √2.
 #[derive(Debug, Clone, Copy)]
-struct GuardedCone<const D: usize> {
+struct NormalCone {
     /// Axis of the cone.
     axis: Vector3,
     /// Greatest chord from the axis to a normal when they were measured.
     chord: f64,
     /// Greatest chord from the axis to a normal that the pairs of the leaf allow.
     limit: f64,
-    /// Bound of the turn of a normal by the relative displacement r of its corners, 1/m: the greatest sum of two edges over
-    /// twice the area of a facet, or twice the reciprocal length in the plane.
+    /// Bound q of the turn of a normal by the displacement of its corners, 1/m.
     sharpness: f64,
-    /// Box around the velocities of the corners since the normals were measured, m/s.
-    velocities: BoundingBox<D>,
-    /// Relative displacement of two corners up to a time, m, and that time, s.
-    displacement: f64,
-    time: f64,
-    /// Time up to which the normals are proved to be within the limit, s.
-    alarm: f64,
 }
 
 /// Guard of the cones of all leaves.
 #[derive(Debug)]
-pub(super) struct ConeGuard<const D: usize> {
-    cones: Vec<GuardedCone<D>>,
-    /// Earliest alarm, s.
-    alarm: f64,
-    /// Leaves with each surface node among their corners or those around their nodes, in compressed rows.
-    start: Vec<u32>,
-    leaves: Vec<u32>,
-    /// Buffers of a measurement: places of the corners and normals of the facets.
+pub(super) struct ConeGuard {
+    cones: Vec<NormalCone>,
+    /// Places of the nodes around a leaf, a buffer.
     places: Vec<Vector3>,
-    normals: Vec<Vector3>,
 }
 
-impl<const D: usize> ConeGuard<D> {
-    /// Creates the guard of the leaves of a tree.
-    pub fn new(tree: &ClusterTree, at: &SurfaceMotion<'_, impl NodePaths<D>>) -> Self {
-        let cone = GuardedCone {
-            axis: Vector3::zeros(),
-            chord: f64::INFINITY,
-            limit: f64::INFINITY,
-            sharpness: f64::INFINITY,
-            velocities: BoundingBox::NONE,
-            displacement: 0.0,
-            time: at.time,
-            alarm: f64::INFINITY,
-        };
-        let mut corners: Vec<[u32; 2]> = vec![];
-        for leaf in (0..tree.clusters.len()).filter(|cluster| tree.clusters[*cluster].halves.is_none()) {
-            let nodes = tree.rim(leaf).iter();
-            corners.extend(nodes.filter_map(|node| Some([at.surface.of[node.index()]?, leaf as u32])));
-        }
-        corners.sort_unstable();
-        corners.dedup();
-        let mut start = vec![0; at.surface.nodes.len() + 1];
-        for [node, _] in &corners {
-            start[*node as usize + 1] += 1;
-        }
-        for node in 0..at.surface.nodes.len() {
-            start[node + 1] += start[node];
-        }
-        let leaves = corners.into_iter().map(|[_, leaf]| leaf).collect();
-        Self {
-            cones: vec![cone; tree.clusters.len()],
-            alarm: f64::INFINITY,
-            start,
-            leaves,
-            places: vec![],
-            normals: vec![],
-        }
-    }
-
-    /// Returns true if the normals of a leaf may have passed their limit by a time, s.
-    #[inline]
-    pub fn has_alarm(&self, time: f64) -> bool {
-        is_due(time, self.alarm)
-    }
-
-    /// Appends the leaves whose normals may have passed their limits.
-    pub fn append_due(&self, time: f64, due: &mut Vec<u32>) {
-        due.extend((0..).zip(&self.cones).filter(|(_, cone)| is_due(time, cone.alarm)).map(|(leaf, _)| leaf));
-    }
-
-    /// Sets the earliest alarm.
-    pub fn reset_alarm(&mut self) {
-        self.alarm = self.cones.iter().map(|cone| cone.alarm).fold(f64::INFINITY, f64::min);
+impl ConeGuard {
+    /// Creates the guard of a number of clusters, of which none is measured.
+    pub fn new(n_clusters: usize) -> Self {
+        let (axis, unknown) = (Vector3::zeros(), f64::INFINITY);
+        let cone = NormalCone { axis, chord: unknown, limit: unknown, sharpness: unknown };
+        Self { cones: vec![cone; n_clusters], places: vec![] }
     }
 
     /// Measures the normals of a leaf against its axis, or against a new axis without a limit.
-    pub fn measure(
+    pub fn measure<const D: usize>(
         &mut self,
         tree: &ClusterTree,
         leaf: usize,
-        at: &SurfaceMotion<'_, impl NodePaths<D>>,
+        at: &SurfaceMotion<'_, impl NodePlaces<D>>,
         has_new_axis: bool,
     ) {
-        let mut velocities = BoundingBox::<D>::NONE;
         self.places.clear();
         for node in tree.rim(leaf) {
-            let velocity = at.nodes.velocity(*node);
-            velocities = velocities.with(&velocity);
             self.places.push(embed(&at.nodes.place(*node)));
         }
-        self.normals.clear();
-        let (mut sum, mut sharpness) = (Vector3::zeros(), 0.0_f64);
-        for facet in tree.around(leaf) {
-            let (across, edges) = area_vector::<D>(&facet.map(|corner| self.places[usize::from(corner)]));
-            let area = across.norm();
-            let normal = across / area;
-            sum += normal;
-            // What is not a number stays, so that nothing is proved.
-            sharpness = if edges / area <= sharpness { sharpness } else { edges / area };
-            self.normals.push(normal);
-        }
+        let place = |corner: u16| self.places[usize::from(corner)];
+        let facets = tree.around(leaf).iter().map(|[a, b, c]| [place(*a), place(*b), place(*c)]);
         let cone = &mut self.cones[leaf];
         if has_new_axis {
-            (cone.axis, cone.limit) = (sum / sum.norm(), f64::INFINITY);
+            let sum: Vector3 = facets.clone().map(|facet| outward_normal::<D>(&facet).normalize()).sum();
+            (cone.axis, cone.limit) = (sum.normalize(), f64::INFINITY);
         }
-        let chords = self.normals.iter().map(|normal| (normal - cone.axis).norm_squared());
-        cone.chord = chords.fold(0.0_f64, |all, one| if one <= all { all } else { one }).sqrt();
-        (cone.sharpness, cone.velocities, cone.displacement, cone.time) = (sharpness, velocities, 0.0, at.time);
-        cone.set_alarm();
-        self.alarm = self.alarm.min(cone.alarm);
+        cone.measure::<D>(facets);
     }
 
-    /// Returns true if the normals of a measured leaf turned less than half of the way to their limit.
-    pub fn is_within(&self, leaf: usize, least: f64) -> bool {
-        let cone = &self.cones[leaf];
-        cone.limit - cone.chord > least
+    /// Returns the chord that is left until a normal of a measured leaf is at its limit.
+    pub fn chord_left(&self, leaf: usize) -> f64 {
+        self.cones[leaf].limit - self.cones[leaf].chord
     }
 
     /// Returns the chord that is left until a normal of one measured leaf and one of another can be at a right angle.
-    pub fn room(&self, leaves: [usize; 2]) -> f64 {
-        let [a, b] = leaves.map(|leaf| &self.cones[leaf]);
+    pub fn room(&self, [a, b]: [usize; 2]) -> f64 {
+        let (a, b) = (&self.cones[a], &self.cones[b]);
         std::f64::consts::SQRT_2 - a.chord - b.chord - (a.axis - b.axis).norm()
     }
 
@@ -153,73 +75,49 @@ impl<const D: usize> ConeGuard<D> {
     pub fn limit(&mut self, leaf: usize, turn: f64) {
         let cone = &mut self.cones[leaf];
         cone.limit = cone.limit.min(cone.chord + turn);
-        cone.set_alarm();
-        self.alarm = self.alarm.min(cone.alarm);
     }
 
-    /// Records the new velocity of a surface node at a time, s.
-    #[inline]
-    pub fn note_velocity(&mut self, surface: u32, velocity: &Vector<D>, time: f64) {
-        let leaves = self.start[surface as usize] as usize..self.start[surface as usize + 1] as usize;
-        for leaf in &self.leaves[leaves] {
-            let cone = &mut self.cones[*leaf as usize];
-            if !cone.has_velocity(velocity) {
-                cone.add_velocity(velocity, time);
-                self.alarm = self.alarm.min(cone.alarm);
-            }
-        }
-    }
-}
-
-impl<const D: usize> GuardedCone<D> {
-    /// Returns true if a velocity lies in the box.
-    #[inline]
-    fn has_velocity(&self, velocity: &Vector<D>) -> bool {
-        (0..D).all(|i| self.velocities.low[i] <= velocity[i] && velocity[i] <= self.velocities.high[i])
-    }
-
-    /// Adds a velocity to the box at a time, s.
-    fn add_velocity(&mut self, velocity: &Vector<D>, time: f64) {
-        self.displacement += self.relative_speed() * (time - self.time).max(0.0);
-        self.time = time;
-        self.velocities = self.velocities.with(velocity);
-        self.set_alarm();
-    }
-
-    /// Returns a bound of the velocity of a corner relative to another, m/s.
-    fn relative_speed(&self) -> f64 {
-        (self.velocities.high - self.velocities.low).norm()
-    }
-
-    /// Sets the time up to which no normal turns past the limit, s.
+    /// Returns the travel of the nodes around a measured leaf up to which no normal turns past its limit, m.
     ///
-    /// The area vector N of a triangle with the edges e₁, e₂ changes by |ΔN| ≤ r(|e₁| + |e₂|) + r² if its corners are
-    /// displaced by r relative to each other, so that with q = (|e₁| + |e₂|)/|N| and q² ≥ 4/|N| it is
+    /// Corners that travel by s are displaced by r ≤ 2s relative to each other. The area vector N of a triangle with the
+    /// edges e₁, e₂ changes by |ΔN| ≤ r(|e₁| + |e₂|) + r², so that with q ≥ (|e₁| + |e₂|)/|N| and thus q² ≥ 4/|N| it is
     /// x = |ΔN|/|N| ≤ (1 + qr/2)² − 1. The chord between the unit vectors is at most 2|ΔN|/(|N| + |N′|) ≤ 2x/(2 − x).
-    fn set_alarm(&mut self) {
-        if self.limit == f64::INFINITY {
-            self.alarm = f64::INFINITY;
-            return;
+    pub fn travel_left(&self, leaf: usize) -> f64 {
+        let cone = &self.cones[leaf];
+        if cone.limit == f64::INFINITY {
+            return f64::INFINITY;
         }
-        let turn = (self.limit - self.chord).max(0.0);
+        // What is not a number allows nothing.
+        let turn = (cone.limit - cone.chord).max(0.0);
         let change = (2.0 * turn / (2.0 + turn)).min(1.0);
-        let displacement = 2.0 * ((1.0 + change).sqrt() - 1.0) / self.sharpness;
-        let left = (0.999 * displacement - self.displacement) / self.relative_speed().max(f64::MIN_POSITIVE);
-        self.alarm = if left > 0.0 { self.time + left } else { f64::NEG_INFINITY };
+        (0.999 * ((1.0 + change).sqrt() - 1.0) / cone.sharpness).max(0.0)
     }
 }
 
-/// Returns true if an alarm may have come by a time, s; what is not a number has.
-#[inline]
-fn is_due(time: f64, alarm: f64) -> bool {
-    let is_early = time < alarm;
-    !is_early
+impl NormalCone {
+    /// Measures the normals of facets against the axis.
+    ///
+    /// The chord follows from |n − a|² = 2 − 2 n·a, with an error of 1e-8, and q from (|e₁| + |e₂|)² ≤ 2 (|e₁|² + |e₂|²)
+    /// with the two shorter edges; an edge in the plane has q = 2/|N|. What is not a number makes both the greatest.
+    fn measure<const D: usize>(&mut self, facets: impl Iterator<Item = [Vector3; 3]>) {
+        let (mut least, mut sharpness, mut are_known) = (1.0_f64, 0.0_f64, true);
+        for corners in facets {
+            let normal = outward_normal::<D>(&corners);
+            let (along, by_square) = (normal.dot(&self.axis), 1.0 / normal.norm_squared());
+            least = least.min(along * along.abs() * by_square);
+            let own = by_square * if D == 2 { 4.0 } else { 2.0 * shorter_squares(&corners) };
+            sharpness = sharpness.max(own);
+            are_known &= own.is_finite() && along.is_finite();
+        }
+        let cosine = least.signum() * least.abs().sqrt();
+        self.chord = if are_known { (2.0 - 2.0 * cosine).max(0.0).sqrt() } else { f64::INFINITY };
+        self.sharpness = if are_known { sharpness.sqrt() } else { f64::INFINITY };
+    }
 }
 
-/// Returns the normal of a facet out of the gel, twice its area or its length long, and what bounds its change: the sum of
-/// two edges, or 2.
+/// Returns the sum of the squares of the two shorter edges of a triangle, m².
 #[inline]
-fn area_vector<const D: usize>(corners: &[Vector3; 3]) -> (Vector3, f64) {
-    let [a, b, c] = corners;
-    (outward_normal::<D>(corners), if D == 2 { 2.0 } else { (b - a).norm() + (c - a).norm() })
+fn shorter_squares([a, b, c]: &[Vector3; 3]) -> f64 {
+    let [x, y, z] = [(b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared()];
+    x + y + z - x.max(y).max(z)
 }

@@ -1,5 +1,6 @@
 //! Contact: rigid bodies, the detection of contact with the surface of the gel, and the solver of its impulses.
 
+mod batch_travel;
 mod body;
 mod body_state;
 mod bulge;
@@ -30,6 +31,7 @@ mod tip;
 mod tolerance;
 mod travel_monitor;
 
+pub(crate) use batch_travel::{BatchTravel, TRAVEL_BATCH};
 pub use body::{BodyMotion, FreeDirections, RigidBody};
 pub use body_state::{BodyState, Wrench};
 pub use bulge::DomeMotion;
@@ -45,7 +47,7 @@ pub(crate) use separation_list::SeparationList;
 pub(crate) use solver::ContactProblem;
 pub use surface::{ContactSurface, SurfaceNode};
 pub(crate) use surface::{NodalMasses, SurfaceView};
-pub(crate) use surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
+pub(crate) use surface_motion::{NodePlaces, SurfaceMotion, SurfaceStars};
 pub(crate) use symmetry::{SymmetryContact, symmetry_contacts};
 pub(crate) use tip::find_penetration;
 pub(crate) use tolerance::ContactTolerances;

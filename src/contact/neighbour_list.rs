@@ -26,8 +26,6 @@ pub(crate) struct NeighbourList {
     travel: f64,
     /// Greatest speed of a run of nodes, m/s.
     speeds: Vec<f64>,
-    /// Travel of the nodes of each run so far, m.
-    run_travel: Vec<f64>,
     /// Travel of any node so far, m.
     node_travel: f64,
     /// Parts of the mesh, once the distortion monitor needs them.
@@ -86,7 +84,6 @@ impl NeighbourList {
             candidates: CandidateSet::default(),
             distortion_bound: vec![],
             travel: 0.0,
-            run_travel: vec![0.0; speeds.len()],
             node_travel: 0.0,
             speeds,
             parts: vec![],
@@ -116,9 +113,6 @@ impl NeighbourList {
         let passed = (time - self.time).max(0.0);
         let node_travel = self.speed() * passed;
         self.node_travel += node_travel;
-        for (travel, speed) in self.run_travel.iter_mut().zip(&self.speeds) {
-            *travel += speed * passed;
-        }
         for part in &mut self.parts {
             part.node_travel += greatest_speed(&part.runs, &self.speeds) * passed;
         }
@@ -136,11 +130,6 @@ impl NeighbourList {
         self.time = time;
         self.bodies.clear();
         self.bodies.extend_from_slice(bodies);
-    }
-
-    /// Returns the travel of the nodes of each run so far, m.
-    pub fn run_travel(&self) -> &[f64] {
-        &self.run_travel
     }
 
     /// Returns a bound of the travel of any node so far, m.

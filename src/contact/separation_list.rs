@@ -10,7 +10,7 @@
 //!   distance of the others is the room of the two leaves. It is used up by the displacements of one leaf relative to the
 //!   other.
 //!
-//! A proof is looked at again when the nodes of a cluster have travelled half of what it allows. No result depends on the
+//! A proof is looked at again when the nodes of one side have travelled half of what it allows. No result depends on the
 //! list: a node and a facet that it omits are out of reach, or do not face each other.
 
 use super::close_pairs::{ClosePair, CloseSearch, FacetBall};
@@ -19,23 +19,45 @@ use super::cone_guard::ConeGuard;
 use super::leaf_motion::LeafMotions;
 use super::pair_chains::{END, PairChains};
 use super::self_contact::CONTACT_REACH;
-use super::surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodePlaces, SurfaceMotion, SurfaceStars};
 use super::travel_monitor::TravelMonitor;
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 
 /// Distance of two clusters, as a fraction of the larger one, from which on they are far.
-const SEPARATION: f64 = 0.5;
+const SEPARATION: f64 = 0.2;
 /// Part of the room of a pair that may be left when the pair is proved anew.
 const LEAST_ROOM: f64 = 0.25;
 /// Chord between normals that may be left when a pair is proved anew: 6°.
 const LEAST_CHORD: f64 = 0.1;
 /// Spread of the displacements of a leaf, as a fraction of the room of a pair, from which on the leaf gets new
 /// references.
-const MOST_SPREAD: f64 = 0.1;
+const MOST_SPREAD: f64 = 0.4;
+
+/// Kinds of proof that two clusters do not meet.
+#[derive(Debug, Clone, Copy)]
+enum ProofKind {
+    /// Far clusters.
+    Far,
+    /// Near leaves that do not face the same way.
+    Near,
+    /// Near leaves that face the same way.
+    Aligned,
+}
+
+/// Proof that a pair does not meet.
+#[derive(Debug)]
+enum PairProof<const D: usize> {
+    /// Far clusters, with the room at which they are proved anew, m.
+    Far { least_room: f64 },
+    /// Near leaves that do not face the same way.
+    Near(Box<DistanceProof<D>>),
+    /// Near leaves that face the same way.
+    Aligned,
+}
 
 /// Proof that two near leaves do not meet: relative displacements since these are less than the room, m.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct DistanceProof<const D: usize> {
     since: BoundingBox<D>,
     room: f64,
@@ -44,57 +66,71 @@ struct DistanceProof<const D: usize> {
 }
 
 /// Separation list of a surface.
+///
+/// The proofs of each kind are kept by *sets*: for each cluster and kind those nodes whose travel can end a proof.
 #[derive(Debug)]
 pub(crate) struct SeparationList<const D: usize> {
     tree: ClusterTree,
     stars: SurfaceStars,
-    /// Far pairs, with the room at which each is proved anew, m.
-    far: PairChains<f64>,
+    /// Pairs of clusters in the chains of their sets.
+    pairs: PairChains<PairProof<D>>,
+    monitor: TravelMonitor,
     /// Boxes around the corners of the clusters as they were measured.
     bounds: Vec<BoundingBox<D>>,
-    far_monitor: TravelMonitor,
-    /// Near pairs that face the same way.
-    aligned: PairChains<()>,
-    guard: ConeGuard<D>,
-    /// Other near pairs.
-    near: PairChains<DistanceProof<D>>,
     leaves: LeafMotions<D>,
-    near_monitor: TravelMonitor,
+    guard: ConeGuard,
     /// Nodes and facets near contact.
     close: Vec<ClosePair>,
     balls: Vec<FacetBall>,
-    /// Number of the present look, and those at which boxes, displacements and normals were measured last.
+    /// Number of the present look, and that at which each set was measured last.
     look: u64,
-    looks: Vec<[u64; 3]>,
-    /// Clusters whose far, near and aligned pairs have to be looked at.
-    unsettled: [Vec<u32>; 3],
+    looks: Vec<u64>,
+    /// Sets whose pairs have to be looked at.
+    unsettled: Vec<u32>,
     failed: Vec<u32>,
+}
+
+impl ProofKind {
+    /// All kinds, in the order of their sets.
+    const ALL: [Self; 3] = [Self::Far, Self::Near, Self::Aligned];
+
+    /// Returns the set of a cluster.
+    fn set(self, cluster: usize) -> usize {
+        cluster * Self::ALL.len() + self as usize
+    }
+
+    /// Returns the kind of the proofs of a set.
+    fn of(set: usize) -> Self {
+        Self::ALL[set % Self::ALL.len()]
+    }
+}
+
+/// Returns the cluster of a set.
+fn cluster_of(set: usize) -> usize {
+    set / ProofKind::ALL.len()
 }
 
 impl<const D: usize> SeparationList<D> {
     /// Builds the list of a surface.
-    pub fn new(at: &SurfaceMotion<'_, impl NodePaths<D>>, stars: SurfaceStars) -> Self {
+    pub fn new(at: &SurfaceMotion<'_, impl NodePlaces<D>>, stars: SurfaceStars) -> Self {
         let tree = ClusterTree::new(at);
-        let n = tree.clusters.len();
-        let is_leaf = |cluster: usize| tree.clusters[cluster].halves.is_none();
-        let corners = |cluster: usize| tree.corners[tree.clusters[cluster].corners.clone()].iter().copied();
-        let far_monitor = TravelMonitor::new((0..n).map(corners), at.travel);
-        let of_leaf = |leaf: usize| corners(leaf).filter(move |_| is_leaf(leaf));
-        let near_monitor = TravelMonitor::new((0..n).map(of_leaf), at.travel);
+        let (n, n_sets) = (tree.clusters.len(), ProofKind::Far.set(tree.clusters.len()));
+        let nodes = |set: usize| match (ProofKind::of(set), cluster_of(set)) {
+            (ProofKind::Near, cluster) if tree.clusters[cluster].halves.is_some() => &[],
+            (ProofKind::Far | ProofKind::Near, cluster) => tree.corners_of(cluster),
+            (ProofKind::Aligned, leaf) => tree.rim(leaf),
+        };
         let mut list = Self {
-            far: PairChains::new(n),
+            pairs: PairChains::new(n_sets),
+            monitor: TravelMonitor::new((0..n_sets).map(nodes), at.travel),
             bounds: vec![BoundingBox::NONE; n],
-            far_monitor,
-            aligned: PairChains::new(n),
-            guard: ConeGuard::new(&tree, at),
-            near: PairChains::new(n),
-            leaves: LeafMotions::new(&tree, at),
-            near_monitor,
+            leaves: LeafMotions::new((0..n).map(|leaf| nodes(ProofKind::Near.set(leaf))), at),
+            guard: ConeGuard::new(n),
             close: vec![],
             balls: vec![],
             look: 1,
-            looks: vec![[0, 1, 0]; n],
-            unsettled: [vec![], vec![], vec![]],
+            looks: vec![0; n_sets],
+            unsettled: vec![],
             failed: vec![],
             stars,
             tree,
@@ -111,206 +147,158 @@ impl<const D: usize> SeparationList<D> {
         &mut self.close
     }
 
-    /// Records the new velocity of a surface node.
-    #[inline]
-    pub fn note_velocity(&mut self, surface: u32, velocity: &Vector<D>, time: f64) {
-        self.guard.note_velocity(surface, velocity, time);
-    }
-
     /// Looks at the pairs whose proofs may no longer hold.
     #[inline]
-    pub fn update(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
-        if self.far_monitor.has_alarm(at.travel)
-            || self.near_monitor.has_alarm(at.travel)
-            || self.guard.has_alarm(at.time)
-        {
+    pub fn update(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
+        if self.monitor.has_alarm(at.travel) {
             self.look_at_due(at);
         }
     }
 
-    /// Looks at the pairs of the clusters that have used up what they are allowed.
-    fn look_at_due(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
+    /// Looks at the pairs of the sets that have used up what they are allowed.
+    fn look_at_due(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
         self.look += 1;
         let mut due = std::mem::take(&mut self.failed);
         due.clear();
-        self.far_monitor.append_due(at.travel, &mut due);
-        for cluster in &due {
-            self.measure_box(at, *cluster as usize);
-        }
-        due.clear();
-        self.near_monitor.append_due(at.travel, &mut due);
-        for leaf in &due {
-            self.measure_leaf(at, *leaf as usize);
-        }
-        due.clear();
-        self.guard.append_due(at.time, &mut due);
-        for leaf in due.iter().map(|leaf| *leaf as usize) {
-            self.measure_normals(at, leaf);
-            if !self.guard.is_within(leaf, LEAST_CHORD) {
-                self.unsettled[2].push(leaf as u32);
-            }
+        self.monitor.append_due(at.travel, &mut due);
+        for set in &due {
+            self.measure(at, *set as usize);
         }
         self.failed = due;
         self.settle_all(at);
-        self.far_monitor.reset_alarms(at.travel);
-        self.near_monitor.reset_alarms(at.travel);
-        self.guard.reset_alarm();
+        self.monitor.reset_alarms(at.travel);
     }
 
-    /// Measures the box of a cluster, unless this look has done so.
-    fn measure_box(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, cluster: usize) {
-        if self.looks[cluster][0] != self.look {
-            self.looks[cluster][0] = self.look;
-            let corners = self.tree.corners[self.tree.clusters[cluster].corners.clone()].iter();
-            self.bounds[cluster] = corners.fold(BoundingBox::NONE, |all, node| all.with(&at.nodes.place(*node)));
-            self.far_monitor.begin(cluster, at.travel);
-            self.unsettled[0].push(cluster as u32);
+    /// Measures a set, unless this look has done so: the box of its cluster, the displacements of its leaf or the normals
+    /// around it.
+    fn measure(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, set: usize) {
+        let last = std::mem::replace(&mut self.looks[set], self.look);
+        if last == self.look {
+            return;
         }
-    }
-
-    /// Measures a leaf, unless this look has done so.
-    fn measure_leaf(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
-        if self.looks[leaf][1] != self.look {
-            self.looks[leaf][1] = self.look;
-            self.leaves.measure(&self.tree, leaf, at);
-            self.near_monitor.begin(leaf, at.travel);
-            self.unsettled[1].push(leaf as u32);
-        }
-    }
-
-    /// Measures the normals of a leaf, unless this look has done so.
-    fn measure_normals(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
-        if self.looks[leaf][2] != self.look {
-            let is_first = self.looks[leaf][2] == 0;
-            self.looks[leaf][2] = self.look;
-            self.guard.measure(&self.tree, leaf, at, is_first);
-        }
-    }
-
-    /// Renews what the pairs of all unsettled clusters and leaves allow them to travel, and the proofs that have failed.
-    fn settle_all(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>) {
-        loop {
-            if let Some(cluster) = self.unsettled[0].pop() {
-                self.settle_far(at, cluster as usize);
-            } else if let Some(leaf) = self.unsettled[1].pop() {
-                self.settle_near(at, leaf as usize);
-            } else if let Some(leaf) = self.unsettled[2].pop() {
-                self.settle_aligned(at, leaf as usize);
-            } else {
-                return;
+        let cluster = cluster_of(set);
+        self.monitor.begin(set, at.travel);
+        match ProofKind::of(set) {
+            ProofKind::Far => {
+                let mut bounds = BoundingBox::NONE;
+                for node in self.tree.corners_of(cluster) {
+                    bounds = bounds.with(&at.nodes.place(*node));
+                }
+                self.bounds[cluster] = bounds;
+            }
+            ProofKind::Near => self.leaves.measure(cluster, at),
+            ProofKind::Aligned => {
+                self.guard.measure(&self.tree, cluster, at, last == 0);
+                self.monitor.allow(set, self.guard.travel_left(cluster));
+                if self.guard.chord_left(cluster) > LEAST_CHORD {
+                    return;
+                }
             }
         }
+        self.unsettled.push(set as u32);
     }
 
-    /// Settles the far pairs of a cluster.
-    fn settle_far(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, cluster: usize) {
+    /// Renews what the pairs of all unsettled sets allow them to travel, and the proofs that have failed.
+    fn settle_all(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
+        while let Some(set) = self.unsettled.pop() {
+            self.settle(at, set as usize);
+        }
+    }
+
+    /// Settles the pairs of a set, those of normals with a new axis.
+    fn settle(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, set: usize) {
+        if let ProofKind::Aligned = ProofKind::of(set) {
+            self.guard.measure(&self.tree, cluster_of(set), at, true);
+            self.monitor.begin(set, at.travel);
+        }
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
-        let mut pair = self.far.first(cluster);
+        let mut pair = self.pairs.first(set);
         while pair != END {
-            failed.extend((!self.allow_far(at, pair)).then_some(pair));
-            pair = self.far.next(pair, cluster);
+            failed.extend((!self.allow(at, pair)).then_some(pair));
+            pair = self.pairs.next(pair, set);
         }
         for pair in &failed {
-            let clusters = self.far.clusters(*pair);
-            self.far.remove(*pair);
-            self.separate(at, clusters);
+            let clusters = self.pairs.sets(*pair).map(cluster_of);
+            self.pairs.remove(*pair);
+            match ProofKind::of(set) {
+                ProofKind::Far => self.separate(at, clusters),
+                ProofKind::Near => {
+                    self.close.retain(|close| close.owner != *pair);
+                    self.add_near(at, clusters);
+                }
+                ProofKind::Aligned => self.add_near(at, clusters),
+            }
         }
         self.failed = failed;
     }
 
-    /// Settles the near pairs of a leaf.
-    fn settle_near(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
-        let mut failed = std::mem::take(&mut self.failed);
-        failed.clear();
-        let mut pair = self.near.first(leaf);
-        while pair != END {
-            failed.extend((!self.allow_near(at, pair)).then_some(pair));
-            pair = self.near.next(pair, leaf);
+    /// Allows both sets of a pair half of the room that is left, if need be after they are measured; returns false if
+    /// there is too little.
+    fn allow(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, pair: u32) -> bool {
+        if self.allow_as_measured(at, pair) {
+            return true;
         }
-        for pair in &failed {
-            let leaves = self.near.clusters(*pair);
-            self.near.remove(*pair);
-            self.close.retain(|close| close.owner != *pair);
-            self.add_near(at, leaves);
+        let sets = self.pairs.sets(pair);
+        if sets.iter().all(|set| self.looks[*set] == self.look) {
+            return false;
         }
-        self.failed = failed;
+        for set in sets {
+            self.measure(at, set);
+        }
+        self.allow_as_measured(at, pair)
     }
 
-    /// Gives a leaf a new axis and settles its aligned pairs.
-    fn settle_aligned(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
-        let mut failed = std::mem::take(&mut self.failed);
-        failed.clear();
-        self.looks[leaf][2] = self.look;
-        self.guard.measure(&self.tree, leaf, at, true);
-        let mut pair = self.aligned.first(leaf);
-        while pair != END {
-            let leaves = self.aligned.clusters(pair);
-            failed.extend((!self.allow_aligned(at, leaves)).then_some(pair));
-            pair = self.aligned.next(pair, leaf);
+    /// Allows both sets of a pair half of the room that is left since they were measured; returns false if there is too
+    /// little.
+    fn allow_as_measured(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, pair: u32) -> bool {
+        let [a, b] = self.pairs.sets(pair);
+        let clusters = [cluster_of(a), cluster_of(b)];
+        let (room, least_room) = match self.pairs.known(pair) {
+            PairProof::Far { least_room } => (self.gap(clusters), *least_room),
+            PairProof::Near(proof) => {
+                (proof.room - self.leaves.relative_since(clusters, &proof.since), proof.least_room)
+            }
+            PairProof::Aligned => return self.allow_aligned(at, clusters),
+        };
+        let [of_a, of_b] = [self.monitor.since_measured(a, at.travel), self.monitor.since_measured(b, at.travel)];
+        let room = room - of_a - of_b;
+        let is_proved = room > least_room;
+        if is_proved {
+            self.monitor.allow(a, of_a + 0.5 * room);
+            self.monitor.allow(b, of_b + 0.5 * room);
         }
-        for pair in &failed {
-            let leaves = self.aligned.clusters(*pair);
-            self.aligned.remove(*pair);
-            self.add_near(at, leaves);
-        }
-        self.failed = failed;
+        is_proved
     }
 
     /// Allows the normals of both leaves half of the chord that is left until they can be at a right angle; returns false
     /// if there is too little.
-    fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaves: [usize; 2]) -> bool {
-        for leaf in leaves {
-            self.measure_normals(at, leaf);
+    fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, leaves: [usize; 2]) -> bool {
+        let sets = leaves.map(|leaf| ProofKind::Aligned.set(leaf));
+        for set in sets {
+            self.measure(at, set);
         }
         let room = self.guard.room(leaves);
         let is_proved = room > 4.0 * LEAST_CHORD;
         if is_proved {
-            for leaf in leaves {
+            for (set, leaf) in sets.into_iter().zip(leaves) {
                 self.guard.limit(leaf, 0.5 * room);
-            }
-        }
-        is_proved
-    }
-
-    /// Allows both clusters of a far pair half of the room that is left; returns false if there is too little.
-    fn allow_far(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, pair: u32) -> bool {
-        let clusters = self.far.clusters(pair);
-        let travel = clusters.map(|cluster| self.far_monitor.since_measured(cluster, at.travel));
-        let room = self.gap(clusters) - travel[0] - travel[1];
-        let is_proved = room > *self.far.known(pair);
-        if is_proved {
-            for (cluster, travel) in clusters.into_iter().zip(travel) {
-                self.far_monitor.allow(cluster, travel + 0.5 * room);
-            }
-        }
-        is_proved
-    }
-
-    /// Allows both leaves of a near pair half of the room that is left; returns false if there is too little.
-    fn allow_near(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, pair: u32) -> bool {
-        let (leaves, proof) = (self.near.clusters(pair), self.near.known(pair));
-        let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
-        let room = proof.room - self.leaves.relative_since(leaves, &proof.since) - travel[0] - travel[1];
-        let is_proved = room > proof.least_room;
-        if is_proved {
-            for (leaf, travel) in leaves.into_iter().zip(travel) {
-                self.near_monitor.allow(leaf, travel + 0.5 * room);
+                self.monitor.allow(set, self.guard.travel_left(leaf));
             }
         }
         is_proved
     }
 
     /// Returns the distance of the boxes of two clusters less the reach of contact, m.
-    fn gap(&self, clusters: [usize; 2]) -> f64 {
-        let [a, b] = clusters.map(|cluster| &self.bounds[cluster]);
-        let apart = (a.low - b.high).sup(&(b.low - a.high)).sup(&Vector::<D>::zeros());
-        let [a, b] = clusters.map(|cluster| self.tree.clusters[cluster].size);
-        apart.norm() - CONTACT_REACH * a.min(b)
+    #[inline]
+    fn gap(&self, [a, b]: [usize; 2]) -> f64 {
+        let (of_a, of_b) = (&self.bounds[a], &self.bounds[b]);
+        let apart = (of_a.low - of_b.high).sup(&(of_b.low - of_a.high)).sup(&Vector::<D>::zeros());
+        apart.norm() - CONTACT_REACH * self.tree.clusters[a].size.min(self.tree.clusters[b].size)
     }
 
     /// Divides two clusters into far and near pairs.
-    fn separate(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, [a, b]: [usize; 2]) {
+    fn separate(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, [a, b]: [usize; 2]) {
         let halves = [a, b].map(|cluster| self.tree.clusters[cluster].halves);
         if a == b {
             let Some([low, high]) = halves[0] else { return self.add_near(at, [a, b]) };
@@ -319,14 +307,15 @@ impl<const D: usize> SeparationList<D> {
             }
             return;
         }
-        for cluster in [a, b] {
-            self.measure_box(at, cluster);
+        let sets = [a, b].map(|cluster| ProofKind::Far.set(cluster));
+        for set in sets {
+            self.measure(at, set);
         }
         let extents = [a, b].map(|cluster| (self.bounds[cluster].high - self.bounds[cluster].low).norm());
         let gap = self.gap([a, b]);
         if gap >= SEPARATION * extents[0].max(extents[1]) {
-            let pair = self.far.add([a, b], LEAST_ROOM * gap);
-            self.allow_far(at, pair);
+            let pair = self.pairs.add(sets, PairProof::Far { least_room: LEAST_ROOM * gap });
+            self.allow(at, pair);
             return;
         }
         match halves {
@@ -351,15 +340,20 @@ impl<const D: usize> SeparationList<D> {
 
     /// Proves a pair of near leaves, or of a leaf with itself: by their cones, or by the distances of their nodes and
     /// facets.
-    fn add_near(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaves: [usize; 2]) {
-        if self.allow_aligned(at, leaves) {
-            self.aligned.add(leaves, ());
+    fn add_near(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, leaves: [usize; 2]) {
+        let sets = leaves.map(|leaf| ProofKind::Aligned.set(leaf));
+        // Normals that were far from aligned when they were measured last are not measured again.
+        let may_be_aligned =
+            sets.iter().any(|set| self.looks[*set] == 0) || self.guard.room(leaves) > 2.0 * LEAST_CHORD;
+        if may_be_aligned && self.allow_aligned(at, leaves) {
+            self.pairs.add(sets, PairProof::Aligned);
             return;
         }
-        for leaf in leaves {
-            self.measure_leaf(at, leaf);
+        let sets = leaves.map(|leaf| ProofKind::Near.set(leaf));
+        for set in sets {
+            self.measure(at, set);
         }
-        let owner = self.near.next_index();
+        let owner = self.pairs.next_index();
         let (tree, stars, close, balls) = (&self.tree, &self.stars, &mut self.close, &mut self.balls);
         let room = CloseSearch { tree, stars, at, owner, close, balls }.find(leaves);
         for leaf in leaves {
@@ -369,36 +363,35 @@ impl<const D: usize> SeparationList<D> {
         }
         let since = self.leaves.relative(leaves);
         let least_room = LEAST_ROOM * (room - self.leaves.relative_since(leaves, &since));
-        let pair = self.near.add(leaves, DistanceProof { since, room, least_room });
-        self.allow_near(at, pair);
+        let pair = self.pairs.add(sets, PairProof::Near(Box::new(DistanceProof { since, room, least_room })));
+        self.allow(at, pair);
     }
 
     /// Makes the present places of the corners of a leaf its references, and takes what has been used up from the rooms
     /// of its pairs.
-    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl NodePaths<D>>, leaf: usize) {
-        let mut pair = self.near.first(leaf);
+    fn renew_reference(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, leaf: usize) {
+        let set = ProofKind::Near.set(leaf);
+        let mut pair = self.pairs.first(set);
         while pair != END {
-            let used = self.used_room(at, pair);
-            self.near.known_mut(pair).room -= used;
-            pair = self.near.next(pair, leaf);
+            let sets = self.pairs.sets(pair);
+            let travel = sets.map(|set| self.monitor.since_measured(set, at.travel));
+            if let PairProof::Near(proof) = self.pairs.known_mut(pair) {
+                proof.room -= self.leaves.relative_since(sets.map(cluster_of), &proof.since) + travel[0] + travel[1];
+            }
+            pair = self.pairs.next(pair, set);
         }
-        self.leaves.set_reference(&self.tree, leaf, at);
-        let mut pair = self.near.first(leaf);
+        self.leaves.set_reference(leaf, at);
+        let mut pair = self.pairs.first(set);
         while pair != END {
-            let leaves = self.near.clusters(pair);
-            let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
+            let sets = self.pairs.sets(pair);
+            let travel = sets.map(|set| self.monitor.since_measured(set, at.travel));
             let margin = Vector::<D>::repeat(travel[0] + travel[1]);
-            let BoundingBox { low, high } = self.leaves.relative(leaves);
-            self.near.known_mut(pair).since = BoundingBox { low: low - margin, high: high + margin };
-            pair = self.near.next(pair, leaf);
+            let BoundingBox { low, high } = self.leaves.relative(sets.map(cluster_of));
+            if let PairProof::Near(proof) = self.pairs.known_mut(pair) {
+                proof.since = BoundingBox { low: low - margin, high: high + margin };
+            }
+            pair = self.pairs.next(pair, set);
         }
-        self.unsettled[1].push(leaf as u32);
-    }
-
-    /// Returns a bound of the relative displacements of two leaves since the room of their pair was found, m.
-    fn used_room(&self, at: &SurfaceMotion<'_, impl NodePaths<D>>, pair: u32) -> f64 {
-        let leaves = self.near.clusters(pair);
-        let travel = leaves.map(|leaf| self.near_monitor.since_measured(leaf, at.travel));
-        self.leaves.relative_since(leaves, &self.near.known(pair).since) + travel[0] + travel[1]
+        self.unsettled.push(set as u32);
     }
 }

@@ -1,29 +1,22 @@
 //! Tests of the separation list against a search through all nodes and facets.
 
+use super::batch_travel::TRAVEL_BATCH;
 use super::facet::outward_normal;
 use super::facet_foot::FacetFoot;
 use super::self_contact::{CONTACT_REACH, contact_size};
 use super::separation_list::SeparationList;
 use super::surface::ContactSurface;
-use super::surface_motion::{NodePaths, SurfaceMotion, SurfaceStars};
+use super::surface_motion::{NodePlaces, SurfaceMotion, SurfaceStars};
 use super::test_surface::any;
-use crate::math::{SUM_BLOCK, Vector, Vector3, embed};
+use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{BlockSpec, CellSplit, ElementId, Mesh, NodeId, NodeIncidence, block};
 
-/// Nodes with their places and velocities.
-#[derive(Clone)]
-struct MovingNodes<const D: usize> {
-    place: Vec<Vector<D>>,
-    velocity: Vec<Vector<D>>,
-}
+/// Nodes with their places.
+struct PlacedNodes<const D: usize>(Vec<Vector<D>>);
 
-impl<const D: usize> NodePaths<D> for &MovingNodes<D> {
+impl<const D: usize> NodePlaces<D> for &PlacedNodes<D> {
     fn place(&self, node: NodeId) -> Vector<D> {
-        self.place[node.index()]
-    }
-
-    fn velocity(&self, node: NodeId) -> Vector<D> {
-        self.velocity[node.index()]
+        self.0[node.index()]
     }
 }
 
@@ -53,12 +46,12 @@ fn horseshoe<const D: usize>(arm: f64, gap: f64, height: f64) -> Mesh<D> {
 fn facing_pairs<const D: usize>(
     surface: &ContactSurface,
     stars: &SurfaceStars,
-    nodes: &MovingNodes<D>,
+    nodes: &PlacedNodes<D>,
 ) -> Vec<(NodeId, ElementId)> {
-    let corners = |facet: ElementId| surface.facets[facet.index()].map(|node| embed(&nodes.place[node.index()]));
+    let corners = |facet: ElementId| surface.facets[facet.index()].map(|node| embed(&nodes.0[node.index()]));
     let mut found = vec![];
     for at in &surface.nodes {
-        let point = embed(&nodes.place[at.node.index()]);
+        let point = embed(&nodes.0[at.node.index()]);
         let around = surface.around.of(at.node).iter();
         let outward: Vector3 = around.map(|facet| outward_normal::<D>(&corners(*facet))).sum();
         for facet in (0..surface.facets.len() as u32).map(ElementId) {
@@ -96,23 +89,21 @@ fn check_list<const D: usize>(steps: u32) -> (usize, f64) {
         || SurfaceStars::new(&surface, |node| star.of(node), |element| &mesh.elements[element.index()][..=D]);
     let stars = new_stars();
     let place = |phase: f64| mesh.rest.iter().enumerate().map(move |(i, x)| place_at(x, i, phase)).collect::<Vec<_>>();
-    let mut nodes = MovingNodes { place: place(0.0), velocity: vec![Vector::<D>::zeros(); mesh.rest.len()] };
-    let mut travel = vec![0.0; mesh.rest.len().div_ceil(SUM_BLOCK)];
-    let at = SurfaceMotion { surface: &surface, time: 0.0, travel: &travel, nodes: &nodes };
+    let mut nodes = PlacedNodes(place(0.0));
+    let mut travel = vec![0.0; mesh.rest.len().div_ceil(TRAVEL_BATCH)];
+    let at = SurfaceMotion { surface: &surface, travel: &travel, nodes: &nodes };
     let mut list = SeparationList::new(&at, new_stars());
     let (mut in_reach, mut most, mut time) = (0, 0.0_f64, 0.0);
     for step in 0..steps {
         let dt = (1.0 + 0.9 * any(step as usize)) / f64::from(steps);
         let next = place(time + dt);
-        nodes.velocity = next.iter().zip(&nodes.place).map(|(next, now)| (next - now) / dt).collect();
-        for (at, of) in (0..).zip(&surface.nodes) {
-            list.note_velocity(at, &nodes.velocity[of.node.index()], time);
+        for (i, batch) in travel.iter_mut().enumerate() {
+            let moved =
+                next.iter().zip(&nodes.0).skip(i * TRAVEL_BATCH).take(TRAVEL_BATCH).map(|(next, now)| next - now);
+            *batch += moved.map(|moved| moved.norm()).fold(0.0, f64::max) * (1.0 + 1e-9);
         }
-        (nodes.place, time) = (next, time + dt);
-        for (run, velocities) in travel.iter_mut().zip(nodes.velocity.chunks(SUM_BLOCK)) {
-            *run += dt * velocities.iter().map(Vector::<D>::norm).fold(0.0, f64::max) * (1.0 + 1e-9);
-        }
-        list.update(&SurfaceMotion { surface: &surface, time, travel: &travel, nodes: &nodes });
+        (nodes.0, time) = (next, time + dt);
+        list.update(&SurfaceMotion { surface: &surface, travel: &travel, nodes: &nodes });
         let facing = facing_pairs(&surface, &stars, &nodes);
         in_reach += facing.len();
         for (node, facet) in facing {

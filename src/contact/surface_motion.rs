@@ -4,21 +4,16 @@ use super::surface::ContactSurface;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// Places and velocities of the nodes of a surface.
-pub(crate) trait NodePaths<const D: usize> {
+/// Places of the nodes of a surface.
+pub(crate) trait NodePlaces<const D: usize> {
     /// Returns the place of a node, m.
     fn place(&self, node: NodeId) -> Vector<D>;
-
-    /// Returns the velocity of a node, m/s.
-    fn velocity(&self, node: NodeId) -> Vector<D>;
 }
 
-/// Surface in motion at a time.
+/// Surface in motion.
 pub(crate) struct SurfaceMotion<'a, N> {
     pub surface: &'a ContactSurface,
-    /// Time, s.
-    pub time: f64,
-    /// Travel of each run of nodes up to then, m.
+    /// Travel of each batch of nodes so far, m.
     pub travel: &'a [f64],
     pub nodes: N,
 }

@@ -2,13 +2,14 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
+use crate::contact::TRAVEL_BATCH;
 use crate::fem::LANES;
 use crate::math::SUM_BLOCK;
 use std::ops::Range;
 
 /// Nodes of a batch; each stage (sums, limits, kicks) runs over the whole batch. Not tuned: any number works that
 /// fills SIMD vectors and stays in the nearest cache.
-pub(super) const NODE_BATCH: usize = 32;
+pub(super) const NODE_BATCH: usize = TRAVEL_BATCH;
 
 const _: () = assert!(NODE_BATCH.is_multiple_of(LANES), "they fill vectors");
 

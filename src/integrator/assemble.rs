@@ -9,7 +9,7 @@ use super::stability::{stable_steps, tick_grid};
 use super::system::{DiscreteModel, DiscreteSystem};
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, UnusableStep};
-use crate::contact::{BodyState, ContactDetection, ImpulseLaw, NeighbourList, RigidBody};
+use crate::contact::{BatchTravel, BodyState, ContactDetection, ImpulseLaw, NeighbourList, RigidBody};
 use crate::fem::{ElementStates, HistoryVariables, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, embed};
@@ -83,6 +83,7 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
     let mut system = DiscreteSystem {
         blocks: element_blocks(&gel, &layout, &settings),
         clock: MeshClock::new(origin, (step, longest), state.position.len()),
+        batch_travel: BatchTravel::default(),
         separation: None,
         contact: ContactDetection::new(neighbours, gel.surface.nodes.len()),
         workspace: Workspace::new(state.position.len(), gel.surface.nodes.len(), layout.n_groups()),

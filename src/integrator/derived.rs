@@ -1,11 +1,10 @@
 //! Quantities derived from the state: events, last ticks of nodes, moving blocks, neighbour list, range of steps.
 
 use super::SteppingSchedule;
-use super::active_set::RUN;
+use super::active_set::{NODE_BATCH, RUN};
 use super::schedule::EventQueue;
-use super::self_contact_phase::separation_list;
 use super::system::DiscreteSystem;
-use crate::contact::NeighbourList;
+use crate::contact::{BatchTravel, NeighbourList};
 use crate::fem::Potential;
 use crate::math::{Vector, embed};
 use crate::mesh::NodeId;
@@ -25,13 +24,15 @@ pub(super) fn derive_from_state<const D: usize, P: Potential<D>>(system: &mut Di
         blocks.load_history(&system.model.layout, &state.memory);
     }
     let max_speed = |chunk: &[Vector<D>]| chunk.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
-    let speeds: Vec<f64> = state.velocity.chunks(RUN).map(max_speed).collect();
+    let speeds = |nodes: usize| state.velocity.chunks(nodes).map(max_speed).collect::<Vec<f64>>();
+    let (speeds, of_batches) = (speeds(RUN), speeds(NODE_BATCH));
     let now = system.model.grid.time(state.now.unwrap_or(system.clock.origin));
     derive_last_ticks(system);
     let place = |node: usize| embed(&system.position_at(NodeId(node as u32), now));
     system.contact.neighbours = NeighbourList::new(&system.model.gel.surface, now, speeds, place);
     system.contact.knows_bodies = false;
-    system.separation = separation_list(system, now);
+    system.batch_travel = BatchTravel::new(now, of_batches);
+    system.separation = None;
     update_step_range(system);
 }
 

@@ -140,7 +140,9 @@ pub(super) fn note_speeds<const D: usize, P: Potential<D>>(system: &mut Discrete
     let listed =
         if system.blocks.is_none() { active.reference_nodes() } else { active.listed_nodes().unwrap_or_default() };
     for node in listed.iter().map(|node| *node as usize) {
-        system.contact.neighbours.note_speed(node, system.state.velocity[node].norm());
+        let speed = system.state.velocity[node].norm();
+        system.contact.neighbours.note_speed(node, speed);
+        system.batch_travel.note_speed(node, speed);
     }
 }
 

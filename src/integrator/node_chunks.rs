@@ -1,6 +1,6 @@
 //! Nodal data in chunks, the unit in which threads share them and sums are formed.
 
-use super::active_set::RUN;
+use super::active_set::{NODE_BATCH, RUN};
 use super::kick_sums::KickSums;
 use super::pool::SplitWork;
 use crate::math::Vector;
@@ -22,6 +22,8 @@ pub(super) struct NodeChunks<'a, const D: usize> {
     pub excess: &'a mut [f64],
     /// Relative changes of velocity by damping.
     pub decay: &'a mut [f64],
+    /// Bounds of the speeds of the batches, m/s.
+    pub speeds: &'a mut [f64],
     pub sums: &'a mut [KickSums],
 }
 
@@ -37,6 +39,7 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
         let (limit, more_limit) = self.limit.split_at_mut(at);
         let (excess, more_excess) = self.excess.split_at_mut(at);
         let (decay, more_decay) = self.decay.split_at_mut(at);
+        let (speeds, more_speeds) = self.speeds.split_at_mut(at.div_ceil(NODE_BATCH));
         let (sums, more_sums) = self.sums.split_at_mut(chunks);
         let more = Self {
             first: self.first + at,
@@ -47,8 +50,9 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
             limit: more_limit,
             excess: more_excess,
             decay: more_decay,
+            speeds: more_speeds,
             sums: more_sums,
         };
-        (Self { first: self.first, position, velocity, before, last, limit, excess, decay, sums }, more)
+        (Self { first: self.first, position, velocity, before, last, limit, excess, decay, speeds, sums }, more)
     }
 }

@@ -35,13 +35,30 @@ impl<const D: usize> NodeChunks<'_, D> {
                 // level.
                 while let Some((n, some)) = active.next_batch(&mut nodes) {
                     let mut nodal = tile.nodal_sums(&some[..n], rule);
+                    let greatest = std::mem::take(&mut sums.max_speed_squared);
                     update.apply(&mut self, &some[..n], &mut nodal, &mut sums);
+                    self.note_speed(&some[..n], sums.max_speed_squared.sqrt());
+                    sums.max_speed_squared = sums.max_speed_squared.max(greatest);
                     tile.record(&some[..n], &nodal);
                 }
                 sums.limit = sums.limit.min(tile.least());
                 tile.notify_blocks(blocks);
             }
             self.sums[chunk] = sums;
+        }
+    }
+
+    /// Sets or raises the speed bounds of the batches of some nodes, ascending, to their greatest speed, m/s: sets it if
+    /// they are all nodes of a batch.
+    #[inline(always)]
+    fn note_speed(&mut self, nodes: &[usize], speed: f64) {
+        let (first, end) = (nodes[0] - self.first, nodes[nodes.len() - 1] - self.first + 1);
+        let batches = first / NODE_BATCH..end.div_ceil(NODE_BATCH);
+        let is_whole = end - first == nodes.len()
+            && first.is_multiple_of(NODE_BATCH)
+            && (end.is_multiple_of(NODE_BATCH) || end == self.position.len());
+        for bound in &mut self.speeds[batches] {
+            *bound = if is_whole { speed } else { bound.max(speed) };
         }
     }
 }
@@ -113,6 +130,7 @@ fn update_active_nodes<const D: usize, P: Potential<D>>(
         limit: &mut workspace.node_limits,
         excess: &mut state.excess,
         decay: &mut workspace.decay,
+        speeds: &mut system.batch_travel.speeds,
         sums: &mut workspace.chunk_sums,
     };
     let (active, mut total) = (&workspace.active_nodes, KickSums::default());
@@ -174,6 +192,7 @@ mod tests {
             let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.system.clock.last_ticks.clone());
             let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.system.state.excess.clone());
             let (mut decay, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
+            let mut speeds = vec![0.0; n_nodes.div_ceil(NODE_BATCH)];
             let mut chunks = NodeChunks {
                 first: 0,
                 position: &mut position,
@@ -183,6 +202,7 @@ mod tests {
                 limit: &mut limit,
                 excess: &mut excess,
                 decay: &mut decay,
+                speeds: &mut speeds,
                 sums: &mut sums,
             };
             if by_tile {

@@ -240,11 +240,10 @@ mod tests {
         let (still, first) = (5, 3);
         let mut velocity = vectors(100);
         velocity[still] = Vector::<3>::zeros();
-        let (mut position, mut before) = (vectors(0), vectors(200));
+        let (mut position, mut before, mut sums) = (vectors(0), vectors(200), KickSums::default());
         let mut last: Vec<Tick> = (0..n as Tick).map(|i| 4000 + i % 7).collect();
-        let (mut limit, mut excess) = (vec![0.0; n], vec![0.0; n]);
+        let (mut limit, mut excess, mut decay) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         (0..NODE_BATCH).filter(|i| contributes(*i)).for_each(|i| excess[first + i] = 1e-2 * any(300 + i));
-        let (mut decay, mut sums) = (vec![0.0; n], KickSums::default());
         let given: [NodeAccumulator; NODE_BATCH] = std::array::from_fn(|i| {
             let p = |k: usize| if first + i != still && contributes(i) { 1e-3 * any(400 + 3 * i + k) } else { 0.0 };
             [p(0), p(1), p(2), 1e3 * (1.0 + any(500 + i).abs())]
@@ -261,6 +260,7 @@ mod tests {
             limit: &mut limit[2..],
             excess: &mut excess[2..],
             decay: &mut decay[2..],
+            speeds: &mut [],
             sums: &mut [],
         };
         update.apply(&mut chunks, &nodes, &mut nodal, &mut sums);

@@ -6,7 +6,7 @@ use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::workspace::PassiveNode;
 use crate::contact::{
-    FacetProximity, NodePaths, SelfContact, SeparationList, SurfaceMotion, SurfaceStars, SurfaceView, look_at_facet,
+    FacetProximity, NodePlaces, SelfContact, SeparationList, SurfaceMotion, SurfaceStars, SurfaceView, look_at_facet,
 };
 use crate::fem::Potential;
 use crate::math::Vector;
@@ -18,15 +18,15 @@ use crate::state::Tick;
 const QUIET_PART: f64 = 0.499;
 
 /// Returns the separation list of the surface with its nodes where they are at a time, s, if the gel can meet itself.
-pub(super) fn separation_list<const D: usize, P: Potential<D>>(
+fn separation_list<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     time: f64,
-) -> Option<SeparationList<D>> {
+) -> Option<Box<SeparationList<D>>> {
     let gel = &system.model.gel;
     let stars = || SurfaceStars::new(&gel.surface, |node| gel.star.of(node), |element| gel.potential.nodes(element));
-    let (travel, nodes) = (system.contact.neighbours.run_travel(), SurfaceNodes { system, time });
-    gel.meets_itself
-        .then(|| SeparationList::new(&SurfaceMotion { surface: &gel.surface, time, travel, nodes }, stars()))
+    let (travel, nodes) = (system.batch_travel.travel(), SurfaceNodes { system, time });
+    let at = SurfaceMotion { surface: &gel.surface, travel, nodes };
+    gel.meets_itself.then(|| Box::new(SeparationList::new(&at, stars())))
 }
 
 /// Nodes of a system at a time, s.
@@ -35,27 +35,23 @@ struct SurfaceNodes<'a, const D: usize, P> {
     time: f64,
 }
 
-impl<const D: usize, P: Potential<D>> NodePaths<D> for SurfaceNodes<'_, D, P> {
+impl<const D: usize, P: Potential<D>> NodePlaces<D> for SurfaceNodes<'_, D, P> {
     #[inline]
     fn place(&self, node: NodeId) -> Vector<D> {
         self.system.position_at(node, self.time)
-    }
-
-    #[inline]
-    fn velocity(&self, node: NodeId) -> Vector<D> {
-        self.system.state.velocity[node.index()]
     }
 }
 
 /// Finds the contacts of the gel with itself, by node and facet, whether their nodes are active or not: an impulse may
 /// change the velocity of a node of another contact.
 pub(super) fn find_self_contacts<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let Some(mut list) = system.separation.take() else { return };
+    let time = system.model.grid.time(tick);
+    let Some(mut list) = system.separation.take().or_else(|| separation_list(system, time)) else { return };
     let mut contacts = std::mem::take(&mut system.workspace.self_contacts);
     contacts.clear();
-    let (surface, time) = (SurfaceAtTick::of(system), system.model.grid.time(tick));
-    let (travel, nodes) = (system.contact.neighbours.run_travel(), SurfaceNodes { system, time });
-    list.update(&SurfaceMotion { surface: surface.surface(), time, travel, nodes });
+    let surface = SurfaceAtTick::of(system);
+    let (travel, nodes) = (system.batch_travel.travel(), SurfaceNodes { system, time });
+    list.update(&SurfaceMotion { surface: surface.surface(), travel, nodes });
     let (travel, time_ahead) =
         (system.contact.neighbours.node_travel(), |nodes: &[NodeId]| time_ahead(system, nodes, tick));
     for close in list.close().iter_mut().filter(|close| close.may_be_in_reach(travel)) {
@@ -118,29 +114,4 @@ pub(super) fn rebase_passive_nodes<const D: usize, P: Potential<D>>(system: &mut
             system.note_speed(a);
         }
     }
-}
-
-/// Records the new velocities of the surface nodes in the separation list.
-pub(super) fn note_surface_velocities<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let Some(mut list) = system.separation.take() else { return };
-    let (surface, workspace, time) = (&system.model.gel.surface, &system.workspace, system.model.grid.time(tick));
-    let mut note = |at: u32, node: usize| list.note_velocity(at, &system.state.velocity[node], time);
-    let listed = match &system.blocks {
-        Some(_) => workspace.active_nodes.listed_nodes(),
-        None => Some(workspace.active_nodes.reference_nodes()),
-    };
-    if let Some(listed) = listed {
-        for node in listed.iter().map(|node| *node as usize) {
-            surface.of[node].into_iter().for_each(|at| note(at, node));
-        }
-    } else {
-        let all = (0..).zip(&surface.nodes).filter(|(_, at)| workspace.active_nodes.has(at.node.index()));
-        all.for_each(|(at, of)| note(at, of.node.index()));
-    }
-    let struck =
-        workspace.impulse_nodes.iter().map(|of| of.node).chain(workspace.passive_nodes.iter().map(|of| of.node));
-    for node in struck {
-        surface.of[node.index()].into_iter().for_each(|at| note(at, node.index()));
-    }
-    system.separation = Some(list);
 }

@@ -9,7 +9,7 @@ use super::element_order::ElementLayout;
 use super::substep::TickContext;
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
-use crate::contact::{ContactDetection, FreeDirections, RigidBody, SeparationList};
+use crate::contact::{BatchTravel, ContactDetection, FreeDirections, RigidBody, SeparationList};
 use crate::fem::Potential;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
@@ -39,8 +39,10 @@ pub(super) struct DiscreteSystem<const D: usize, P> {
     /// reference form.
     pub blocks: Option<ElementBlocks<D>>,
     pub contact: ContactDetection,
-    /// Separation list of the surface, if the gel can meet itself.
-    pub separation: Option<SeparationList<D>>,
+    /// Travel of the nodes by batches, if the gel can meet itself.
+    pub batch_travel: BatchTravel,
+    /// Separation list of the surface, once the gel can have met itself.
+    pub separation: Option<Box<SeparationList<D>>>,
     pub workspace: Workspace<D>,
     pub pool: Option<Arc<WorkerPool>>,
 }
@@ -102,6 +104,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
     }
 
     /// Returns the position of a node drifted to time `t`, m.
+    #[inline]
     pub fn position_at(&self, node: NodeId, t: f64) -> Vector<D> {
         let last = self.model.grid.time(self.clock.last_ticks[node.index()]);
         self.state.drifted(node.index(), t - last)
@@ -116,6 +119,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
     pub fn note_speed(&mut self, node: usize) {
         let velocity = self.state.velocity[node];
         self.contact.neighbours.note_speed(node, velocity.norm());
+        self.batch_travel.note_speed(node, velocity.norm());
         if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
             blocks.activate_around(node);
         }

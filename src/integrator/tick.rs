@@ -25,7 +25,7 @@ use super::mesh_end::find_collapse;
 use super::node_loop::{drift_active, update_nodes};
 use super::orientation::check_spin;
 use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
-use super::self_contact_phase::{find_self_contacts, note_surface_velocities};
+use super::self_contact_phase::find_self_contacts;
 use super::step_size::{count_global_steps, end_global_steps, groups_to_check, set_clocks};
 use super::stretch_limit::{check_stretch, find_stretch};
 use super::substep::MeshPhase;
@@ -79,6 +79,9 @@ fn drift_and_evaluate<const D: usize, P: Potential<D>>(
 /// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also finds the
 /// stable limits of the nodes. The reference form finds the limits alone and kicks when the steps are known.
 fn kick_by_planned_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    if system.model.gel.meets_itself {
+        system.batch_travel.go_on(system.model.grid.time(tick));
+    }
     if system.blocks.is_some() { update_nodes(system, tick) } else { measure_limits(system) }
 }
 
@@ -106,9 +109,7 @@ fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
 ) -> f64 {
     find_contact_points(system, tick);
     find_self_contacts(system, tick);
-    let work = complete_kicks(system, tick, sums);
-    note_surface_velocities(system, tick);
-    work
+    complete_kicks(system, tick, sums)
 }
 
 /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the
