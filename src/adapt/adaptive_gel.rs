@@ -37,7 +37,7 @@ pub(crate) struct AdaptiveGel<const D: usize> {
 /// of the settings: an eighth at 0.3.
 const LEAST_STEP: f64 = 0.125 / 0.3;
 /// Edge of a facet at a body, in usual lengths, above which the mesh ends.
-const LONG_FACET: f64 = 2.5;
+const LONG_FACET: f64 = 2.0;
 /// Edge of a facet at a body, in usual lengths, above which the mesh of a gel that flows ends.
 const FLOWING_FACET: f64 = 1.5;
 /// Fraction of the step of an element on a new mesh below which the mesh ends, where that step is short already.

@@ -1,7 +1,7 @@
 //! Candidate mesh for remeshing: mesh generation, acceptance and transfer of fields and state.
 
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
-use super::attempt::{MeshGenerator, RemeshAttempt};
+use super::attempt::MeshGenerator;
 use super::history;
 use super::refusal::RemeshRefusal;
 use super::source_mesh::{SourceMesh, TargetMesh};
@@ -55,10 +55,12 @@ pub(super) struct RemeshInput<'a, const D: usize> {
     pub size: &'a [f64],
 }
 
-/// Tolerance for a two-network gel. The wall of a wide cavity in coarsening cells exceeds
-/// [`MEASURE_TOLERANCE`]. At 210 m/s
-/// nodes were then no longer removed, came within 0.1 µm of each other on the axis, and cut the step to a thousandth.
+/// Tolerance for the relative change of area or volume of a two-network gel, whose surface is smoothed: that of the wall of
+/// a wide cavity in coarsening cells.
 pub(super) const NETWORK_MEASURE_TOLERANCE: f64 = 1e-4;
+/// Quality that an immersed mesh must reach if the old mesh did. Cutting stays above it except in corners that the
+/// sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
+const IMMERSED_QUALITY: f64 = 0.1;
 /// Relative tolerance of mass conservation. Round-off leaves 2e-14 over a run with a hundred remeshings.
 const MASS_TOLERANCE: f64 = 1e-12;
 /// Greatest ratio of new to old kinetic energy: finer meshes hold a few per cent more of short waves.
@@ -94,7 +96,7 @@ pub(super) struct NewMesh<const D: usize> {
     pub patches: Option<ElementPatches>,
 }
 
-/// Generates a new mesh and transfers all fields and state to it.
+/// Generates a new mesh of sizes scaled by a factor, and transfers all fields and state to it.
 ///
 /// # Errors
 /// [`RemeshRefusal`] if the mesh is not acceptable.
@@ -102,14 +104,13 @@ pub(super) fn generate_candidate<const D: usize>(
     gel: &AdaptiveGel<D>,
     input: &RemeshInput<'_, D>,
     generator: MeshGenerator<D>,
-    attempt: RemeshAttempt,
+    size_factor: f64,
 ) -> Result<CandidateMesh<D>, RemeshRefusal> {
     let RemeshInput { old, moved, data, size } = *input;
-    let bodies = gel.active_bodies();
-    let (proposal, measure) = generator(attempt, moved, size, &|x| clear_of_bodies(&bodies, x))?;
+    let (proposal, measure) = generator(moved, size, size_factor)?;
     let worst = data.qualities.iter().copied().fold(f64::INFINITY, f64::min);
     let measure = if gel.has_networks() { measure.max(NETWORK_MEASURE_TOLERANCE) } else { measure };
-    let acceptance = AcceptanceLimits { measure, quality: attempt.least_quality::<D>(worst) };
+    let acceptance = AcceptanceLimits { measure, quality: worst.min(IMMERSED_QUALITY) };
     let pairing = MeshCorrespondence::of(&old.mesh, &proposal);
     transfer_to(gel, input, NewMesh { proposal, pairing, acceptance, patches: None })
 }

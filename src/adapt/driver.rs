@@ -1,13 +1,15 @@
 //! Remeshing driver: replaces a distorted mesh, and continues the run on the new one (numerics 4, A12).
 //!
 //! The integrator ends a mesh at a tick at which an element is distorted or a remeshing is due, and the driver follows.
-//! An attempt finds target sizes, makes a candidate mesh, tests its quality and its volume, transfers mass, momentum and
-//! history variables to it, and tests its stable steps; the first candidate that passes continues the run. Where every
-//! attempt is refused, gel is eroded (its energy is the account `eroded`) and the attempts are repeated; at last the run
-//! continues on the old mesh. The change of energy by a remeshing is the account `remesh`.
+//! First the elements that hinder are remade by local operations. Where these do not suffice, or are not asked for, the
+//! immersed method makes a mesh in the plane and about an axis: an attempt makes a candidate of the target sizes, tests
+//! its quality and its area, transfers mass, momentum and history variables to it, and tests its stable steps; the first
+//! candidate that passes continues the run. Where all are refused, gel is eroded (its energy is the account `eroded`) and
+//! all this is repeated; at last the run continues on the old mesh. The change of energy by a remeshing is the account
+//! `remesh`.
 
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
-use super::attempt::{MeshGenerator, RemeshAttempt, generate_mesh};
+use super::attempt::{MeshGenerator, SIZE_FACTORS, generate_mesh};
 use super::candidate::{CandidateMesh, OldMeshData, RemeshInput, generate_candidate, old_mesh_data};
 use super::erosion::{MAX_ERODED_FRACTION, MAX_EROSIONS, erode_thin_gel};
 use super::erosion_on_failure::erode_on_failure;
@@ -15,7 +17,7 @@ use super::local_edits::{EditedGel, candidate_of, edit_mesh};
 use super::preview::{RemeshTrial, try_remesh};
 use super::record::RemeshRecord;
 use super::refusal::{FailedRemesh, RemeshRefusal};
-use super::settings::AdaptSettings;
+use super::settings::{AdaptSettings, RemeshMethod};
 use super::sizes::target_sizes;
 use crate::integrator::{BalanceTotals, StepError, UnusableStep};
 use crate::remesh::DeformedMesh;
@@ -31,14 +33,14 @@ pub(crate) trait RemeshDriver {
     /// old mesh can be stepped.
     fn remesh(&mut self) -> Result<(), StepError>;
 
-    /// Tries a remeshing now by every method, for its pictures, without changing the gel; `None` in space, where there is
+    /// Tries a remeshing now by each method, for its pictures, without changing the gel; `None` in space, where there is
     /// one method alone, and for a scene without remeshing.
     fn try_remesh(&self) -> Option<RemeshTrial>;
 }
 
 impl RemeshDriver for AdaptiveGel<2> {
     fn remesh(&mut self) -> Result<(), StepError> {
-        remesh_with(self, generate_mesh)
+        remesh_with(self, Some(generate_mesh))
     }
 
     fn try_remesh(&self) -> Option<RemeshTrial> {
@@ -48,7 +50,7 @@ impl RemeshDriver for AdaptiveGel<2> {
 
 impl RemeshDriver for AdaptiveGel<3> {
     fn remesh(&mut self) -> Result<(), StepError> {
-        remesh_with(self, generate_mesh)
+        remesh_with(self, None)
     }
 
     fn try_remesh(&self) -> Option<RemeshTrial> {
@@ -71,8 +73,8 @@ struct FailedReplacement {
     data: OldMeshData,
 }
 
-/// Remeshes: attempts, then erosion and further attempts, then the old mesh.
-fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: MeshGenerator<D>) -> Result<(), StepError> {
+/// Remeshes: candidates, then erosion and further candidates, then the old mesh. There is no generator in space.
+fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: Option<MeshGenerator<D>>) -> Result<(), StepError> {
     let Some(settings) = gel.definition.remesh else { return Ok(()) };
     let begun = Instant::now();
     if gel.engine.state().birth.is_none() {
@@ -130,7 +132,7 @@ fn check_divergence<const D: usize>(gel: &AdaptiveGel<D>) -> Option<StepError> {
 /// [`FailedReplacement`] if every candidate was refused.
 fn replace_mesh<const D: usize>(
     gel: &mut AdaptiveGel<D>,
-    generator: MeshGenerator<D>,
+    generator: Option<MeshGenerator<D>>,
     settings: &AdaptSettings,
     begun: Instant,
 ) -> Result<(), FailedReplacement> {
@@ -142,27 +144,17 @@ fn replace_mesh<const D: usize>(
     let data = old_mesh_data(gel, &moved, adjacency);
     let mut reasons = vec![];
     let edit_input = RemeshInput { old: &old, moved: &moved, data: &data, size: &[] };
-    let mut edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings));
+    let mut edited = (settings.method == RemeshMethod::Local).then(|| edit_mesh(gel, &old, settings));
     if let Some(edited) = edited.take_if(|edited| edited.is_sufficient()) {
         match install_edited(gel, &edit_input, edited, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(why),
         }
     }
-    let size = target_sizes(gel, &moved, settings, &data.adjacency);
-    let attempts = RemeshAttempt::all::<D>(settings.method, gel.has_networks());
-    for (attempt, number) in attempts.into_iter().zip(1..) {
-        let input = RemeshInput { size: &size, ..edit_input };
-        let candidate = match generate_candidate(gel, &input, generator, attempt) {
-            Ok(candidate) => candidate,
-            Err(why) => {
-                reasons.push(why);
-                continue;
-            }
-        };
-        match install_candidate(gel, candidate, number, begun) {
+    if let Some(generator) = generator {
+        match install_first(gel, &edit_input, (settings, generator), begun) {
             Ok(()) => return Ok(()),
-            Err(why) => reasons.push(RemeshRefusal::Steps(why)),
+            Err(why) => reasons.extend(why),
         }
     }
     if let Some(edited) = edited.filter(EditedGel::is_upright) {
@@ -172,6 +164,32 @@ fn replace_mesh<const D: usize>(
         }
     }
     Err(FailedReplacement { reasons, data })
+}
+
+/// Continues with the first mesh of a generator that is accepted; `begun` is when the remeshing began.
+///
+/// # Errors
+/// Reasons why each attempt was refused.
+fn install_first<const D: usize>(
+    gel: &mut AdaptiveGel<D>,
+    input: &RemeshInput<'_, D>,
+    (settings, generator): (&AdaptSettings, MeshGenerator<D>),
+    begun: Instant,
+) -> Result<(), Vec<RemeshRefusal>> {
+    let size = target_sizes(gel, input.moved, settings, &input.data.adjacency);
+    let input = RemeshInput { size: &size, ..*input };
+    let mut reasons = vec![];
+    // In the place of operations that fail a finer mesh seldom succeeds, where one of these sizes does not.
+    let n_attempts = if settings.method == RemeshMethod::Local { 1 } else { SIZE_FACTORS.len() };
+    for (size_factor, number) in SIZE_FACTORS.into_iter().zip(1..).take(n_attempts) {
+        let installed = generate_candidate(gel, &input, generator, size_factor)
+            .and_then(|candidate| install_candidate(gel, candidate, number, begun).map_err(RemeshRefusal::Steps));
+        match installed {
+            Ok(()) => return Ok(()),
+            Err(why) => reasons.push(why),
+        }
+    }
+    Err(reasons)
 }
 
 /// Continues with a candidate mesh of this attempt, from 1; `begun` is when the remeshing began. The energy that operations or

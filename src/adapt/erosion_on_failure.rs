@@ -13,7 +13,7 @@ use crate::remesh::RemeshError;
 /// The elements are:
 /// - inverted or [massless](is_massless) elements;
 /// - the stiffest element around each node without a stable step, and the element behind a leaking facet;
-/// - elements at edges where a mesh was refused because the boundary crosses or touches itself;
+/// - elements at nodes where a mesh was refused because the boundary touches itself;
 /// - elements by which a new mesh, or the remaining one, could not be stepped.
 pub(super) fn erode_on_failure<const D: usize>(gel: &mut AdaptiveGel<D>, refused: &[RemeshRefusal]) -> bool {
     let old = gel.current_mesh();
@@ -62,7 +62,7 @@ fn mark_elements<const D: usize>(
     has_marked
 }
 
-/// Sets of old nodes that a refusal blames: the ends of edges without a mesh, and the corners of elements that could
+/// Sets of old nodes that a refusal blames: those where the boundary touches itself, and the corners of elements that could
 /// not be stepped.
 fn blamed_nodes<const D: usize>(why: &RemeshRefusal, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
     let at = |place: &[f64; 2]| {
@@ -71,8 +71,6 @@ fn blamed_nodes<const D: usize>(why: &RemeshRefusal, position: &[Vector<D>]) -> 
     };
     match why {
         RemeshRefusal::Steps(why) => vec![stepless_nodes(why, position)],
-        RemeshRefusal::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
-        RemeshRefusal::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
         RemeshRefusal::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
         _ => vec![],
     }
@@ -106,12 +104,11 @@ mod tests {
     }
 
     #[test]
-    fn elements_erode_at_old_ends_of_edges_without_a_mesh() {
+    fn elements_erode_where_the_boundary_touches_itself_and_where_no_step_is_stable() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
         let of = |why: RemeshError| blamed_nodes(&RemeshRefusal::Made(why), &position);
         let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);
-        assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, d]] }), [vec![a, c], vec![b, d]]);
-        assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
+        assert_eq!(of(RemeshError::Coincident { place: [1.0, 0.0] }), [vec![b]]);
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
         assert!(blamed_nodes(&RemeshRefusal::Massless { nodes: 1 }, &position).is_empty());
         let stepless = |corners: [[f64; 3]; 3]| {

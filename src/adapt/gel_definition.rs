@@ -72,12 +72,10 @@ impl GelDefinition {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
-    /// Returns true if the mesh is remade by local operations: not yet that of a two-network gel in space, where they leave
-    /// too many poor elements beside the body (a BB stopped 73 mm deep instead of 81).
+    /// Returns true if elements are remade by local operations before they fail.
     pub fn is_edited(&self) -> bool {
         let is_edited = |settings: &AdaptSettings| settings.method == RemeshMethod::Local && settings.quality > 0.0;
-        let flows_in_space = self.section == Section::Spatial && matches!(self.material, Material::TwoNetwork(_));
-        !flows_in_space && self.remesh.as_ref().is_some_and(is_edited)
+        self.remesh.as_ref().is_some_and(is_edited)
     }
 
     /// Stable steps of the elements of a new mesh, s; empty where no limit depends on them.

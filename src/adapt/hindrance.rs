@@ -4,7 +4,7 @@ use super::adaptive_gel::AdaptiveGel;
 use super::settings::AdaptSettings;
 use crate::fem::{Potential, ReferenceShape, SingleElementLaw, SingleElementResponse};
 use crate::math::Vector;
-use crate::mesh::{CORNERS, ElementId, Simplex, facet_measure, poor_quality, shape_quality, signed_volume};
+use crate::mesh::{CORNERS, ElementId, Simplex, facet_measure, poor_quality, signed_volume};
 use crate::remesh::operations::{ElementModel, ElementState};
 use crate::state::MeshInstance;
 
@@ -75,17 +75,34 @@ pub(super) fn hindering_elements<const D: usize>(
     let (potential, position) = (&gel.engine.gel().potential, &gel.engine.state().position);
     let mass = |element: usize| old.corner_mass[element][..=D].iter().sum();
     let mut bad = gel.engine.elements_above(greatest_frequency(gel, settings), mass);
-    let least = settings.min_volume_ratio;
-    let is_compressed = |element: ElementId, nodes: &Simplex| {
-        potential.measure(&nodes.map(|node| position[node.index()])) < least * potential.rest_measure(element)
-    };
     let quality = if gel.has_networks() { poor_quality_of(settings) } else { 0.0 };
     let is_poor = |nodes: &Simplex| quality > 0.0 && poor_quality(position, nodes, quality) < quality;
     let all = (0..).map(ElementId).zip(potential.elements());
-    bad.extend(all.filter(|(element, nodes)| is_poor(nodes) || is_compressed(*element, nodes)).map(|(e, _)| e));
+    bad.extend(
+        all.filter(|(element, nodes)| is_poor(nodes) || compression(gel, settings, *element) > 1.0).map(|(e, _)| e),
+    );
     bad.sort_unstable();
     bad.dedup();
     bad
+}
+
+/// Compression of an element: the least J of the settings over its own; infinite if it is inverted.
+fn compression<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings, element: ElementId) -> f64 {
+    let (potential, position) = (&gel.engine.gel().potential, &gel.engine.state().position);
+    let corners = potential.elements()[element.index()].map(|node| position[node.index()]);
+    let measure = potential.measure(&corners);
+    if measure > 0.0 { settings.min_volume_ratio * potential.rest_measure(element) / measure } else { f64::INFINITY }
+}
+
+/// Elements among these that are compressed beyond the limit, with the limit over their J. An element of a patch is not
+/// held by its own J, and a ring at the axis may close.
+pub(super) fn compressed_elements<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    settings: &AdaptSettings,
+    elements: &[ElementId],
+) -> Vec<(ElementId, f64)> {
+    let compression = |element: &ElementId| (*element, compression(gel, settings, *element));
+    elements.iter().map(compression).filter(|(_, compression)| *compression > 1.0).collect()
 }
 
 impl<const D: usize> ElementModel<D> for ElasticElements {
@@ -110,8 +127,10 @@ impl<const D: usize> ElementModel<D> for FlowingElements {
             |k: usize| facet_measure(now, &std::array::from_fn(|i| CORNERS[if i < k { i } else { i + 1 }.min(D)]));
         let widest = (0..=D).map(facet).fold(0.0, f64::max);
         let height = D as f64 * volume / widest;
-        let hindrance = (self.height / height).max(self.quality / shape_quality(now, &CORNERS));
-        let hindrance = if volume > 0.0 { hindrance } else { f64::INFINITY };
+        let flat = self.height / height;
+        // A better shape hinders less than the height.
+        let quality = poor_quality(now, &CORNERS, self.quality / flat);
+        let hindrance = if volume > 0.0 { flat.max(self.quality / quality) } else { f64::INFINITY };
         ElementState { volume, jacobian: 1.0, energy: 0.0, hindrance }
     }
 

@@ -1,15 +1,16 @@
-//! Trial of a remeshing by every method, without changing the gel.
+//! Trial of a remeshing by each method, without changing the gel.
 
 use super::adaptive_gel::AdaptiveGel;
-use super::attempt::{RemeshAttempt, generate_mesh};
+use super::attempt::{SIZE_FACTORS, generate_mesh};
 use super::candidate::{CandidateMesh, RemeshInput, generate_candidate, old_mesh_data};
-use super::local_edits::{EditedGel, candidate_of, edit_mesh};
+use super::local_edits::{candidate_of, edit_mesh};
 use super::refusal::RemeshRefusal;
 use super::settings::{AdaptSettings, RemeshMethod};
 use super::sizes::{curvatures, target_sizes};
 use crate::math::Vector;
-use crate::mesh::{Simplex, shape_quality};
-use crate::remesh::{self, ConservationDefects, DeformedMesh, ImmersionSteps, MeshQuality, RemeshError, RemeshRules};
+use crate::mesh::{Simplex, shape_quality, signed_volume};
+use crate::remesh::{self, ConservationDefects, DeformedMesh, ImmersionSteps, MeshQuality, MeshRejected, RemeshError};
+use crate::state::MeshInstance;
 
 /// Remeshing with all its steps, by either method.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,34 +54,43 @@ pub(super) fn try_remesh(gel: &AdaptiveGel<2>, settings: &AdaptSettings) -> Reme
     let data = old_mesh_data(gel, &moved, gel.adjacency.clone());
     let size = target_sizes(gel, &moved, settings, &data.adjacency);
     let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
-    let edited = gel.definition.is_edited().then(|| edit_mesh(gel, &old, settings)).filter(EditedGel::is_sufficient);
-    let local = edited.map(|edited| candidate_of(gel, &input, edited).map(|mesh| preview_mesh(gel, mesh, &moved, 1)));
-    let local = local.unwrap_or_else(|| first_accepted(gel, &input, RemeshMethod::Local));
-    let immersed = first_accepted(gel, &input, RemeshMethod::Immersed);
+    let local = after_operations(gel, &input, settings);
+    let immersed = first_accepted(gel, &input);
     let successors = [(RemeshMethod::Immersed, immersed), (RemeshMethod::Local, local)];
     RemeshTrial {
         shapes: old.mesh.elements.iter().map(|element| shape_quality(&position, element)).collect(),
         bend: curvatures(gel, &moved),
-        steps: remesh::immerse(&moved, &size, &RemeshRules::default()),
+        steps: remesh::immerse(&moved, &size),
         size,
         successors,
     }
 }
 
-/// Mesh of the first accepted attempt; the reason of the last refusal if there is none.
-fn first_accepted(
+/// Mesh after local operations; the reason of the refusal if elements stay inverted, or the fields cannot be transferred.
+fn after_operations(
     gel: &AdaptiveGel<2>,
     input: &RemeshInput<'_, 2>,
-    method: RemeshMethod,
+    settings: &AdaptSettings,
 ) -> Result<PreviewMesh, RemeshRefusal> {
+    let candidate = candidate_of(gel, input, edit_mesh(gel, input.old, settings))?;
+    let MeshInstance { mesh, position, .. } = &candidate.birth;
+    let mut measures = mesh.elements.iter().map(|nodes| signed_volume(position, nodes)).enumerate();
+    match measures.find(|(_, measure)| *measure <= 0.0) {
+        Some((element, measure)) => Err(MeshRejected::Inverted { element, measure }.into()),
+        None => Ok(preview_mesh(gel, candidate, input.moved, 1)),
+    }
+}
+
+/// Mesh of the first accepted attempt of the immersed method; the reason of the last refusal if there is none.
+fn first_accepted(gel: &AdaptiveGel<2>, input: &RemeshInput<'_, 2>) -> Result<PreviewMesh, RemeshRefusal> {
     let mut refused = None;
-    for (attempt, number) in RemeshAttempt::in_plane(method, gel.has_networks()).into_iter().zip(1..) {
-        match generate_candidate(gel, input, generate_mesh, attempt) {
+    for (size_factor, number) in SIZE_FACTORS.into_iter().zip(1..) {
+        match generate_candidate(gel, input, generate_mesh, size_factor) {
             Ok(candidate) => return Ok(preview_mesh(gel, candidate, input.moved, number)),
             Err(why) => refused = Some(why),
         }
     }
-    Err(refused.expect("a method has attempts"))
+    Err(refused.expect("there are attempts"))
 }
 
 fn preview_mesh(

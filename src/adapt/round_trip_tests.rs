@@ -1,24 +1,33 @@
 //! Remeshing without motion: patch test (numerics V1), and round trips (V18).
 
-use super::attempt::{BodyClearance, MeshGenerator, RemeshAttempt, generate_mesh};
-use super::refusal::RemeshRefusal;
-use super::settings::RemeshMethod;
+use super::attempt::generate_mesh;
 use super::{history, source_mesh};
 use crate::constitutive::NeoHookean;
 use crate::fem::{DEPTH, ElementResponse, Potential, ReferenceShape, Section, Simplices};
 use crate::math::{Tensor, Tensor3, Vector, cofactor, det};
-use crate::mesh::{BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, block, boundary, shape_quality, uniform};
+use crate::mesh::{
+    BlockSpec, CellSplit, ElementId, ElementPatches, Mesh, Simplex, block, boundary, shape_quality, uniform,
+};
 use crate::remesh::{
-    self, AcceptanceLimits, BodySymmetry, ConservationDefects, ConservedTotals, DeformedMesh, NodalFields, ProposedMesh,
+    self, AcceptanceLimits, BodySymmetry, ConservationDefects, ConservedTotals, DeformedMesh, NodalFields,
+    ProposedMesh, test_meshes,
 };
 use crate::state::MeshInstance;
 use std::f64::consts::TAU;
 
 /// Density, kg/m³, shear modulus and bulk modulus, Pa.
 const GEL: (f64, f64, f64) = (1000.0, 7e4, 7e5);
-/// Quality that a new mesh must reach if the old one did.
-const FAIR: f64 = 0.3;
+/// Quality that a mesh by operations and an immersed mesh must reach if the old one did.
+const EDITED_QUALITY: f64 = 0.3;
+const IMMERSED_QUALITY: f64 = 0.1;
+/// Greatest relative change of area or volume by operations, that of a run: they smooth a bent surface.
+const EDITED_CHANGE: f64 = 1e-4;
 const PLANAR: Section = Section::Planar { thickness: 1.0 };
+
+/// Target size at a point, m.
+type SizeAt<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> f64;
+/// Maker of a mesh of target sizes.
+type TestMesher<const D: usize> = fn(&DeformedMesh<'_, D>, Section, SizeAt<'_, D>) -> ProposedMesh<D>;
 
 /// Gel on a mesh, without an engine.
 struct TestGel<const D: usize> {
@@ -75,12 +84,9 @@ impl<const D: usize> TestGel<D> {
     }
 
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
-    fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, ConservationDefects<D>) {
+    fn remeshed(&self, size: SizeAt<'_, D>, mesher: TestMesher<D>) -> (Self, ConservationDefects<D>) {
         let moved = DeformedMesh { mesh: &self.birth.mesh, position: &self.position };
-        let attempts = RemeshAttempt::in_plane(RemeshMethod::Local, false)
-            .into_iter()
-            .map(|attempt| propose(attempt, &moved, size, generator));
-        let proposal = attempts.flatten().next().expect("a good mesh");
+        let proposal = mesher(&moved, self.section, size);
         let carried = NodalFields {
             symmetry: symmetry(self.section),
             mass: &self.birth.mass,
@@ -114,6 +120,13 @@ impl<const D: usize> TestGel<D> {
             steps: vec![],
         };
         (Self { birth, position, velocity: new.velocity, section: self.section }, new.defects)
+    }
+
+    /// Current volume, m³.
+    fn volume(&self) -> f64 {
+        let simplices = self.simplices();
+        let of = |nodes: &Simplex| simplices.measure(&nodes.map(|node| self.position[node.index()]));
+        self.birth.mesh.elements.iter().map(of).sum()
     }
 
     fn n_elements(&self) -> usize {
@@ -172,18 +185,26 @@ fn simplices<const D: usize>(
     Simplices::new(mesh, NeoHookean::new(GEL.1, GEL.2), section).with_references(references)
 }
 
-/// Generates a mesh that is as good as the old one.
-fn propose<const D: usize>(
-    attempt: RemeshAttempt,
-    moved: &DeformedMesh<'_, D>,
-    size: &[f64],
-    generator: MeshGenerator<D>,
-) -> Result<ProposedMesh<D>, RemeshRefusal> {
-    let cleared: BodyClearance<'_, D> = &|x| *x;
-    let (proposal, measure) = generator(attempt, moved, size, cleared)?;
-    let worst = moved.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
-    remesh::check_acceptance(moved, &proposal, &AcceptanceLimits { measure, quality: worst.fold(FAIR, f64::min) })?;
-    Ok(proposal)
+/// Least quality of an element.
+fn worst<const D: usize>(x: &[Vector<D>], elements: &[Simplex]) -> f64 {
+    elements.iter().map(|element| shape_quality(x, element)).fold(f64::INFINITY, f64::min)
+}
+
+/// Makes a mesh by operations.
+fn edited<const D: usize>(moved: &DeformedMesh<'_, D>, section: Section, size: SizeAt<'_, D>) -> ProposedMesh<D> {
+    let proposal = test_meshes::edited(moved, symmetry(section), size);
+    let quality = worst(moved.position, &moved.mesh.elements).min(EDITED_QUALITY);
+    remesh::check_acceptance(moved, &proposal, &AcceptanceLimits { measure: EDITED_CHANGE, quality }).unwrap();
+    proposal
+}
+
+/// Makes a mesh by the immersed method.
+fn immersed(moved: &DeformedMesh<'_, 2>, _: Section, size: SizeAt<'_, 2>) -> ProposedMesh<2> {
+    let sizes: Vec<f64> = moved.position.iter().map(size).collect();
+    let (proposal, measure) = generate_mesh(moved, &sizes, 1.0).unwrap();
+    let quality = worst(moved.position, &moved.mesh.elements).min(IMMERSED_QUALITY);
+    remesh::check_acceptance(moved, &proposal, &AcceptanceLimits { measure, quality }).unwrap();
+    proposal
 }
 
 fn symmetry(section: Section) -> BodySymmetry {
@@ -203,32 +224,41 @@ fn affine<const D: usize>(section: Section) -> (Tensor<D>, f64) {
     (Tensor::<D>::from_fn(|i, j| all[(i, j)]), 1.0)
 }
 
+/// Errors of a patch test.
+struct PatchErrors {
+    uneven: f64,
+    force: f64,
+    own: usize,
+    change: f64,
+}
+
 /// Remeshes to half the size and from there to three times the size. Returns the unevenness of F, the greatest force
-/// on an inner node in units of |P| h^(D−1), and the number of incompatible references.
+/// on an inner node in units of |P| h^(D−1), the number of incompatible references, and the relative change of volume.
 fn patch_test<const D: usize>(
     start: &TestGel<D>,
     h: f64,
     f: &Tensor<D>,
     out: f64,
-    generator: MeshGenerator<D>,
-) -> [(f64, f64, usize); 2] {
+    mesher: TestMesher<D>,
+) -> [PatchErrors; 2] {
     let stress = GEL.1 * (f - cofactor(f) / det(f)).norm();
-    let mut at = start.remeshed(&vec![0.5 * h; start.position.len()], generator);
+    let mut at = start.remeshed(&|_| 0.5 * h, mesher);
     let measured = |(gel, defects): &(TestGel<D>, ConservationDefects<D>)| {
         assert!(defects.unchanged < 0.5, "{} of the elements are old ones", defects.unchanged);
         let force = (1..D).fold(gel.stored().1 / stress, |force, _| force / h);
-        (gel.unevenness(f, out), force, gel.birth.references.len())
+        let change = (gel.volume() / start.volume() - 1.0).abs();
+        PatchErrors { uneven: gel.unevenness(f, out), force, own: gel.birth.references.len(), change }
     };
     let fine = measured(&at);
-    at = at.0.remeshed(&vec![3.0 * h; at.0.position.len()], generator);
+    at = at.0.remeshed(&|_| 3.0 * h, mesher);
     [fine, measured(&at)]
 }
 
-fn check_patch<const D: usize>(section: Section, generator: MeshGenerator<D>) {
+fn check_patch<const D: usize>(section: Section, mesher: TestMesher<D>) {
     let (f, out) = affine::<D>(section);
     let n = if D == 2 { 12 } else { 5 };
     let gel = TestGel::new(n, section, |x| f * x);
-    for (uneven, force, own) in patch_test(&gel, 1.0 / n as f64, &f, out, generator) {
+    for PatchErrors { uneven, force, own, .. } in patch_test(&gel, 1.0 / n as f64, &f, out, mesher) {
         println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
         assert!(uneven < 1e-12 && force < 1e-12, "{uneven:e} {force:e}");
         assert_eq!(own, 0, "the nodes say what the elements were");
@@ -237,12 +267,14 @@ fn check_patch<const D: usize>(section: Section, generator: MeshGenerator<D>) {
 
 #[test]
 fn a_uniform_deformation_stays_uniform_on_a_new_mesh() {
-    check_patch::<2>(PLANAR, generate_mesh);
-    check_patch::<2>(Section::Axisymmetric, generate_mesh);
-    check_patch::<3>(Section::Spatial, generate_mesh);
+    check_patch::<2>(PLANAR, edited);
+    check_patch::<2>(Section::Axisymmetric, edited);
+    check_patch::<3>(Section::Spatial, edited);
+    check_patch::<2>(PLANAR, immersed);
+    check_patch::<2>(Section::Axisymmetric, immersed);
 }
 
-fn check_own<const D: usize>(section: Section, generator: MeshGenerator<D>) {
+fn check_own<const D: usize>(section: Section, mesher: TestMesher<D>, is_cut: bool) {
     let (f, out) = affine::<D>(section);
     let n = if D == 2 { 12 } else { 5 };
     // Deformations by the nodes: none; larger than that of the elements, along the same axes; and along others.
@@ -252,18 +284,22 @@ fn check_own<const D: usize>(section: Section, generator: MeshGenerator<D>) {
         let out = if ring { f[(0, 0)] } else { out };
         let gel = TestGel::new(n, section, |x| said * x).with_own_references(&f);
         assert!(gel.unevenness(&f, out) < 1e-12);
-        for (uneven, force, own) in patch_test(&gel, 1.0 / n as f64, &f, out, generator) {
+        for PatchErrors { uneven, force, own, change } in patch_test(&gel, 1.0 / n as f64, &f, out, mesher) {
             println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
-            assert!(uneven < 1e-12 && own > 0, "{uneven:e}, where nodes say {said}");
+            // Rest volume is kept: where cutting takes the tip of a sharp corner, the rest of the gel is stretched less.
+            let bound = if is_cut { 1e-12 + change } else { 1e-12 };
+            assert!(uneven < bound && own > 0, "{uneven:e}, where nodes say {said}");
         }
     }
 }
 
 #[test]
 fn a_uniform_incompatible_deformation_stays_uniform_on_a_new_mesh() {
-    check_own::<2>(PLANAR, generate_mesh);
-    check_own::<2>(Section::Axisymmetric, generate_mesh);
-    check_own::<3>(Section::Spatial, generate_mesh);
+    check_own::<2>(PLANAR, edited, false);
+    check_own::<2>(Section::Axisymmetric, edited, false);
+    check_own::<3>(Section::Spatial, edited, false);
+    check_own::<2>(PLANAR, immersed, true);
+    check_own::<2>(Section::Axisymmetric, immersed, true);
 }
 
 /// Remeshings of a round trip.
@@ -304,7 +340,7 @@ struct RoundTripChanges {
 }
 
 /// Remeshes between a third of the cell size and the cell size, with fine and coarse regions moving back and forth.
-fn round_trips<const D: usize>(n: usize, section: Section, generator: MeshGenerator<D>) -> RoundTripChanges {
+fn round_trips<const D: usize>(n: usize, section: Section, mesher: TestMesher<D>) -> RoundTripChanges {
     let h = 1.0 / n as f64;
     let wavelength = 10.0 * h;
     let mut gel = TestGel::<D>::new(n, section, |x| bent(x, wavelength));
@@ -314,8 +350,7 @@ fn round_trips<const D: usize>(n: usize, section: Section, generator: MeshGenera
     let mut trips = RoundTripChanges::default();
     for trip in 1..=TRIPS {
         let fine = |x: &Vector<D>| 0.5 - 0.5 * (TAU * (0.5 * x[0] + 0.5 * trip as f64)).cos();
-        let size: Vec<f64> = gel.position.iter().map(|x| h / (1.0 + 2.0 * fine(x))).collect();
-        let (next, defects) = gel.remeshed(&size, generator);
+        let (next, defects) = gel.remeshed(&|x| h / (1.0 + 2.0 * fine(x)), mesher);
         gel = next;
         let now = gel.books();
         energies.push(gel.energies());
@@ -349,13 +384,17 @@ fn check_trips(trips: &RoundTripChanges, measured: &MeasuredChanges) {
 
 #[test]
 fn ten_round_trips_conserve_mass_and_momenta_and_lose_the_measured_energy() {
-    let plane = round_trips::<2>(20, PLANAR, generate_mesh);
-    let space = round_trips::<3>(8, Section::Spatial, generate_mesh);
+    let plane = round_trips::<2>(20, PLANAR, edited);
+    let immersed = round_trips::<2>(20, PLANAR, immersed);
+    let space = round_trips::<3>(6, Section::Spatial, edited);
     check_trips(&plane, &PLANE);
+    check_trips(&immersed, &IMMERSED);
     check_trips(&space, &SPACE);
 }
 
-/// Measured figures. A finer mesh has less kinetic energy of the same waves: most of the change, and reversible. The
-/// irreversible part is the loss of stored energy by averaging, 0.025 and 0.064 % each time.
-const PLANE: MeasuredChanges = [[1.061e-2, 1.104e-3], [1.731e-5, 2.466e-4]];
-const SPACE: MeasuredChanges = [[4.177e-3, 1.198e-3], [7.247e-5, 6.396e-4]];
+/// Measured figures: of operations in the plane, of the immersed method, and of operations in space. A finer mesh has less
+/// kinetic energy of the same waves: most of the change, and reversible. The irreversible part is the loss of stored energy
+/// by averaging, 0.057, 0.039 and 0.16 % each time.
+const PLANE: MeasuredChanges = [[5.308e-3, 1.102e-3], [1.240e-5, 5.740e-4]];
+const IMMERSED: MeasuredChanges = [[1.107e-2, 1.367e-3], [2.283e-5, 3.896e-4]];
+const SPACE: MeasuredChanges = [[1.051e-3, 1.884e-3], [1.997e-5, 1.587e-3]];

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum RemeshMethod {
-    /// Local remeshing: operations on elements that hinder the step, which keep the rest map of a gel without history
-    /// variables; for a two-network gel in two dimensions operations in its present shape, in space an
-    /// exchange in which good nodes and the old surface are retained.
+    /// Local remeshing: operations on elements that hinder the step. They keep the rest map of a gel without history
+    /// variables; those of a two-network gel are performed in its present shape. Where they do not suffice, the immersed
+    /// method makes a mesh in the plane and about an axis.
     #[serde(alias = "retained")]
     Local,
     /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and

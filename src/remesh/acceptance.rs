@@ -8,7 +8,7 @@ use crate::mesh::{Facet, NodeId, Simplex, boundary, shape_quality, signed_volume
 /// Limits that a new mesh must satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AcceptanceLimits {
-    /// Greatest relative change of area or volume, apart from the measure cleared.
+    /// Greatest relative change of area or volume.
     pub measure: f64,
     /// Least quality ([`shape_quality`]).
     pub quality: f64,
@@ -145,7 +145,7 @@ pub fn check_acceptance_known<const D: usize>(
         return Err(MeshRejected::Poor { found: least, least: limits.quality });
     }
     let before = ordered_sum(old.mesh.elements.len(), 0.0, |e| signed_volume(old.position, &old.mesh.elements[e]));
-    let change = (ordered_sum(measures.len(), 0.0, |e| measures[e]) + new.cleared) / before - 1.0;
+    let change = ordered_sum(measures.len(), 0.0, |e| measures[e]) / before - 1.0;
     if change.is_nan() || change.abs() > limits.measure {
         return Err(MeshRejected::Measure { change, most: limits.measure });
     }
@@ -254,13 +254,7 @@ mod tests {
 
     fn same<const D: usize>(mesh: &Mesh<D>) -> ProposedMesh<D> {
         let origin = (0..mesh.rest.len() as u32).map(|n| NodeOrigin::Kept(NodeId(n))).collect();
-        ProposedMesh {
-            position: mesh.rest.clone(),
-            origin,
-            elements: mesh.elements.clone(),
-            over: vec![],
-            cleared: 0.0,
-        }
+        ProposedMesh { position: mesh.rest.clone(), origin, elements: mesh.elements.clone(), over: vec![] }
     }
 
     fn judged<const D: usize>(

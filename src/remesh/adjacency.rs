@@ -61,7 +61,8 @@ fn touched<const D: usize>(elements: &[Simplex], pairing: &MeshCorrespondence) -
 #[cfg(test)]
 mod tests {
     use super::super::test_bodies::TestRandom;
-    use super::super::{DeformedMesh, RemeshRules, plane, space, test_meshes};
+    use super::super::test_meshes::{edited, square};
+    use super::super::{BodySymmetry, DeformedMesh, immerse};
     use super::*;
     use crate::math::{Vector, Vector3};
     use crate::mesh::{
@@ -79,25 +80,30 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_after_an_exchange_are_those_found_from_nothing() {
+    fn neighbours_after_operations_and_in_an_immersed_mesh_are_those_found_from_nothing() {
         let mut random = TestRandom::new(17);
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
         let solid = block::<3>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
-        let flat = test_meshes::square(12);
+        let flat = square(12);
         for round in 0..6 {
-            let fine = 0.04 + 0.02 * f64::from(round);
+            let fine = 0.02 + 0.01 * f64::from(round);
+            let (coarse, waves) = (0.05 + 0.1 * random.next(), 5.0 * random.next());
             let bent = |x: &Vector<3>| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y));
             let position: Vec<_> = solid.rest.iter().map(bent).collect();
-            let sizes: Vec<f64> = position.iter().map(|x| (0.1 + 0.3 * x.x) * (0.9 + 0.2 * random.next())).collect();
             let old = DeformedMesh { mesh: &solid, position: &position };
-            let new = space::propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
+            let size = |x: &Vector<3>| (coarse + 0.3 * x.x) * (1.0 + 0.1 * (waves * x.y).sin());
+            let new = edited(&old, BodySymmetry::Spatial, &size);
             let stay = check(&solid, &new);
             assert!(stay > 0 && stay < new.elements.len(), "{stay} of {} stay", new.elements.len());
             let position: Vec<_> =
                 flat.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1])).collect();
-            let sizes: Vec<f64> = position.iter().map(|x| fine + 0.1 * x[0]).collect();
             let old = DeformedMesh { mesh: &flat, position: &position };
-            check(&flat, &plane::propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap());
+            let size = |x: &Vector<2>| fine + 0.1 * x[0];
+            let new = edited(&old, BodySymmetry::Planar, &size);
+            let stay = check(&flat, &new);
+            assert!(stay > 0 && stay < new.elements.len(), "{stay} of {} stay", new.elements.len());
+            let sizes: Vec<f64> = position.iter().map(size).collect();
+            check(&flat, &immerse(&old, &sizes).unwrap().proposal);
         }
     }
 }

@@ -44,29 +44,6 @@ pub enum RemeshError {
         /// Greatest number of points.
         most: usize,
     },
-    /// Immersed remeshing asked for in space.
-    #[error("immersed remeshing is for plane meshes only: use the local method, remesh.method = \"local\"")]
-    PlaneOnly,
-    /// Self-intersection of the boundary.
-    #[error(
-        "the boundary intersects itself: the edge of nodes {} and {} crosses the edge of nodes {} and {}; remesh \
-         earlier",
-        edges[0][0].0, edges[0][1].0, edges[1][0].0, edges[1][1].0
-    )]
-    Crossing {
-        /// Two crossing edges.
-        edges: [[NodeId; 2]; 2],
-    },
-    /// Constraint edge that meets another edge or a point.
-    #[error(
-        "the edge from ({} m, {} m) to ({} m, {} m) crosses another edge or passes through a point: the boundary \
-         touches itself there",
-        edge[0][0], edge[0][1], edge[1][0], edge[1][1]
-    )]
-    Blocked {
-        /// Ends of the edge, m.
-        edge: [[f64; 2]; 2],
-    },
     /// Two coincident points.
     #[error("two points of the new mesh are at ({} m, {} m): the boundary touches itself there", place[0], place[1])]
     Coincident {

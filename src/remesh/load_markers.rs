@@ -173,8 +173,8 @@ fn to_segment(p: &Vector3, a: &Vector3, b: &Vector3) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_meshes::square;
-    use super::super::{DeformedMesh, ProposedMesh, RemeshRules, immerse, plane, space};
+    use super::super::test_meshes::{edited, square};
+    use super::super::{BodySymmetry, DeformedMesh, ProposedMesh, immerse};
     use super::*;
     use crate::mesh::{BlockSpec, CellSplit, block, boundary, facet_measure, uniform};
 
@@ -216,10 +216,10 @@ mod tests {
         let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.04, 0.11, 0.3] {
             let sizes = vec![size; position.len()];
-            let retained = plane::propose(&old, &sizes, &RemeshRules::default(), &|x| *x).unwrap();
-            let immersed = immerse(&old, &sizes, &RemeshRules::default()).unwrap().proposal;
+            let edited = edited(&old, BodySymmetry::Planar, &|_| size);
+            let immersed = immerse(&old, &sizes).unwrap().proposal;
             // An immersed body may lose the tip of a corner, up to an edge.
-            for (new, most) in [(retained, 1e-12), (immersed, 1.1 * size)] {
+            for (new, most) in [(edited, 1e-12), (immersed, 1.1 * size)] {
                 let [half, whole] = loaded(&mesh, &new);
                 assert!((half - 0.5).abs() < 1e-12 && (whole - 1.0).abs() < most, "{size}: {half} {whole}");
             }
@@ -234,7 +234,7 @@ mod tests {
             mesh.rest.iter().map(|x| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y))).collect();
         let old = DeformedMesh { mesh: &mesh, position: &position };
         for size in [0.07, 0.12, 0.3] {
-            let new = space::propose(&old, &vec![size; position.len()], &RemeshRules::default(), &|x| *x).unwrap();
+            let new = edited(&old, BodySymmetry::Spatial, &|_| size);
             let [half, whole] = loaded(&mesh, &new);
             assert!((half - 0.5).abs() < 1e-9 && (whole - 1.0).abs() < 1e-9, "{size}: {half} {whole}");
             assert!(new.elements != mesh.elements || size == 0.12, "{size}: nothing was changed");

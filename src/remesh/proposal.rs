@@ -67,7 +67,4 @@ pub struct ProposedMesh<const D: usize> {
     /// elements. The restriction matters where a body overlaps itself: a nearby old element need not be the source of a
     /// new one.
     pub over: Vec<Vec<ElementId>>,
-    /// Loss of area or volume, m² or m³, by cutting off loops and needles of the boundary and by moving new boundary
-    /// points out of bodies.
-    pub cleared: f64,
 }

@@ -157,7 +157,6 @@ impl<const D: usize> TestBody<D> {
             origin: (0..self.xi.len() as u32).map(|i| NodeOrigin::Kept(NodeId(i))).collect(),
             elements: self.mesh.elements.clone(),
             over: vec![],
-            cleared: 0.0,
         }
     }
 
@@ -187,7 +186,7 @@ impl<const D: usize> TestBody<D> {
             NodeOrigin::Inside => map(p),
         };
         let position = xi.iter().zip(&origin).map(place).collect();
-        (xi, ProposedMesh { position, origin, elements, over: vec![], cleared: 0.0 })
+        (xi, ProposedMesh { position, origin, elements, over: vec![] })
     }
 
     /// Origin of a point on a side along an axis.
@@ -260,7 +259,6 @@ pub(super) fn check_nothing<const D: usize>(symmetry: BodySymmetry) {
         origin: vec![NodeOrigin::Inside],
         elements: vec![],
         over: vec![],
-        cleared: 0.0,
     };
     let after = transfer(&DeformedMesh { mesh: &mesh, position: &[] }, &carried, &new);
     assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));

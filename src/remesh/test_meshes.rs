@@ -1,7 +1,14 @@
 //! Meshes for the tests of remeshing.
 
+use super::operations::{
+    EditLimits, EditScene, EditSource, EditableMesh, ElementModel, ElementState, RestMap, improve,
+};
+use super::{BodySymmetry, DeformedMesh, ProposedMesh, corner_masses, nodal_masses};
 use crate::math::Vector;
-use crate::mesh::{BlockSpec, CellSplit, FaceConstraint, HeldFace, Mesh, RectilinearGrid, block, uniform};
+use crate::mesh::{
+    BlockSpec, CORNERS, CellSplit, ElementPatches, FaceConstraint, HeldFace, Mesh, NodeIncidence, RectilinearGrid,
+    block, shape_quality, signed_volume, uniform,
+};
 
 /// Unit square in crossed cells, `n` along each side.
 pub(super) fn square(n: usize) -> Mesh<2> {
@@ -32,4 +39,53 @@ pub(super) fn rings(pieces: usize, size: f64) -> Mesh<2> {
 /// Positions of the nodes after a map.
 pub(super) fn moved(mesh: &Mesh<2>, map: impl Fn(&Vector<2>) -> Vector<2>) -> Vec<Vector<2>> {
     mesh.rest.iter().map(map).collect()
+}
+
+/// Elements of a gel that flows, remade below a quality of 0.4.
+pub(super) struct FlowingShapes;
+
+impl<const D: usize> ElementModel<D> for FlowingShapes {
+    fn state(&self, _: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
+        let volume = signed_volume(now, &CORNERS);
+        let hindrance = if volume > 0.0 { 0.4 / shape_quality(now, &CORNERS) } else { f64::INFINITY };
+        ElementState { volume, jacobian: 1.0, energy: 0.0, hindrance }
+    }
+
+    fn common_energy(&self, _: f64) -> f64 {
+        0.0
+    }
+}
+
+/// Mesh that follows target lengths by operations in its present shape, as that of a gel that flows does.
+pub(crate) fn edited<const D: usize>(
+    old: &DeformedMesh<'_, D>,
+    symmetry: BodySymmetry,
+    size: &dyn Fn(&Vector<D>) -> f64,
+) -> ProposedMesh<D> {
+    let DeformedMesh { mesh, position } = *old;
+    let (n, n_nodes) = (mesh.elements.len(), position.len());
+    let masses: Vec<f64> = mesh.elements.iter().map(|nodes| signed_volume(position, nodes)).collect();
+    let corner_mass = corner_masses(position, &mesh.elements, &masses, symmetry);
+    let (patches, velocity) = (&ElementPatches::alone(n), &vec![Vector::zeros(); n_nodes]);
+    let mass = &nodal_masses::<D>(n_nodes, &mesh.elements, &corner_mass);
+    let incidence = NodeIncidence::new(n_nodes, mesh.elements.iter().map(|nodes| &nodes[..=D]));
+    let mut editable = EditableMesh::new(EditSource {
+        mesh,
+        incidence: &incidence,
+        patches,
+        position,
+        velocity,
+        mass,
+        corner_mass: &corner_mass,
+        step: vec![1.0; n],
+        is_compatible: vec![true; n],
+        symmetry,
+        rest_map: RestMap::Present,
+    });
+    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size };
+    let least = position.iter().map(size).fold(f64::INFINITY, f64::min);
+    let limits = EditLimits { energy: 1.0, usual: least, least };
+    improve(&mut editable, &FlowingShapes, &scene, &limits, vec![]);
+    let (new, _) = editable.finish();
+    ProposedMesh { position: new.position, origin: new.origin, elements: new.elements, over: new.over }
 }

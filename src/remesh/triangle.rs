@@ -21,15 +21,6 @@ pub(super) fn quality([a, b, c]: [&PlanarPoint; 3]) -> f64 {
     if squares > 0.0 { 2.0 * 3.0_f64.sqrt() * cross(a, b, c) / squares } else { 0.0 }
 }
 
-/// Circumcentre of a triangle and circumradius, m; not finite if the triangle is degenerate.
-pub(super) fn circumcircle([a, b, c]: [&PlanarPoint; 3]) -> (PlanarPoint, f64) {
-    let (u, v) = (b - a, c - a);
-    let scale = 0.5 / (u[0] * v[1] - u[1] * v[0]);
-    let (uu, vv) = (u.norm_squared(), v.norm_squared());
-    let from_a = PlanarPoint::new(v[1] * uu - u[1] * vv, u[0] * vv - v[0] * uu) * scale;
-    (a + from_a, from_a.norm())
-}
-
 /// Barycentric coordinates of a point in a triangle; not finite if the triangle is degenerate.
 pub(super) fn barycentric([a, b, c]: [&PlanarPoint; 3], p: &PlanarPoint) -> [f64; 3] {
     let all = cross(a, b, c);
@@ -58,13 +49,6 @@ mod tests {
     const A: PlanarPoint = PlanarPoint::new(0.0, 0.0);
     const B: PlanarPoint = PlanarPoint::new(4.0, 0.0);
     const C: PlanarPoint = PlanarPoint::new(0.0, 3.0);
-
-    #[test]
-    fn the_circle_of_a_right_triangle_is_about_the_middle_of_its_longest_side() {
-        let (centre, radius) = circumcircle([&A, &B, &C]);
-        assert!((centre - PlanarPoint::new(2.0, 1.5)).norm() < 1e-15 && (radius - 2.5).abs() < 1e-15);
-        assert!(!circumcircle([&A, &B, &PlanarPoint::new(2.0, 0.0)]).1.is_finite());
-    }
 
     #[test]
     fn shares_give_the_point_back() {

@@ -1,12 +1,22 @@
 //! Rigid bodies of a scene: index 0 is the projectile, the fragments follow from 1.
 
-use super::{Dimension, GelSymmetry, ProjectileSpec, Scene};
+use super::{Dimension, GelSymmetry, MaterialModel, ProjectileSpec, Scene, SelfContactMode};
 use crate::geometry::SignedDistance;
 
 /// Greatest number of fragments of a scene: each has its own block of value references.
 pub const MOST_FRAGMENTS: usize = 99;
 
 impl Scene {
+    /// Returns true if the surface of the gel is stopped where it meets itself.
+    #[must_use]
+    pub fn meets_itself(&self) -> bool {
+        match self.gel.self_contact {
+            SelfContactMode::Auto => self.gel.material == MaterialModel::TwoNetwork || self.remesh.is_some(),
+            SelfContactMode::Off => false,
+            SelfContactMode::On => true,
+        }
+    }
+
     /// Dimension of the motion of the bodies; with a symmetry of the gel that of the planes of symmetry.
     #[must_use]
     pub fn freedom(&self) -> Dimension {

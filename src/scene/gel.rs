@@ -57,8 +57,8 @@ pub struct GelSpec {
     /// Part of the gel that is computed (a spatial block only); the mirror images move alike.
     #[serde(default, skip_serializing_if = "GelSymmetry::is_none")]
     pub symmetry: GelSymmetry,
-    /// Contact of the gel with itself, where a cavity closes or a rim curls; `off` if absent.
-    #[serde(default, skip_serializing_if = "SelfContactMode::is_off")]
+    /// Contact of the gel with itself, where a cavity closes or a rim curls; `auto` if absent.
+    #[serde(default, skip_serializing_if = "SelfContactMode::is_auto")]
     pub self_contact: SelfContactMode,
     /// Thickness of a planar gel, m; 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -173,18 +173,20 @@ impl GelSymmetry {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum SelfContactMode {
-    /// Surfaces pass through each other, except at an axis or a plane of symmetry.
+    /// On where gel flows far: in a two-network gel and where the mesh is remade. A fixed mesh ends before its surface folds.
     #[default]
-    Off,
-    /// The surface is stopped where it meets itself.
     Auto,
+    /// Surfaces pass through each other, except at an axis or a plane of symmetry.
+    Off,
+    /// The surface is stopped where it meets itself, whatever the gel.
+    On,
 }
 
 impl SelfContactMode {
-    /// Returns true if surfaces pass through each other.
+    /// Returns true if the scene decides.
     #[must_use]
-    pub fn is_off(&self) -> bool {
-        *self == Self::Off
+    pub fn is_auto(&self) -> bool {
+        *self == Self::Auto
     }
 }
 

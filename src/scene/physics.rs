@@ -262,7 +262,7 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
 
 /// Names the missing contact of the gel with itself, or its limits.
 fn omitted_self_contact(scene: &Scene) -> Option<&'static str> {
-    if scene.gel.self_contact.is_off() {
+    if !scene.meets_itself() {
         return Some("self-contact of the gel: none, except at an axis or a plane of symmetry");
     }
     let is_spatial = scene.scene.dimension == Dimension::Spatial;

@@ -21,7 +21,7 @@ pub(super) fn define_gel(scene: &Scene) -> GelDefinition {
         has_patches: scene.mesh.element == ElementKind::Patch,
         density: scaled.density,
         symmetry_planes: scene.gel.symmetry.mirrored(),
-        meets_itself: !scene.gel.self_contact.is_off(),
+        meets_itself: scene.meets_itself(),
         pressures: loads::pressures(scene),
         cavity: loads::cavity_air(scene),
         remesh: scene.remesh.as_ref().map(|rules| adapt_settings(scene, rules)),

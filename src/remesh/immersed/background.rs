@@ -1,8 +1,9 @@
 //! Background mesh: the quadtree over the square around a body, and the triangulation of its cell centres.
 
-use super::super::point_insertion::OpenRegion;
-use super::super::quadtree::{RootSquare, leaves};
-use super::super::{DeformedMesh, RemeshError, delaunay};
+use super::super::{DeformedMesh, RemeshError};
+use super::delaunay;
+use super::quadtree::{RootSquare, leaves};
+use super::size_field::SizeField;
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 
@@ -37,8 +38,8 @@ const MARGIN: f64 = 2.0;
 /// # Errors
 /// [`RemeshError::TooMany`] if there would be more than `most` cells.
 pub fn cells(old: &DeformedMesh<'_, 2>, (size, most): (&[f64], usize)) -> Result<Vec<BackgroundCell>, RemeshError> {
-    let part = whole(old, size);
-    let tree = leaves(&square(old, size), |middle, half| part.least(middle, half).or(Some(f64::INFINITY)), most)?;
+    let field = SizeField::new(old, size);
+    let tree = leaves(&square(old, size), |middle, half| field.least(middle, half).or(Some(f64::INFINITY)), most)?;
     Ok(tree.into_iter().map(|(middle, edge)| BackgroundCell { middle, edge }).collect())
 }
 
@@ -72,9 +73,4 @@ pub fn triangulated(cells: &[BackgroundCell]) -> Result<BackgroundMesh, RemeshEr
     }
     let triangles = delaunay::of_points(&points)?;
     Ok(BackgroundMesh { points, size, triangles })
-}
-
-/// Open region of the whole old mesh with its sizes.
-fn whole<'a>(old: &DeformedMesh<'a, 2>, size: &'a [f64]) -> OpenRegion<'a> {
-    OpenRegion::new(old, size, old.mesh.elements.clone())
 }

@@ -119,7 +119,6 @@ impl MeshCutter<'_> {
             origin: used.iter().map(|p| self.origin[*p]).collect(),
             elements: self.elements.iter().map(simplex).collect(),
             over: vec![],
-            cleared: 0.0,
         }
     }
 }

@@ -7,6 +7,10 @@
 mod background;
 mod boundary;
 mod cut;
+mod delaunay;
+mod quadtree;
+mod request;
+mod size_field;
 mod snap;
 mod steps;
 #[cfg(test)]
@@ -14,4 +18,4 @@ mod tests;
 
 pub use background::{BackgroundCell, BackgroundMesh, cells, triangulated};
 pub use snap::{ImmersedMesh, snapped};
-pub use steps::{ImmersedMesher, ImmersionSteps, cut_out, distances, immerse, rounding};
+pub use steps::{ImmersionSteps, cut_out, distances, immerse, rounding};

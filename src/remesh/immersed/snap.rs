@@ -2,9 +2,10 @@
 
 use super::super::boundary_loops::{BoundaryFeature, features};
 use super::super::triangle::{PlanarPoint, distance as apart};
-use super::super::{DeformedMesh, NodeOrigin, RemeshError, delaunay};
+use super::super::{DeformedMesh, NodeOrigin, RemeshError};
 use super::background::BackgroundMesh;
 use super::boundary::{BoundaryLocation, ImmersedBoundary};
+use super::delaunay;
 use crate::geometry::{BoundingBox, Bvh};
 use crate::math::Vector;
 

@@ -3,33 +3,10 @@
 use super::background::{BackgroundCell, BackgroundMesh, cells, triangulated};
 use super::boundary::ImmersedBoundary;
 use super::cut;
+use super::request::{MAX_POINTS, check};
 use super::snap::{ImmersedMesh, snapped};
-use crate::remesh::mesher::check;
 use crate::remesh::triangle::PlanarPoint;
-use crate::remesh::{
-    DeformedMesh, MeshRequest, Mesher, ProposedMesh, RemeshError, RemeshRules, Remeshed, boundary_loops,
-};
-
-/// Maker of a mesh by the immersed method of the paper, in the plane only. Target sizes are scaled by `size_factor`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImmersedMesher {
-    /// Scale of the target sizes.
-    pub size_factor: f64,
-}
-
-impl Mesher<2> for ImmersedMesher {
-    fn remesh(&self, request: &MeshRequest<'_, 2>) -> Result<Remeshed<2>, RemeshError> {
-        let size: Vec<f64> = request.size.iter().map(|size| self.size_factor * size).collect();
-        let proposal = immerse(&request.old, &size, &request.rules)?.proposal;
-        Ok(Remeshed { proposal, rounding: rounding(&request.old, &size) })
-    }
-}
-
-impl Mesher<3> for ImmersedMesher {
-    fn remesh(&self, _: &MeshRequest<'_, 3>) -> Result<Remeshed<3>, RemeshError> {
-        Err(RemeshError::PlaneOnly)
-    }
-}
+use crate::remesh::{DeformedMesh, ProposedMesh, RemeshError, boundary_loops};
 
 /// Results of all steps of an immersed remesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,9 +28,9 @@ pub struct ImmersionSteps {
 ///
 /// # Errors
 /// [`RemeshError`] for invalid sizes or positions.
-pub fn immerse(old: &DeformedMesh<'_, 2>, size: &[f64], rules: &RemeshRules) -> Result<ImmersionSteps, RemeshError> {
-    check(old, size, rules)?;
-    let cells = cells(old, (size, rules.most))?;
+pub fn immerse(old: &DeformedMesh<'_, 2>, size: &[f64]) -> Result<ImmersionSteps, RemeshError> {
+    check(old, size)?;
+    let cells = cells(old, (size, MAX_POINTS))?;
     let background = triangulated(&cells)?;
     let distance = distances(old, &background.points);
     let immersed = snapped((old, size), &background, &distance)?;

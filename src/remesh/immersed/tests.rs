@@ -2,7 +2,7 @@
 
 use super::super::test_meshes::{held, moved, rings, square};
 use super::super::{
-    AcceptanceLimits, DeformedMesh, MeshQuality, MeshRejected, NodeOrigin, ProposedMesh, RemeshRules, check_acceptance,
+    AcceptanceLimits, DeformedMesh, MeshQuality, MeshRejected, NodeOrigin, ProposedMesh, RemeshError, check_acceptance,
     graded,
 };
 use super::*;
@@ -17,7 +17,7 @@ fn at(x: f64, y: f64) -> Vector<2> {
 
 /// Mesh with these sizes and its acceptance; the area may change by as much as cutting allows.
 fn made(old: &DeformedMesh<'_, 2>, sizes: &[f64]) -> (ImmersionSteps, Result<MeshQuality, MeshRejected>) {
-    let steps = immerse(old, sizes, &RemeshRules::default()).unwrap();
+    let steps = immerse(old, sizes).unwrap();
     let limits = AcceptanceLimits { measure: rounding(old, sizes) + 1e-12, quality: 0.0 };
     let found = check_acceptance(old, &steps.proposal, &limits);
     (steps, found)
@@ -164,6 +164,20 @@ fn the_same_body_gives_the_same_bits() {
     let sizes: Vec<f64> = position.iter().map(|x| 0.03 + 0.1 * x.norm()).collect();
     let [one, two] = [0, 1].map(|_| made(&old, &sizes).0);
     assert!(one == two && one.proposal.elements.iter().all(|e| signed_volume(&one.proposal.position, e) > 0.0));
+}
+
+#[test]
+fn what_cannot_be_meshed_with_is_refused() {
+    let mesh = square(4);
+    let with = |size: f64, place: f64| {
+        let position = moved(&mesh, |x| if *x == at(0.5, 0.5) { at(place, 0.5) } else { *x });
+        immerse(&DeformedMesh { mesh: &mesh, position: &position }, &vec![size; mesh.rest.len()])
+    };
+    assert!(matches!(with(0.0, 0.5), Err(RemeshError::Size { .. })));
+    assert!(matches!(with(0.25, f64::NAN), Err(RemeshError::NotFinite { .. })));
+    assert!(matches!(with(1e-9, 0.5), Err(RemeshError::TooMany { .. })));
+    let short = immerse(&DeformedMesh { mesh: &mesh, position: &mesh.rest }, &[1.0]);
+    assert!(matches!(short, Err(RemeshError::Counts { sizes: 1, .. })));
 }
 
 proptest! {

@@ -6,6 +6,11 @@ use super::operation::Operation;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
 
+/// Length of an edge, relative to the longest one before, above which it is much longer.
+const MUCH_LONGER: f64 = 1.25;
+/// Edges of an element that are tried, the shortest.
+const TRIED_EDGES: usize = 2;
+
 impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Collapses an edge of each element that is too small, the smallest first.
     pub(super) fn coarsen(&mut self) {
@@ -13,9 +18,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
             if !self.mesh.has(element) {
                 continue;
             }
-            let nodes = self.mesh.elements[element.index()];
             let mut best: Option<Replacement<D>> = None;
-            for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])) {
+            for (a, b) in self.short_edges(element) {
                 for (a, b, part) in [(a, b, 0.0), (b, a, 0.0), (a, b, 0.5)] {
                     let least = best.as_ref().map_or(1.0, |best| best.trial.hindrance[1]);
                     best = self.collapse_below(least, a, b, part).or(best);
@@ -25,6 +29,16 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
                 self.perform(&replacement);
             }
         }
+    }
+
+    /// Shortest edges of an element.
+    fn short_edges(&self, element: ElementId) -> Vec<(NodeId, NodeId)> {
+        let nodes = self.mesh.elements[element.index()];
+        let mut edges: Vec<(NodeId, NodeId)> = edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])).collect();
+        let place = |node: NodeId| self.mesh.nodes[node.index()].position;
+        edges.sort_by(|a, b| (place(a.0) - place(a.1)).norm().total_cmp(&(place(b.0) - place(b.1)).norm()));
+        edges.truncate(TRIED_EDGES);
+        edges
     }
 
     /// Elements that are too small, the smallest first; none without a body, whose distance tells how fine the mesh must be.
@@ -46,18 +60,19 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     fn collapse_below(&mut self, limit: f64, a: NodeId, b: NodeId, part: f64) -> Option<Replacement<D>> {
         let mut operation = self.mesh.collapse(a, b, part)?;
         self.clear(&mut operation);
-        if self.is_lost(&operation) || self.is_stretched(&operation) {
+        if self.is_lost(&operation) {
             return None;
         }
-        let trial = self.mesh.attempt(&operation, self.model)?;
-        if trial.hindrance[1] >= limit || self.is_in_body(&operation) {
+        let trial = self.mesh.attempt(&operation, self.model, |_| limit)?;
+        if trial.hindrance[1] >= limit || self.is_stretched(&operation) || self.is_in_body(&operation) {
             return None;
         }
         let regrouping = self.mesh.regroup(&operation, &trial.states, self.model)?;
         Some(Replacement { operation, trial, regrouping })
     }
 
-    /// Returns true if an operation makes an edge that is too long, and longer than one before.
+    /// Returns true if an operation makes an edge that is too long, and much longer than one before: a little longer are those
+    /// that the collapse of a very short edge makes.
     pub(super) fn is_stretched(&self, operation: &Operation<D>) -> bool {
         if self.rules.longest == f64::INFINITY {
             return false;
@@ -65,7 +80,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         let longest = self.longest_edge(&operation.new, &|node| self.mesh.after(operation, node).position);
         let old: Vec<Simplex> = operation.old.iter().map(|element| self.mesh.elements[element.index()]).collect();
         let before = || self.longest_edge(&old, &|node| self.mesh.nodes[node.index()].position);
-        longest > self.rules.longest && longest > before()
+        longest > self.rules.longest && longest > MUCH_LONGER * before()
     }
 
     /// Longest edge of these elements, in target lengths.

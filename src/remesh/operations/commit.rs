@@ -64,7 +64,8 @@ impl<const D: usize> EditableMesh<'_, D> {
         let [a, b] = operation.parents;
         self.nodes.push(state);
         self.mass.push(0.0);
-        self.star.insert(node, vec![]);
+        self.star.push(Some(vec![]));
+        self.is_boundary.push(self.is_boundary_edge(a, b));
         self.held.push(std::array::from_fn(|axis| self.held[a.index()][axis] && self.held[b.index()][axis]));
     }
 

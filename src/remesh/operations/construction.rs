@@ -1,7 +1,7 @@
 //! Construction of the operations: split and collapse of an edge, flip, and move of a node, written once for the plane
 //! and for space.
 
-use super::editable_mesh::EditableMesh;
+use super::editable_mesh::{EditableMesh, RestMap};
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::{Vector, det};
 use crate::mesh::{ElementId, NodeId, Simplex, edges};
@@ -48,12 +48,14 @@ impl<const D: usize> EditableMesh<'_, D> {
     /// Collapse of an edge: `a` is given up, and `b` moves the part `part` of the way to it. `None` where the boundary
     /// or its supports would change.
     pub(super) fn collapse(&self, a: NodeId, b: NodeId, part: f64) -> Option<Operation<D>> {
-        let is_boundary = self.is_boundary(a);
-        if is_boundary && (self.held[a.index()] != self.held[b.index()] || !self.is_boundary_edge(a, b)) {
+        let (is_boundary, moves) = (self.is_boundary(a), part > 0.0);
+        let [held, held_after] = [a, b].map(|node| self.held[node.index()]);
+        // A surface without a rest map may end elsewhere at the axis or at a plane of symmetry.
+        let is_freer = self.rest_map == RestMap::Present && (0..D).all(|axis| held_after[axis] || !held[axis]);
+        if is_boundary && !((is_freer || held == held_after) && self.is_boundary_edge(a, b)) {
             return None;
         }
-        let moves = part > 0.0;
-        if moves && is_boundary != self.is_boundary(b) {
+        if moves && (is_boundary != self.is_boundary(b) || held != held_after) {
             return None;
         }
         let mut old = self.around(a).to_vec();
@@ -76,7 +78,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         let nodes = self.elements[element.index()];
         let apex = *self.corners(other).iter().find(|node| !nodes[..=D].contains(node))?;
         let new = (0..=D).filter(|k| *k != corner).map(|k| replaced(&nodes, nodes[k], apex)).collect();
-        Some(Self::flip_of(vec![element, other], new))
+        Some(Self::flip_of(vec![element, other], new, [nodes[corner], apex]))
     }
 
     /// Removal of an edge in space: the elements around it become those that join `to`, a node of the ring around the
@@ -85,21 +87,28 @@ impl<const D: usize> EditableMesh<'_, D> {
         let old = self.around_edge(a, b);
         let apart = old.iter().map(|element| self.elements[element.index()]).filter(|nodes| !nodes[..=D].contains(&to));
         let new = apart.flat_map(|nodes| [replaced(&nodes, a, to), replaced(&nodes, b, to)]).collect();
-        Self::flip_of(old, new)
+        Self::flip_of(old, new, [a, b])
     }
 
-    fn flip_of(old: Vec<ElementId>, new: Vec<Simplex>) -> Operation<D> {
-        Operation { kind: OperationKind::Flip, old, new, node: None, parents: [NodeId(0); 2] }
+    fn flip_of(old: Vec<ElementId>, new: Vec<Simplex>, parents: [NodeId; 2]) -> Operation<D> {
+        Operation { kind: OperationKind::Flip, old, new, node: None, parents }
+    }
+
+    /// Move of a node a part of the way to a neighbour.
+    pub(super) fn moved_towards(&self, node: NodeId, other: NodeId, part: f64) -> Operation<D> {
+        self.move_of(node, between(&self.nodes[node.index()], &self.nodes[other.index()], part))
     }
 
     /// Move of a node to a rest position in the elements around it, with position and velocity interpolated there;
     /// `None` where it lies in none of them.
     pub(super) fn moved(&self, node: NodeId, rest: &Vector<D>) -> Option<Operation<D>> {
-        let state = self.interpolated(node, rest)?;
+        Some(self.move_of(node, self.interpolated(node, rest)?))
+    }
+
+    fn move_of(&self, node: NodeId, state: EditedNode<D>) -> Operation<D> {
         let old = self.around(node).to_vec();
         let new = old.iter().map(|element| self.elements[element.index()]).collect();
-        let (node, parents) = (Some((node, state)), [node; 2]);
-        Some(Operation { kind: OperationKind::Move, old, new, node, parents })
+        Operation { kind: OperationKind::Move, old, new, node: Some((node, state)), parents: [node; 2] }
     }
 
     /// Fields at a rest position in the elements around a node.

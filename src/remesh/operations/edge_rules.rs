@@ -17,6 +17,8 @@ pub(super) struct EdgeRules {
     pub split_hindrance: f64,
     /// Factor by which the split of a surface edge may raise a hindrance above the limit.
     pub surface_rise: f64,
+    /// True if nodes are moved also where another operation helps: a move takes little energy. Moves are many to try.
+    pub moves_freely: bool,
     /// True if the middle of a split surface edge may stay in a body.
     pub keeps_chords: bool,
 }
@@ -24,12 +26,13 @@ pub(super) struct EdgeRules {
 impl EdgeRules {
     /// Rules of a gel with a rest map: few edges are split, so that collapses do not undo them, and none for being short.
     const REMEMBERED: Self = Self {
-        long: 2.0,
+        long: 1.6,
         longest: f64::INFINITY,
         short: 0.0,
         near: 2.0,
         split_hindrance: 0.6,
         surface_rise: 1.05,
+        moves_freely: true,
         keeps_chords: false,
     };
 
@@ -42,6 +45,7 @@ impl EdgeRules {
         near: f64::INFINITY,
         split_hindrance: 1.3,
         surface_rise: 8.0,
+        moves_freely: false,
         keeps_chords: true,
     };
 

@@ -5,7 +5,6 @@ use super::operation::EditedNode;
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, NodeIncidence, Simplex};
 use crate::remesh::{BodySymmetry, MeshCorrespondence, NodeOrigin, UnchangedElement};
-use std::collections::BTreeMap;
 
 /// Nodes and elements of a deformed gel, with the elements around each node.
 ///
@@ -28,8 +27,10 @@ pub struct EditableMesh<'a, const D: usize> {
     pub(super) is_compatible: Vec<bool>,
     /// Elements around each node of the first mesh.
     incidence: &'a NodeIncidence,
-    /// Elements around the nodes of cavities, ascending.
-    pub(super) star: BTreeMap<NodeId, Vec<ElementId>>,
+    /// Elements around the nodes of cavities, ascending; none of a node whose elements are those of the first mesh.
+    pub(super) star: Vec<Option<Vec<ElementId>>>,
+    /// True for nodes of the boundary: operations keep it, and its nodes.
+    pub(super) is_boundary: Vec<bool>,
     /// Patch of each element, those of the first mesh, and those made since.
     pub(super) patch: Vec<u32>,
     pub(super) first_patches: &'a ElementPatches,
@@ -114,6 +115,8 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     pub fn new(gel: EditSource<'a, D>) -> Self {
         let EditSource { mesh, incidence, patches, position, velocity, mass, corner_mass, .. } = gel;
         let rest = if gel.rest_map == RestMap::Nodes { &mesh.rest } else { position };
+        let mut is_boundary = vec![false; mesh.rest.len()];
+        mesh.facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| is_boundary[node.index()] = true);
         let origin = |i: usize| NodeOrigin::Kept(NodeId(i as u32));
         let node =
             |i: usize| EditedNode { rest: rest[i], position: position[i], velocity: velocity[i], origin: origin(i) };
@@ -127,7 +130,8 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             is_there: vec![true; mesh.elements.len()],
             is_compatible: gel.is_compatible,
             incidence,
-            star: BTreeMap::new(),
+            star: vec![None; mesh.rest.len()],
+            is_boundary,
             patch: patches.patch_of_elements().into_iter().map(|patch| patch.0).collect(),
             first_patches: patches,
             made_patches: vec![],
@@ -161,12 +165,12 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
 
     /// Elements around a node, ascending.
     pub(super) fn around(&self, node: NodeId) -> &[ElementId] {
-        self.star.get(&node).map_or_else(|| self.incidence.of(node), Vec::as_slice)
+        self.star[node.index()].as_deref().unwrap_or_else(|| self.incidence.of(node))
     }
 
     /// Elements around a node, to be changed.
     pub(super) fn star_mut(&mut self, node: NodeId) -> &mut Vec<ElementId> {
-        self.star.entry(node).or_insert_with(|| self.incidence.of(node).to_vec())
+        self.star[node.index()].get_or_insert_with(|| self.incidence.of(node).to_vec())
     }
 
     /// Elements around an edge, ascending.
@@ -185,18 +189,23 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
 
     /// Returns true if an edge lies on the boundary.
     pub(super) fn is_boundary_edge(&self, a: NodeId, b: NodeId) -> bool {
-        self.around_edge(a, b).iter().any(|element| {
-            let nodes = self.corners(*element);
-            (0..=D).any(|k| nodes[k] != a && nodes[k] != b && self.across(*element, k).is_none())
-        })
+        self.is_boundary(a)
+            && self.is_boundary(b)
+            && self.around_edge(a, b).iter().any(|element| {
+                let nodes = self.corners(*element);
+                (0..=D).any(|k| nodes[k] != a && nodes[k] != b && self.across(*element, k).is_none())
+            })
+    }
+
+    /// Returns true if three nodes of an element in space are those of a facet of the boundary.
+    pub(super) fn is_boundary_facet(&self, facet: [NodeId; 3]) -> bool {
+        let has_facet = |element: &&ElementId| facet.iter().all(|node| self.corners(**element).contains(node));
+        self.around(facet[0]).iter().filter(has_facet).count() == 1
     }
 
     /// Returns true if a node lies on the boundary.
     pub(super) fn is_boundary(&self, node: NodeId) -> bool {
-        self.around(node).iter().any(|element| {
-            let nodes = self.corners(*element);
-            (0..=D).any(|k| nodes[k] != node && self.across(*element, k).is_none())
-        })
+        self.is_boundary[node.index()]
     }
 
     /// Neighbours of a node along edges, ascending.
@@ -214,6 +223,12 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
         let [rest, now] = [|n: &EditedNode<D>| n.rest, |n: &EditedNode<D>| n.position]
             .map(|of| std::array::from_fn(|k| of(&self.nodes[nodes[k.min(D)].index()])));
         *self.states[element.index()].get_or_insert_with(|| model.state(&rest, &now))
+    }
+
+    /// Raises the hindrance of an element to this, if it is less.
+    pub fn raise_hindrance(&mut self, element: ElementId, model: &impl ElementModel<D>, hindrance: f64) {
+        let state = self.state(element, model);
+        self.states[element.index()] = Some(ElementState { hindrance: state.hindrance.max(hindrance), ..state });
     }
 
     pub(super) fn is_compatible(&self, element: ElementId) -> bool {
@@ -250,10 +265,9 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     /// Mesh without what was given up, and its correspondence with the first one.
     #[must_use]
     pub fn finish(self) -> (EditedMesh<D>, MeshCorrespondence) {
-        let mut is_used = vec![true; self.nodes.len()];
-        self.star.iter().filter(|(_, star)| star.is_empty()).for_each(|(node, _)| is_used[node.index()] = false);
+        let is_used = |node: usize| self.star[node].as_ref().is_none_or(|star| !star.is_empty());
         let mut number = vec![NodeId(0); self.nodes.len()];
-        let kept: Vec<usize> = (0..self.nodes.len()).filter(|node| is_used[*node]).collect();
+        let kept: Vec<usize> = (0..self.nodes.len()).filter(|node| is_used(*node)).collect();
         for (new, old) in (0..).map(NodeId).zip(&kept) {
             number[*old] = new;
         }

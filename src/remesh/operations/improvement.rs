@@ -177,9 +177,9 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
             }
         }
         for node in &nodes[..=D] {
-            for rest in self.targets(*node) {
-                let moved = self.mesh.moved(*node, &rest);
-                self.consider(moved, hindrance, &mut best);
+            let moves = if best.is_none() || self.rules.moves_freely { self.moves(*node) } else { vec![] };
+            for moved in moves {
+                self.consider(Some(moved), hindrance, &mut best);
             }
         }
         match best {
@@ -201,8 +201,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         ring
     }
 
-    /// Rest positions to which a node may move.
-    fn targets(&self, node: NodeId) -> Vec<Vector<D>> {
+    /// Moves of a node.
+    fn moves(&self, node: NodeId) -> Vec<Operation<D>> {
         let here = self.mesh.nodes[node.index()].rest;
         let mut neighbours = self.mesh.neighbours(node);
         // A node of the surface stays in it, and a support keeps its ends.
@@ -216,9 +216,10 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         }
         let rest = |other: &NodeId| self.mesh.nodes[other.index()].rest;
         let centroid = neighbours.iter().map(rest).sum::<Vector<D>>() / neighbours.len() as f64;
-        let inwards = WAYS_TO_CENTROID.map(|way| here + (centroid - here) * way);
-        let along = neighbours.iter().flat_map(|other| WAYS_TO_NEIGHBOUR.map(|way| here + (rest(other) - here) * way));
-        inwards.into_iter().chain(along).collect()
+        let inwards =
+            WAYS_TO_CENTROID.iter().filter_map(|way| self.mesh.moved(node, &(here + (centroid - here) * *way)));
+        let along = |other: &NodeId| WAYS_TO_NEIGHBOUR.map(|way| self.mesh.moved_towards(node, *other, way));
+        inwards.chain(neighbours.iter().flat_map(along)).collect()
     }
 
     /// Tries an operation for an element of this hindrance; `best` is the one of the least score so far, and its score.
@@ -228,16 +229,16 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if self.is_lost(&operation) {
             return;
         }
-        let Some(trial) = self.mesh.attempt(&operation, self.model) else { return };
-        let [before, after] = trial.hindrance;
-        if after > GAIN * hindrance || after > NO_RISE * before || self.is_in_body(&operation) {
-            return;
-        }
-        if self.is_stretched(&operation) {
+        // A change of energy only adds to the score.
+        let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| least.exp());
+        let limit = |before: f64| (GAIN * hindrance).min(NO_RISE.min(least) * before);
+        let Some(trial) = self.mesh.attempt(&operation, self.model, limit) else { return };
+        if self.is_in_body(&operation) || self.is_stretched(&operation) {
             return;
         }
         let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return };
         let energy = regrouping.energy.abs() / self.limits.energy;
+        let [before, after] = trial.hindrance;
         let score = (after / before).ln() + ENERGY_WEIGHT * energy;
         let most = MOST_ENERGY.min(MAX_ENERGY * hindrance * hindrance);
         if energy <= most && best.as_ref().is_none_or(|(least, _)| score < *least) {

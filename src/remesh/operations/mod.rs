@@ -8,7 +8,8 @@
 //! - `editable_mesh`: the mesh, its elements replaced one cavity at a time.
 //! - `operation`, `construction`: the four operations, in the plane and in space; `commit` performs one.
 //! - `element_model`: the law of the elements.
-//! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity.
+//! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity; `topology`: what it may
+//!   not.
 //! - `velocity`: the velocities after an operation, which keep momentum and kinetic energy.
 //! - `improvement`: which elements are remade, and by which operation; `refinement` and `coarsening` by the `edge_rules`.
 
@@ -24,6 +25,7 @@ mod refinement;
 mod regrouping;
 #[cfg(test)]
 mod tests;
+mod topology;
 mod trial;
 mod velocity;
 

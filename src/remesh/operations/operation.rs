@@ -33,6 +33,6 @@ pub struct Operation<const D: usize> {
     pub new: Vec<Simplex>,
     /// Node that is made or moved, and its new state.
     pub node: Option<(NodeId, EditedNode<D>)>,
-    /// Ends of the edge that is split or collapsed.
+    /// Ends of the edge that is split, collapsed, removed or, by the flip of a facet, made; the node that is moved, twice.
     pub parents: [NodeId; 2],
 }

@@ -1,5 +1,6 @@
 //! Refinement: splits of edges that have grown long.
 
+use super::edge_rules::EdgeRules;
 use super::element_model::ElementModel;
 use super::improvement::{Improver, ROUNDS, Replacement, edges_of};
 use super::operation::Operation;
@@ -74,11 +75,11 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
 
     /// Tries a split; `None` if it is not accepted.
     fn accepted_split(&mut self, operation: Operation<D>, is_surface: bool) -> Option<Replacement<D>> {
-        let trial = self.mesh.attempt(&operation, self.model)?;
-        let [before, after] = trial.hindrance;
-        let is_accepted = after < self.rules.split_hindrance
-            || is_surface && (after < 1.0 || after < self.rules.surface_rise * before);
-        let regrouping = is_accepted.then(|| self.mesh.regroup(&operation, &trial.states, self.model)).flatten()?;
+        let EdgeRules { split_hindrance, surface_rise, .. } = self.rules;
+        let of_surface = |before: f64| split_hindrance.max(1.0).max(surface_rise * before);
+        let limit = |before: f64| if is_surface { of_surface(before) } else { split_hindrance };
+        let trial = self.mesh.attempt(&operation, self.model, limit)?;
+        let regrouping = self.mesh.regroup(&operation, &trial.states, self.model)?;
         let is_kept = regrouping.energy.abs() <= MAX_SPLIT_ENERGY * self.limits.energy;
         is_kept.then_some(Replacement { operation, trial, regrouping })
     }

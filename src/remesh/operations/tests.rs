@@ -10,6 +10,7 @@ use crate::mesh::{
     block, boundary, edges, facet_measure, shape_quality, signed_volume, uniform,
 };
 use crate::remesh::test_bodies::TestRandom;
+use crate::remesh::test_meshes::FlowingShapes;
 use crate::remesh::{BodySymmetry, ConservedTotals, corner_masses, nodal_masses};
 
 /// Elements of ψ = ½ (|F|² − D − 2 ln J) + 5 (J̄ − 1)², in units of the shear modulus, with J̄ of their patch; the hindrance is the frequency of the
@@ -163,7 +164,7 @@ fn check_random_operations<const D: usize>(symmetry: BodySymmetry, is_held: bool
     let mut done = [0; 4];
     for _ in 0..600 {
         let Some(operation) = drawn(&mesh, &mut random) else { continue };
-        let Some(trial) = mesh.attempt(&operation, &body.solid) else { continue };
+        let Some(trial) = mesh.attempt(&operation, &body.solid, |_| f64::INFINITY) else { continue };
         let (stored, before) = totals(&mesh, &body.solid);
         let Some(regrouping) = mesh.regroup(&operation, &trial.states, &body.solid) else { continue };
         let kinetic = mesh.commit(&operation, &trial.states, &regrouping);
@@ -215,7 +216,7 @@ fn check_split<const D: usize>(symmetry: BodySymmetry) {
     let mut mesh = body.editable();
     let nodes = mesh.elements[17];
     let operation = mesh.split(nodes[0], nodes[1]);
-    let trial = mesh.attempt(&operation, &body.solid).unwrap();
+    let trial = mesh.attempt(&operation, &body.solid, |_| f64::INFINITY).unwrap();
     let regrouping = mesh.regroup(&operation, &trial.states, &body.solid).unwrap();
     assert!(regrouping.energy.abs() < 1e-14 && operation.new.len() == 2 * operation.old.len());
 }
@@ -235,7 +236,7 @@ fn corners_and_supports_stay() {
     let at = |x: f64, z: f64| body.mesh.rest.iter().position(|p| (p - Vector::<2>::new(x, z)).norm() < 1e-9);
     let node = |x: f64, z: f64| NodeId(at(x, z).unwrap() as u32);
     let legal = |mesh: &mut EditableMesh<'_, 2>, operation: Option<Operation<2>>| {
-        operation.is_some_and(|operation| mesh.attempt(&operation, &body.solid).is_some())
+        operation.is_some_and(|operation| mesh.attempt(&operation, &body.solid, |_| f64::INFINITY).is_some())
     };
     let (corner, beside, above) = (node(1.0, 0.0), node(0.75, 0.0), node(1.0, 0.25));
     for (a, b) in [(corner, beside), (corner, above), (above, corner)] {
@@ -279,20 +280,6 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     assert!(greatest(&mut mesh, &limited(0.7)) <= 1.0 && counts.hindrance <= 1.0);
 }
 
-/// Elements of a gel that flows: none is poor.
-struct Fluid;
-
-impl<const D: usize> ElementModel<D> for Fluid {
-    fn state(&self, _: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
-        let hindrance = 0.4 / shape_quality(now, &CORNERS);
-        ElementState { volume: signed_volume(now, &CORNERS), jacobian: 1.0, energy: 0.0, hindrance }
-    }
-
-    fn common_energy(&self, _: f64) -> f64 {
-        0.0
-    }
-}
-
 /// A gel that flows follows the target lengths, finer and coarser; each new element lies over the old ones that it names, and
 /// each node where its origin says.
 fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
@@ -301,7 +288,7 @@ fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
     let mut mesh = body.editable_on(RestMap::Present);
     let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| size };
     let limits = EditLimits { energy: 1.0, usual: size, least: size };
-    let counts = improve(&mut mesh, &Fluid, &scene, &limits, vec![]);
+    let counts = improve(&mut mesh, &FlowingShapes, &scene, &limits, vec![]);
     let (new, pairing) = mesh.finish();
     let is_finer = size < 0.2;
     assert!(counts.operations[usize::from(!is_finer)] > 10, "{counts:?}");

@@ -4,7 +4,7 @@ use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::{ElementModel, ElementState};
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::Vector;
-use crate::mesh::{CORNERS, NodeId, shape_quality, signed_volume};
+use crate::mesh::{CORNERS, ElementId, NodeId, is_worse, shape_quality, signed_volume};
 
 /// Limits of the shape of the elements that an operation makes; a cavity that is worse already may stay as it is.
 const LEAST_JACOBIAN: f64 = 0.05;
@@ -18,7 +18,7 @@ const WORSE: f64 = 1.05;
 /// Relative change of the rest volume of a cavity by rounding.
 const ROUNDING: f64 = 1e-9;
 /// Relative change of the volume of a cavity by which a surface without a rest map may be smoothed.
-const SMOOTHING: f64 = 5e-3;
+const SMOOTHING: f64 = 0.05;
 /// Relative change of the volume of a cavity by the push of the middle of a split edge out of a body.
 const CLEARED: f64 = 0.3;
 
@@ -35,59 +35,70 @@ fn greatest_hindrance(states: &[ElementState]) -> f64 {
     states.iter().map(|state| state.hindrance).fold(0.0, f64::max)
 }
 
-/// Shapes of the elements of a cavity.
-struct CavityShape {
-    /// Area or volume at rest.
-    rest: f64,
-    /// Least quality at rest and now.
-    quality: [f64; 2],
-}
-
 impl<const D: usize> EditableMesh<'_, D> {
-    /// Tries an operation; `None` if it is not legal.
+    /// Tries an operation; `None` if it is not legal, or leaves a greater hindrance than `limit` allows by that of the cavity
+    /// before.
     ///
     /// The elements after it must be positive in both spaces and fill the same volume at rest: then they fill the same
     /// gel, whatever the shape of the cavity. A move may leave its elements at their places.
-    pub(super) fn attempt(&mut self, operation: &Operation<D>, model: &impl ElementModel<D>) -> Option<Trial> {
+    pub(super) fn attempt(
+        &mut self,
+        operation: &Operation<D>,
+        model: &impl ElementModel<D>,
+        limit: impl Fn(f64) -> f64,
+    ) -> Option<Trial> {
         if operation.old.iter().any(|element| !self.is_compatible(*element)) {
             return None;
         }
-        let mut before = CavityShape { rest: 0.0, quality: [1.0; 2] };
-        for element in &operation.old {
-            let [rest, now] = self.places(&self.elements[element.index()], operation, false);
-            before.rest += signed_volume(&rest, &CORNERS);
-            before.quality[0] = before.quality[0].min(shape_quality(&rest, &CORNERS));
-            before.quality[1] = before.quality[1].min(shape_quality(&now, &CORNERS));
-        }
-        let is_split = operation.kind == OperationKind::Split;
-        let least_rest = if is_split { LEAST_SPLIT_REST_QUALITY } else { LEAST_REST_QUALITY.min(before.quality[0]) };
-        let least_now = LEAST_QUALITY.min(WORSE * before.quality[1]);
         let old: Vec<ElementState> = operation.old.iter().map(|element| self.state(*element, model)).collect();
+        let (before, mut after) = (greatest_hindrance(&old), 0.0_f64);
+        let limit = limit(before);
         let most_compressed = old.iter().map(|state| state.jacobian).fold(f64::INFINITY, f64::min);
         let least_jacobian = LEAST_JACOBIAN.min((WORSE * most_compressed).max(POSITIVE_JACOBIAN));
         let (mut states, mut volume) = (Vec::with_capacity(operation.new.len()), 0.0);
         for nodes in &operation.new {
             let [rest, now] = self.places(nodes, operation, true);
-            volume += signed_volume(&rest, &CORNERS);
-            if shape_quality(&rest, &CORNERS) < least_rest || shape_quality(&now, &CORNERS) < least_now {
-                return None;
-            }
             let state = model.state(&rest, &now);
-            if !(state.jacobian >= least_jacobian && state.energy.is_finite()) {
+            let is_legal = state.jacobian >= least_jacobian && state.energy.is_finite() && state.hindrance <= limit;
+            if !is_legal || self.is_too_poor(operation, [&rest, &now]) {
                 return None;
             }
+            volume += signed_volume(&rest, &CORNERS);
+            after = after.max(state.hindrance);
             states.push(state);
         }
+        let is_legal = self.fills(operation, volume) && self.keeps_topology(operation);
+        is_legal.then_some(Trial { states, hindrance: [before, after] })
+    }
+
+    /// Returns true if an element with these corners at rest and now has a worse shape than an operation may make.
+    fn is_too_poor(&self, operation: &Operation<D>, [rest, now]: [&[Vector<D>; 4]; 2]) -> bool {
+        let is_split = operation.kind == OperationKind::Split;
+        let least_rest = if is_split { LEAST_SPLIT_REST_QUALITY } else { LEAST_REST_QUALITY };
+        let is_poor = |x: &[Vector<D>; 4], least: f64| is_worse(x, &CORNERS, least);
+        let before = |side: usize| {
+            let quality = |element: &ElementId| {
+                shape_quality(&self.places(&self.elements[element.index()], operation, false)[side], &CORNERS)
+            };
+            operation.old.iter().map(quality).fold(1.0, f64::min)
+        };
+        is_poor(rest, least_rest) && (is_split || is_poor(rest, before(0)))
+            || is_poor(now, LEAST_QUALITY) && is_poor(now, WORSE * before(1))
+    }
+
+    /// Returns true if a volume at rest is that of the cavity of an operation, as nearly as its kind and the gel allow.
+    fn fills(&self, operation: &Operation<D>, volume: f64) -> bool {
+        let rest = |element: &ElementId| {
+            signed_volume(&self.places(&self.elements[element.index()], operation, false)[0], &CORNERS)
+        };
+        let before: f64 = operation.old.iter().map(rest).sum();
         let change = match self.rest_map {
-            RestMap::Present if is_split => CLEARED,
+            RestMap::Present if !self.changes_surface(operation) => ROUNDING,
+            RestMap::Present if operation.kind == OperationKind::Split => CLEARED,
             RestMap::Present => SMOOTHING,
             RestMap::Nodes => ROUNDING,
         };
-        if (volume - before.rest).abs() > change * before.rest {
-            return None;
-        }
-        let hindrance = [greatest_hindrance(&old), greatest_hindrance(&states)];
-        Some(Trial { states, hindrance })
+        (volume - before).abs() <= change * before
     }
 
     /// State of a node after an operation.

@@ -1,9 +1,9 @@
 //! Quadtree over the square around the body, 2:1 balanced: cells no larger than the target size in them.
 
-use super::RemeshError;
-use super::error::at_most;
-use super::triangle::PlanarPoint;
 use crate::geometry::{CellContact, CellDivision, OrthCell, OrthTree, subdivide};
+use crate::remesh::RemeshError;
+use crate::remesh::error::at_most;
+use crate::remesh::triangle::PlanarPoint;
 use std::cmp::Reverse;
 
 /// Greatest depth: cells of a 2^30th of the edge of the root square.
