@@ -124,7 +124,7 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
 
 /// The first 18 µs of the calibration shot in space, in a small block.
 const IN_SPACE: [&str; 5] = [
-    "scene.end_time=1.8e-5",
+    "scene.end_time=3.6e-5",
     "gel.shape.block.size=[0.0256, 0.0256, 0.0128]",
     "mesh.tree.coarsest=8",
     "mesh.size=0.8e-3",
