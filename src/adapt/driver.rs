@@ -152,7 +152,7 @@ fn replace_mesh<const D: usize>(
         }
     }
     if let Some(generator) = generator {
-        match install_first(gel, &edit_input, (settings, generator), begun) {
+        match install_first(gel, &edit_input, settings, generator, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.extend(why),
         }
@@ -173,7 +173,8 @@ fn replace_mesh<const D: usize>(
 fn install_first<const D: usize>(
     gel: &mut AdaptiveGel<D>,
     input: &RemeshInput<'_, D>,
-    (settings, generator): (&AdaptSettings, MeshGenerator<D>),
+    settings: &AdaptSettings,
+    generator: MeshGenerator<D>,
     begun: Instant,
 ) -> Result<(), Vec<RemeshRefusal>> {
     let size = target_sizes(gel, input.moved, settings, &input.data.adjacency);

@@ -3,7 +3,7 @@
 use crate::geometry::morton_order;
 use crate::remesh::RemeshError;
 use crate::remesh::triangle::PlanarPoint;
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 /// Site: a point with its index.
 #[derive(Debug, Clone, Copy)]
@@ -21,7 +21,7 @@ impl HasPosition for DelaunaySite {
 }
 
 /// Triangulation of sites.
-type SiteTriangulation = ConstrainedDelaunayTriangulation<DelaunaySite>;
+type SiteTriangulation = DelaunayTriangulation<DelaunaySite>;
 
 /// Computes the Delaunay triangulation of points; four cocircular points are divided by their Morton order.
 ///
