@@ -1,4 +1,4 @@
-//! Sensors in the gel: waves, hydrostatic pressure, exchanges of the mesh, files.
+//! Sensors in the gel: waves, hydrostatic pressure, remeshing, files.
 
 use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Scene};

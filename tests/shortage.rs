@@ -22,7 +22,7 @@ use std::path::Path;
 /// Requests above this are told of.
 const LARGE: u64 = 64 << 10;
 
-/// A planar scene of 1600 elements whose mesh is exchanged in the second step, and again in a later one.
+/// A planar scene of 1600 elements whose mesh is remade in the second step, and again in a later one.
 fn planar() -> String {
     planar_of("5e-3")
 }
@@ -32,7 +32,7 @@ fn planar_of(size: &str) -> String {
     changed("ball-square", &[&size, "remesh.times=[1.5e-4, 3.5e-4]", "scene.end_time=1e-3", "output.frames=3"])
 }
 
-/// A spatial scene whose mesh is exchanged in the second step.
+/// A spatial scene whose mesh is remade in the second step.
 fn spatial(size: &str) -> String {
     let size = format!("mesh.size={size}");
     changed("sphere-block", &[&size, "remesh.times=[1.5e-4, 3.5e-4]", "scene.end_time=1e-3", "output.frames=3"])

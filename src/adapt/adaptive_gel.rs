@@ -89,6 +89,11 @@ impl<const D: usize> AdaptiveGel<D> {
         self.engine.gel().potential.remembers()
     }
 
+    /// Returns true if the rest positions of the nodes tell nothing: those of a two-network gel, and after an immersed mesh.
+    pub(super) fn flows(&self) -> bool {
+        self.has_networks() || !self.engine.gel().potential.has_rest_map()
+    }
+
     /// Rule by which new elements of a two-network gel get their elastic state.
     pub(super) fn elastic_average(&self) -> ElasticAverage {
         self.definition.remesh.map(|settings| settings.average).unwrap_or_default()
@@ -152,7 +157,7 @@ impl<const D: usize> AdaptiveGel<D> {
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))?;
         let steps = self.definition.steps_when_new(&self.engine);
-        self.adopt_mesh(&self.current_mesh(), (&qualities, &steps), adjacency);
+        self.adopt_mesh(&self.current_mesh(), &qualities, &steps, adjacency);
         Ok(())
     }
 
@@ -161,7 +166,8 @@ impl<const D: usize> AdaptiveGel<D> {
     pub(super) fn adopt_mesh(
         &mut self,
         birth: &MeshInstance<D>,
-        (qualities, steps): (&[f64], &[f64]),
+        qualities: &[f64],
+        steps: &[f64],
         adjacency: ElementNeighbours,
     ) {
         self.adjacency = Some(adjacency);
@@ -176,10 +182,10 @@ impl<const D: usize> AdaptiveGel<D> {
         let settings = self.definition.remesh.filter(|_| self.definition.is_edited());
         if let (Some(limits), Some(settings)) = (limits.as_mut(), settings) {
             // Need asks for a remeshing, not shape, but where gel flows.
-            if !self.has_networks() {
+            if !self.flows() {
                 limits.quality.fill(0.0);
             }
-            limits.facet_edge = if self.has_networks() { FLOWING_FACET } else { LONG_FACET } * settings.usual;
+            limits.facet_edge = if self.flows() { FLOWING_FACET } else { LONG_FACET } * settings.usual;
             let least = self.least_step(&settings);
             limits.step = steps.iter().map(|step| least.min(AGED_STEP * step)).collect();
             limits.greatest_step = limits.step.iter().copied().fold(0.0, f64::max);

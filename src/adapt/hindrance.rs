@@ -2,7 +2,7 @@
 
 use super::adaptive_gel::AdaptiveGel;
 use super::settings::AdaptSettings;
-use crate::fem::{Potential, ReferenceShape, SingleElementLaw, SingleElementResponse};
+use crate::fem::{Potential, ReferenceShape, Section, SingleElementLaw, SingleElementResponse};
 use crate::math::Vector;
 use crate::mesh::{CORNERS, ElementId, Simplex, facet_measure, poor_quality, signed_volume};
 use crate::remesh::operations::{ElementModel, ElementState};
@@ -15,6 +15,12 @@ const ANTICIPATION: f64 = 0.7;
 const POOR: f64 = 0.5;
 /// Quality of an element that is never remade for its shape.
 const FAIR: f64 = 0.6;
+/// Greatest relative change of the volume of a cavity by an operation that smooths the surface of a gel that flows.
+const SMOOTHING: f64 = 0.05;
+/// Energy of the compression by that change, relative to the energy provided. With the change alone bounded, the smoothed rim of
+/// coarse cells gave `fbi-bb-3d` 2.4 % of E₀ on cells of R/5 and 4.2 % on R/3; it is 0.1 and 0.2 % with 1e-4.
+const SMOOTHING_ENERGY: f64 = 1e-4;
+
 /// Elements of a gel without history variables.
 pub(super) struct ElasticElements {
     law: SingleElementLaw,
@@ -29,9 +35,14 @@ pub(super) struct ElasticElements {
 /// Elements of a gel that flows, judged by their present shape: by their least height, which sets the step, and by their
 /// quality.
 pub(super) struct FlowingElements {
-    /// Height and quality below which an element is remade.
+    /// Height, m, below which an element is remade.
     height: f64,
+    /// Quality below which an element is remade.
     quality: f64,
+    /// True if an element is a ring.
+    is_ring: bool,
+    /// Volume whose compression by its whole stores twice [`SMOOTHING_ENERGY`], m³ or a part of it.
+    compressed: f64,
 }
 
 impl ElasticElements {
@@ -50,9 +61,14 @@ impl ElasticElements {
 impl FlowingElements {
     /// Elements of a gel: an element of height h and wave speed c has the frequency √(D + 1) c/h.
     pub fn of<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings) -> Self {
-        let speed = (gel.definition.material.wave_modulus() / gel.definition.density).sqrt();
+        let modulus = gel.definition.material.wave_modulus();
+        let speed = (modulus / gel.definition.density).sqrt();
         let height = ((D + 1) as f64).sqrt() * speed / greatest_frequency(gel, settings);
-        Self { height, quality: poor_quality_of(settings) }
+        let (section, totals) = (gel.definition.section, gel.engine.totals(gel.engine.now()));
+        let provided = totals.ledger.energy.provided(totals.initial_energy);
+        let compressed = 2.0 * SMOOTHING_ENERGY * provided / (modulus * section.extent());
+        let is_ring = section == Section::Axisymmetric;
+        Self { height, quality: poor_quality_of(settings), is_ring, compressed }
     }
 }
 
@@ -75,7 +91,7 @@ pub(super) fn hindering_elements<const D: usize>(
     let (potential, position) = (&gel.engine.gel().potential, &gel.engine.state().position);
     let mass = |element: usize| old.corner_mass[element][..=D].iter().sum();
     let mut bad = gel.engine.elements_above(greatest_frequency(gel, settings), mass);
-    let quality = if gel.has_networks() { poor_quality_of(settings) } else { 0.0 };
+    let quality = if gel.flows() { poor_quality_of(settings) } else { 0.0 };
     let is_poor = |nodes: &Simplex| quality > 0.0 && poor_quality(position, nodes, quality) < quality;
     let all = (0..).map(ElementId).zip(potential.elements());
     bad.extend(
@@ -118,6 +134,10 @@ impl<const D: usize> ElementModel<D> for ElasticElements {
     fn common_energy(&self, jacobian: f64) -> f64 {
         self.law.common_energy(jacobian)
     }
+
+    fn smoothing(&self, _: f64) -> f64 {
+        0.0
+    }
 }
 
 impl<const D: usize> ElementModel<D> for FlowingElements {
@@ -131,10 +151,15 @@ impl<const D: usize> ElementModel<D> for FlowingElements {
         // A better shape hinders less than the height.
         let quality = poor_quality(now, &CORNERS, self.quality / flat);
         let hindrance = if volume > 0.0 { flat.max(self.quality / quality) } else { f64::INFINITY };
-        ElementState { volume, jacobian: 1.0, energy: 0.0, hindrance }
+        let radius = if self.is_ring { ReferenceShape::of(now, &CORNERS).radius } else { 1.0 };
+        ElementState { volume: volume * radius, jacobian: 1.0, energy: 0.0, hindrance }
     }
 
     fn common_energy(&self, _: f64) -> f64 {
         0.0
+    }
+
+    fn smoothing(&self, volume: f64) -> f64 {
+        SMOOTHING.min((self.compressed / volume).sqrt())
     }
 }

@@ -53,12 +53,13 @@ pub(super) fn edit_mesh<const D: usize>(
     old: &MeshInstance<D>,
     settings: &AdaptSettings,
 ) -> EditedGel<D> {
+    let settings = &settings.of_operations();
     let (potential, state) = (&gel.engine.gel().potential, gel.engine.state());
     let compatible = (0..potential.len() as u32).map(|element| potential.is_compatible(ElementId(element))).collect();
     let grid = gel.engine.grid();
     let step = |element| Some(gel.engine.step_of(ElementId(element))).filter(|step| *step > 0);
     let steps = (0..potential.len() as u32).map(|e| step(e).map_or(f64::INFINITY, |step| grid.time(step))).collect();
-    let flows = gel.has_networks();
+    let flows = gel.flows();
     let mut mesh = EditableMesh::new(EditSource {
         mesh: &old.mesh,
         incidence: &gel.engine.gel().star,
@@ -104,7 +105,7 @@ pub(super) fn candidate_of<const D: usize>(
     input: &RemeshInput<'_, D>,
     edited: EditedGel<D>,
 ) -> Result<CandidateMesh<D>, RemeshRefusal> {
-    if gel.has_networks() { transfer_edited(gel, input, edited) } else { Ok(keep_rest_map(gel, input, edited)) }
+    if gel.flows() { transfer_edited(gel, input, edited) } else { Ok(keep_rest_map(gel, input, edited)) }
 }
 
 /// Candidate of a gel with a rest map: the operations have carried all fields.
@@ -120,7 +121,7 @@ fn keep_rest_map<const D: usize>(
     let qualities = pairing.carried(&input.data.qualities, |e| gel.definition.element_quality(&position, &elements[e]));
     let adjacency = remesh::neighbours_after::<D>(&elements, &pairing, &input.data.adjacency);
     let facets = boundary_from_neighbours::<D>(&elements, &adjacency);
-    let marks = remesh::facet_load_markers_at_rest(&input.old.mesh, (&facets, &rest), &pairing.unchanged);
+    let marks = remesh::facet_load_markers_at_rest(&input.old.mesh, &facets, &rest, &pairing.unchanged);
     let potential = &gel.engine.gel().potential;
     let references = (0..)
         .map(ElementId)

@@ -52,7 +52,7 @@ impl<const D: usize> AdaptiveGel<D> {
         other.restore(state).map_err(inconsistent)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first_mesh = first_mesh;
-        self.adopt_mesh(&birth, (&qualities, &steps), adjacency);
+        self.adopt_mesh(&birth, &qualities, &steps, adjacency);
         Ok(true)
     }
 }

@@ -28,6 +28,18 @@ pub enum Section {
     Spatial,
 }
 
+impl Section {
+    /// Returns the volume of an element over its measure: the thickness of its area, m, 2π of its area times its radius, or 1.
+    #[must_use]
+    pub fn extent(self) -> f64 {
+        match self {
+            Self::Planar { thickness } => thickness,
+            Self::Axisymmetric => std::f64::consts::TAU,
+            Self::Spatial => 1.0,
+        }
+    }
+}
+
 /// Reference shape of an incompatible element.
 ///
 /// After a remesh the rest positions of the nodes need not be the rest shape of the elements between them.

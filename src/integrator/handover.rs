@@ -26,7 +26,7 @@ pub(super) fn continue_on_mesh<const D: usize, P: Potential<D>>(
 ) -> Result<DiscreteSystem<D, P>, UnusableStep> {
     let held = birth.as_ref().map_or_else(Vec::new, |birth| birth.steps.clone());
     // Steps with the history variables: elements that have flowed far are none the stiffer for it.
-    let (mut new, steps) = begin_mesh(system, gel, memory, nodes, (system.last_tick(), None), held)?;
+    let (mut new, steps) = begin_mesh(system, gel, memory, nodes, system.last_tick(), None, held)?;
     let (was, now) = (
         BalanceReference::of(&system.model.gel, &system.model.bodies, &system.state),
         BalanceReference::of(&new.model.gel, &new.model.bodies, &new.state),
@@ -54,7 +54,7 @@ pub(super) fn system_on_mesh<const D: usize, P: Potential<D>>(
     let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
     // The history variables of the new mesh are lost, apart from the steps that followed from them.
     let (tick, steps) = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
-    let (mut other, _) = begin_mesh(system, gel, None, nodes, (tick, steps), vec![])?;
+    let (mut other, _) = begin_mesh(system, gel, None, nodes, tick, steps, vec![])?;
     other.state.birth = birth;
     Ok(other)
 }
@@ -65,7 +65,8 @@ fn begin_mesh<const D: usize, P: Potential<D>>(
     gel: DiscreteGel<D, P>,
     memory: Option<Vec<HistoryVariables<D>>>,
     nodes: Vec<(Vector<D>, Vector<D>)>,
-    (tick, steps): (Tick, Option<Vec<f64>>),
+    tick: Tick,
+    steps: Option<Vec<f64>>,
     held_steps: Vec<f64>,
 ) -> Result<(DiscreteSystem<D, P>, Vec<f64>), UnusableStep> {
     let bodies: Vec<(RigidBody, BodyState)> =

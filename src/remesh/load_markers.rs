@@ -40,7 +40,7 @@ pub fn facet_load_markers<const D: usize>(
     let around = NodeIncidence::new(old.rest.len(), old.facets.iter().map(|facet| &facet[..D]));
     let mark = |facet: &Facet| {
         let candidates = facet[..D].iter().flat_map(|node| lies_on::<D>(&origin[node.index()], (old, &around)));
-        nearest_mark(old, (facet, rest), candidates)
+        nearest_mark(old, facet, rest, candidates)
     };
     spread_cavity_mark::<D>(facets, &facets.iter().map(mark).collect::<Vec<_>>())
 }
@@ -50,7 +50,8 @@ pub fn facet_load_markers<const D: usize>(
 #[must_use]
 pub fn facet_load_markers_at_rest<const D: usize>(
     old: &Mesh<D>,
-    (facets, rest): (&[Facet], &[Vector<D>]),
+    facets: &[Facet],
+    rest: &[Vector<D>],
     unchanged: &[Option<NodeId>],
 ) -> Vec<u8> {
     if old.marks.is_empty() {
@@ -62,7 +63,7 @@ pub fn facet_load_markers_at_rest<const D: usize>(
         let was = facet.map(|node| unchanged[node.index()]);
         let same = was.iter().all(Option::is_some).then(|| sorted::<D>(was.map(Option::unwrap_or_default)));
         let all = (0..old.facets.len() as u32).map(ElementId);
-        same.and_then(|same| known.get(&same).copied()).or_else(|| nearest_mark(old, (facet, rest), all)).unwrap_or(0)
+        same.and_then(|same| known.get(&same).copied()).or_else(|| nearest_mark(old, facet, rest, all)).unwrap_or(0)
     };
     facets.iter().map(mark).collect()
 }
@@ -70,7 +71,8 @@ pub fn facet_load_markers_at_rest<const D: usize>(
 /// Marker of the old facet among `candidates` that is nearest to a new one at rest and faces the same way.
 fn nearest_mark<const D: usize>(
     old: &Mesh<D>,
-    (facet, rest): (&Facet, &[Vector<D>]),
+    facet: &Facet,
+    rest: &[Vector<D>],
     candidates: impl Iterator<Item = ElementId>,
 ) -> Option<u8> {
     let corners = |facet: &Facet, x: &[Vector<D>]| facet.map(|node| embed(&x[node.index()]));

@@ -54,6 +54,10 @@ impl<const D: usize> ElementModel<D> for FlowingShapes {
     fn common_energy(&self, _: f64) -> f64 {
         0.0
     }
+
+    fn smoothing(&self, _: f64) -> f64 {
+        0.05
+    }
 }
 
 /// Mesh that follows target lengths by operations in its present shape, as that of a gel that flows does.

@@ -66,7 +66,7 @@ impl Form {
     }
 }
 
-/// Pressure against stretch of `cavity-exact`, by shape and mesh size, on a fixed mesh and on meshes that are exchanged.
+/// Pressure against stretch of `cavity-exact`, by shape and mesh size, on a fixed mesh and on meshes that are remade.
 pub fn study() {
     println!(
         "| shape | h, mm | meshes | elements | p/p exact − 1, %, at λ = 1.5 | 2 | 3 | 4 | 5 | greatest to 5 | closure | defect | seconds |"

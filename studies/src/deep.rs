@@ -1,4 +1,4 @@
-//! The ball of `sphere-deep` in space, its mesh exchanged on the way, by mesh size; the same in a quarter of the block, and about an axis.
+//! The ball of `sphere-deep` in space, its mesh remade on the way, by mesh size; the same in a quarter of the block, and about an axis.
 
 use super::cpu::seconds;
 use super::remesh::pace;
@@ -7,10 +7,10 @@ use ballistic_gel::integrator::StepError;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::time::Instant;
 
-/// Cells beneath the ball, m: R/1.6, R/2 and R/2.5.
-const SIZES: [f64; 3] = [6.25e-3, 5e-3, 4e-3];
-/// The same in a quarter of the block: to R/3.1.
-const QUARTERS: [f64; 4] = [6.25e-3, 5e-3, 4e-3, 3.2e-3];
+/// Cells beneath the ball, m: R/1.6, R/2, R/2.5 and R/4.
+const SIZES: [f64; 4] = [6.25e-3, 5e-3, 4e-3, 2.5e-3];
+/// The same in a quarter of the block: to R/6.3.
+const QUARTERS: [f64; 6] = [6.25e-3, 5e-3, 4e-3, 3.2e-3, 2.5e-3, 1.6e-3];
 /// The same about an axis, in a cylinder: R/2, R/4 and R/8.
 const ABOUT_AN_AXIS: [f64; 3] = [5e-3, 2.5e-3, 1.25e-3];
 /// Speeds about an axis on the finer two of these, m/s.

@@ -17,7 +17,7 @@ const SLOW: [f64; 2] = [330.0, 1.0];
 /// Depths at which its force is told, m, and the path that the force is the mean of, m.
 const DEPTHS: [f64; 6] = [0.010, 0.020, 0.032, 0.040, 0.048, 0.056];
 const PATH: f64 = 4e-3;
-/// A mesh that ends only where a facet leaks.
+/// A mesh that ends only by an inverted element.
 const FIXED: [(&str, &str); 2] = [("remesh.quality", "0"), ("remesh.min_volume_ratio", "0")];
 
 /// Depth and rebound by speed and mesh size, and the force on a slow ball.

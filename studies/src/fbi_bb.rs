@@ -330,8 +330,10 @@ pub fn bullet() {
 /// The shot in space, and about the axis with the same cells, bulk modulus and end.
 pub fn space() {
     println!("\nThe BB in space and about the axis, with cells, bulk modulus and end of fbi-bb-3d\n");
-    println!("| | {CELLS} | nose at 0.1, 0.2, 0.5, 1 ms: mm | defect, % |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!(
+        "| | {CELLS} | nose at 0.1, 0.2, 0.5, 1 ms: mm | defect, % | remesh, % of E₀ | elements | remeshings | M updates |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let same: Keys = [
         ("gel.bulk_modulus", "370.8e6"),
         ("mesh.size", "0.43e-3"),
@@ -345,6 +347,13 @@ pub fn space() {
     for (name, shot) in [("about the axis", Shot::fly("fbi-bb", &same)), ("in space", Shot::fly("fbi-bb-3d", &vec![]))]
     {
         let nose = [1e-4, 2e-4, 5e-4, 1e-3].map(|time| format!("{:.1}", 1e3 * shot.nose(time))).join(", ");
-        println!("| {name} | {} | {nose} | {:.2} |", shot.cells(), 100.0 * shot.summary.energy_defect);
+        let RunSummary { energy, elements, remeshes, element_updates, energy_defect, .. } = &shot.summary;
+        println!(
+            "| {name} | {} | {nose} | {:.2} | {:+.2} | {elements} | {remeshes} | {:.1} |",
+            shot.cells(),
+            100.0 * energy_defect,
+            100.0 * energy.remesh / energy.initial,
+            1e-6 * element_updates
+        );
     }
 }

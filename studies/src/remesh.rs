@@ -4,12 +4,12 @@ use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, RemeshRecord, Simulation};
 use std::time::Instant;
 
-/// A fixed mesh, and meshes that are exchanged.
+/// A fixed mesh, and meshes that are remade.
 const MESHES: [(&str, &[(&str, &str)]); 2] = [("fixed", &[]), ("remeshed", &[("remesh.quality", "0.3")])];
 const SPEEDS: [f64; 5] = [10.0, 20.0, 30.0, 36.0, 42.0];
 const SIZES: [f64; 3] = [2.5e-3, 1.25e-3, 0.625e-3];
 
-/// The disc of `ball-square` by speed and by mesh size, on a fixed mesh and on meshes that are exchanged.
+/// The disc of `ball-square` by speed and by mesh size, on a fixed mesh and on meshes that are remade.
 pub fn study() {
     println!(
         "| v, m/s | cells, mm | mesh | end, ms | meshes | elements | depth, mm | v at the end, m/s | least J | remesh, % of E₀ | defect, % | closure | momentum | mass | CPU s | remeshing, % of the time | 1000 elements/s |"
@@ -51,15 +51,15 @@ fn ridden(speed: f64, size: f64, more: &[(&str, &str)]) -> Ride {
     Ride { scene, simulation, end, cpu, wall }
 }
 
-/// The part of the time, %, that the exchanges took, and the elements of their new meshes, thousands per second of them: from the old mesh to
+/// The part of the time, %, that remeshings took, and the elements of their new meshes, thousands per second of them: from the old mesh to
 /// the new engine, refused attempts included.
 pub(super) fn pace(made: &[RemeshRecord], wall: f64) -> String {
     if made.is_empty() {
         return "0 | –".to_owned();
     }
-    let exchanging: f64 = made.iter().map(|renewal| renewal.seconds).sum();
+    let remeshing: f64 = made.iter().map(|renewal| renewal.seconds).sum();
     let elements: usize = made.iter().map(|renewal| renewal.elements).sum();
-    format!("{:.0} | {:.0}", 100.0 * exchanging / wall, 1e-3 * elements as f64 / exchanging)
+    format!("{:.0} | {:.0}", 100.0 * remeshing / wall, 1e-3 * elements as f64 / remeshing)
 }
 
 fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
@@ -85,8 +85,8 @@ fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
 
 type Keys = &'static [(&'static str, &'static str)];
 
-/// Four exchanges at fixed intervals, whatever becomes of the mesh and without adaptivity (figure 7 of the paper), and meshes that
-/// are exchanged where they are worn: by both methods.
+/// Four remeshings at fixed intervals, whatever becomes of the mesh and without adaptivity (figure 7 of the paper), and meshes that
+/// are remade where they are distorted: by both methods.
 const METHODS: [(&str, Keys); 5] = [
     ("fixed", &[]),
     ("four times, local", &[FOUR, UNIFORM, NEVER[0], NEVER[1], ("remesh.method", "local")]),

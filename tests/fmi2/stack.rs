@@ -23,7 +23,7 @@ fn a_thread_with_96_kib_of_stack_can_make_every_call_of_a_run() {
     std::thread::Builder::new().stack_size(STACK).spawn(run).unwrap().join().unwrap();
 }
 
-/// A planar scene whose mesh is exchanged on the way.
+/// A planar scene whose mesh is remade on the way.
 fn text() -> String {
     let changes = ["mesh.size=5e-3", "remesh.times=[1.5e-4, 3.5e-4]"].map(|change| change.parse().unwrap());
     scene::resolve(scene::builtin("ball-square").unwrap(), &changes).unwrap()

@@ -132,6 +132,12 @@ impl<const D: usize> Simplices<D> {
         self.reference_index.get(element.index()).is_none_or(Option::is_none)
     }
 
+    /// Returns true if the rest positions of the nodes are the rest shapes of all elements.
+    #[must_use]
+    pub fn has_rest_map(&self) -> bool {
+        self.references.is_empty()
+    }
+
     /// Returns F and the out-of-plane stretch λ of an element at the nodal positions `x`.
     #[must_use]
     pub fn deformation_gradient(&self, element: ElementId, x: &[Vector<D>]) -> (Tensor<D>, f64) {

@@ -37,7 +37,7 @@ const MARGIN: f64 = 2.0;
 ///
 /// # Errors
 /// [`RemeshError::TooMany`] if there would be more than `most` cells.
-pub fn cells(old: &DeformedMesh<'_, 2>, (size, most): (&[f64], usize)) -> Result<Vec<BackgroundCell>, RemeshError> {
+pub fn cells(old: &DeformedMesh<'_, 2>, size: &[f64], most: usize) -> Result<Vec<BackgroundCell>, RemeshError> {
     let field = SizeField::new(old, size);
     let tree = leaves(&square(old, size), |middle, half| field.least(middle, half).or(Some(f64::INFINITY)), most)?;
     Ok(tree.into_iter().map(|(middle, edge)| BackgroundCell { middle, edge }).collect())

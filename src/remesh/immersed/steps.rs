@@ -30,7 +30,7 @@ pub struct ImmersionSteps {
 /// [`RemeshError`] for invalid sizes or positions.
 pub fn immerse(old: &DeformedMesh<'_, 2>, size: &[f64]) -> Result<ImmersionSteps, RemeshError> {
     check(old, size)?;
-    let cells = cells(old, (size, MAX_POINTS))?;
+    let cells = cells(old, size, MAX_POINTS)?;
     let background = triangulated(&cells)?;
     let distance = distances(old, &background.points);
     let immersed = snapped((old, size), &background, &distance)?;

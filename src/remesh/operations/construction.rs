@@ -3,9 +3,10 @@
 
 use super::editable_mesh::{EditableMesh, RestMap};
 use super::operation::{EditedNode, Operation, OperationKind};
-use crate::math::{Vector, det};
-use crate::mesh::{ElementId, NodeId, Simplex, edges};
+use crate::math::Vector;
+use crate::mesh::{CORNERS, ElementId, NodeId, Simplex};
 use crate::remesh::NodeOrigin;
+use crate::remesh::barycentric::DeformedElement;
 
 /// Nodes with `from` replaced by `to`.
 fn replaced(nodes: &Simplex, from: NodeId, to: NodeId) -> Simplex {
@@ -117,7 +118,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         const OUTSIDE: f64 = -1e-9;
         let weights = |element: &ElementId| {
             let corners: Vec<Vector<D>> = self.corners(*element).iter().map(|n| self.nodes[n.index()].rest).collect();
-            let weights = barycentric(&corners, rest);
+            let weights = DeformedElement::of(&corners, &CORNERS).weights(rest);
             let least = weights[..=D].iter().copied().fold(f64::INFINITY, f64::min);
             (least, *element, weights)
         };
@@ -137,16 +138,4 @@ impl<const D: usize> EditableMesh<'_, D> {
         let (position, velocity) = (mix(&|n| n.position), mix(&|n| n.velocity));
         Some(EditedNode { rest: *rest, position, velocity, origin: mixed_origin::<D>(&parents) })
     }
-}
-
-/// Barycentric coordinates of a point in a simplex.
-fn barycentric<const D: usize>(corners: &[Vector<D>], point: &Vector<D>) -> [f64; 4] {
-    let own = [0, 1, 2, 3].map(|k: u32| NodeId(k.min(D as u32)));
-    let whole = det(&edges(corners, &own));
-    let part = |k: usize| {
-        let mut corners = corners.to_vec();
-        corners[k] = *point;
-        det(&edges(&corners, &own)) / whole
-    };
-    std::array::from_fn(|k| if k <= D { part(k) } else { 0.0 })
 }

@@ -189,12 +189,17 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
 
     /// Returns true if an edge lies on the boundary.
     pub(super) fn is_boundary_edge(&self, a: NodeId, b: NodeId) -> bool {
-        self.is_boundary(a)
-            && self.is_boundary(b)
-            && self.around_edge(a, b).iter().any(|element| {
-                let nodes = self.corners(*element);
-                (0..=D).any(|k| nodes[k] != a && nodes[k] != b && self.across(*element, k).is_none())
-            })
+        self.is_boundary(a) && self.is_boundary(b) && self.boundary_facets_at(a, b).next().is_some()
+    }
+
+    /// Elements of the boundary facets at an edge: one in the plane, two in space where the gel does not touch itself.
+    pub(super) fn boundary_facets_at(&self, a: NodeId, b: NodeId) -> impl Iterator<Item = ElementId> {
+        let facets = move |element: ElementId| {
+            let nodes = self.corners(element);
+            let is_facet = move |k: &usize| nodes[*k] != a && nodes[*k] != b && self.across(element, *k).is_none();
+            (0..=D).filter(is_facet).map(move |_| element)
+        };
+        self.around_edge(a, b).into_iter().flat_map(facets)
     }
 
     /// Returns true if three nodes of an element in space are those of a facet of the boundary.

@@ -22,4 +22,7 @@ pub trait ElementModel<const D: usize> {
     fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState;
     /// Volumetric energy density that is common to the elements of a patch, by their mean J, J/m³.
     fn common_energy(&self, jacobian: f64) -> f64;
+    /// Greatest relative change of a volume, m³, of gel beneath the surface by an operation that smooths it; 0 where the surface
+    /// has a shape at rest.
+    fn smoothing(&self, volume: f64) -> f64;
 }

@@ -40,6 +40,10 @@ impl<const D: usize> ElementModel<D> for Solid {
     fn common_energy(&self, jacobian: f64) -> f64 {
         5.0 * (jacobian - 1.0).powi(2)
     }
+
+    fn smoothing(&self, _: f64) -> f64 {
+        0.0
+    }
 }
 
 /// A block, strained and moving, held at its first face of the last axis.
@@ -85,6 +89,24 @@ impl<const D: usize> Body<D> {
         let patches = ElementPatches::grouped(&mesh);
         let mass = nodal_masses::<D>(mesh.rest.len(), &mesh.elements, &corner_mass);
         Self { mesh, position, velocity, mass, corner_mass, incidence, patches, solid }
+    }
+
+    /// A body at rest.
+    fn at_rest(mesh: Mesh<D>) -> Self {
+        let n = mesh.rest.len();
+        let solid = Solid { symmetry: BodySymmetry::Spatial, limit: 1.0 };
+        let masses: Vec<f64> = mesh.elements.iter().map(|nodes| signed_volume(&mesh.rest, nodes)).collect();
+        let corner_mass = corner_masses(&mesh.rest, &mesh.elements, &masses, solid.symmetry);
+        Self {
+            position: mesh.rest.clone(),
+            velocity: vec![Vector::zeros(); n],
+            mass: nodal_masses::<D>(n, &mesh.elements, &corner_mass),
+            incidence: NodeIncidence::new(n, mesh.elements.iter().map(|nodes| &nodes[..=D])),
+            patches: ElementPatches::alone(mesh.elements.len()),
+            corner_mass,
+            solid,
+            mesh,
+        }
     }
 
     fn editable(&self) -> EditableMesh<'_, D> {
@@ -207,6 +229,72 @@ fn operations_keep_mass_momentum_surface_and_what_they_say_of_energy() {
         check_random_operations::<2>(BodySymmetry::Axisymmetric, is_held);
         check_random_operations::<3>(BodySymmetry::Spatial, is_held);
     }
+}
+
+/// Two prisms of three tetrahedra each, on both sides of a triangle with corners at this radius: nodes 3, 4 and 5.
+fn necked(radius: f64) -> Mesh<3> {
+    let corner = |layer: usize, k: usize| {
+        let (r, angle) = (if layer == 1 { radius } else { 1.0 }, std::f64::consts::TAU * k as f64 / 3.0);
+        Vector::<3>::new(r * libm::cos(angle), r * libm::sin(angle), layer as f64)
+    };
+    let points: Vec<_> = (0..3).flat_map(|layer| (0..3).map(move |k| corner(layer, k))).collect();
+    let prism = |first: u32| [[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5]].map(|nodes| nodes.map(|k| NodeId(first + k)));
+    let elements = upright(&points, [prism(0), prism(3)].concat());
+    Mesh::new(points, elements)
+}
+
+/// Elements with their corners in the order of a positive volume.
+fn upright(points: &[Vector<3>], mut elements: Vec<[NodeId; 4]>) -> Vec<[NodeId; 4]> {
+    for nodes in elements.iter_mut().filter(|nodes| signed_volume(points, nodes) < 0.0) {
+        nodes.swap(0, 1);
+    }
+    elements
+}
+
+/// The collapse of an edge of a neck would close it: the triangle of its ends and the third corner is a loop on the surface.
+#[test]
+fn a_collapse_does_not_close_a_neck() {
+    let body = Body::at_rest(necked(0.01));
+    let mesh = body.editable_on(RestMap::Present);
+    let measure = |all: &[[NodeId; 4]]| all.iter().map(|nodes| signed_volume(&body.mesh.rest, nodes)).sum::<f64>();
+    let collapse = mesh.collapse(NodeId(3), NodeId(4), 0.0).unwrap();
+    let old: Vec<_> = collapse.old.iter().map(|element| body.mesh.elements[element.index()]).collect();
+    assert!((measure(&collapse.new) / measure(&old) - 1.0).abs() < 0.05, "the volume allows it");
+    assert!(!mesh.keeps_topology(&collapse));
+    // The same of an edge on the face of a block.
+    let block = Body::<3>::new(BodySymmetry::Spatial, false, &mut TestRandom::new(15));
+    let at = |x: [f64; 3]| block.mesh.rest.iter().position(|p| (p - Vector::<3>::from(x)).norm() < 1e-9).unwrap();
+    let [a, b] = [[0.5, 0.5, 1.0], [0.5, 0.75, 1.0]].map(|x| NodeId(at(x) as u32));
+    let mesh = block.editable_on(RestMap::Present);
+    assert!(mesh.keeps_topology(&mesh.collapse(a, b, 0.0).unwrap()));
+}
+
+/// Gel that touches itself along an edge stays so: a collapse of the edge would part it.
+#[test]
+fn a_collapse_does_not_part_gel_that_touches_itself() {
+    let points =
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, -0.3, 0.0], [1.0, 0.3, 0.0], [-1.0, 0.3, 0.0], [-1.0, -0.3, 0.0]];
+    let points: Vec<_> = points.into_iter().map(Vector::<3>::from).collect();
+    let elements = upright(&points, [[0, 1, 2, 3], [0, 1, 4, 5]].map(|nodes| nodes.map(NodeId)).to_vec());
+    let body = Body::at_rest(Mesh::new(points, elements));
+    let mesh = body.editable_on(RestMap::Present);
+    assert!(!mesh.keeps_topology(&mesh.collapse(NodeId(1), NodeId(0), 0.0).unwrap()));
+}
+
+/// The removal of a surface edge of two tetrahedra joins their apexes, unless these are joined elsewhere.
+#[test]
+fn a_flip_of_the_surface_makes_no_edge_that_is_there() {
+    let points = [[0.0, -0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+    let beyond = [[0.0, -0.5, 1.0], [0.0, 0.5, 1.0]];
+    let points: Vec<_> = points.into_iter().chain(beyond).map(Vector::<3>::from).collect();
+    let [pair, other] = [vec![[0, 1, 2, 3], [0, 1, 2, 4]], vec![[3, 4, 5, 6]]];
+    let keeps = |elements: Vec<[u32; 4]>| {
+        let elements = upright(&points, elements.iter().map(|nodes| nodes.map(NodeId)).collect());
+        let body = Body::at_rest(Mesh::new(points.clone(), elements));
+        let mesh = body.editable_on(RestMap::Present);
+        mesh.keeps_topology(&mesh.remove_edge(NodeId(0), NodeId(1), NodeId(3)))
+    };
+    assert_eq!([keeps(pair.clone()), keeps([pair, other].concat())], [true, false]);
 }
 
 fn check_split<const D: usize>(symmetry: BodySymmetry) {

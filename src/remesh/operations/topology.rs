@@ -29,7 +29,7 @@ impl<const D: usize> EditableMesh<'_, D> {
     }
 
     /// Returns true if the links of the ends of a surface edge have nothing in common but the link of the edge (Dey,
-    /// Edelsbrunner, Guha & Nekhayev 1999).
+    /// Edelsbrunner, Guha & Nekhayev 1999). At an edge where erosion has left gel that only touches itself there is no such link.
     fn satisfies_link_condition(&self, a: NodeId, b: NodeId) -> bool {
         let is_of_link = |nodes: &[NodeId]| self.has_element_with(a, &[&[b], nodes].concat());
         let is_shared = |nodes: &[NodeId]| self.has_element_with(a, nodes) && self.has_element_with(b, nodes);
@@ -38,7 +38,8 @@ impl<const D: usize> EditableMesh<'_, D> {
         let is_loop = |node: NodeId| self.is_boundary_edge(a, node) && self.is_boundary_edge(b, node);
         let is_facet = |node: NodeId| D == 3 && self.is_boundary_facet([a, b, node]);
         let pairs = || (0..shared.len()).flat_map(|j| (0..j).map(move |i| [i, j])).map(|pair| pair.map(|k| shared[k]));
-        shared.iter().all(|node| is_of_link(&[*node]) && (!is_loop(*node) || is_facet(*node)))
+        self.boundary_facets_at(a, b).count() == D - 1
+            && shared.iter().all(|node| is_of_link(&[*node]) && (!is_loop(*node) || is_facet(*node)))
             && (D == 2 || pairs().all(|edge| !is_shared(&edge) || is_of_link(&edge)))
     }
 

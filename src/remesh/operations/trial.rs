@@ -17,8 +17,6 @@ const LEAST_QUALITY: f64 = 0.02;
 const WORSE: f64 = 1.05;
 /// Relative change of the rest volume of a cavity by rounding.
 const ROUNDING: f64 = 1e-9;
-/// Relative change of the volume of a cavity by which a surface without a rest map may be smoothed.
-const SMOOTHING: f64 = 0.05;
 /// Relative change of the volume of a cavity by the push of the middle of a split edge out of a body.
 const CLEARED: f64 = 0.3;
 
@@ -67,7 +65,8 @@ impl<const D: usize> EditableMesh<'_, D> {
             after = after.max(state.hindrance);
             states.push(state);
         }
-        let is_legal = self.fills(operation, volume) && self.keeps_topology(operation);
+        let smoothing = || model.smoothing(old.iter().map(|state| state.volume).sum());
+        let is_legal = self.fills(operation, volume, smoothing) && self.keeps_topology(operation);
         is_legal.then_some(Trial { states, hindrance: [before, after] })
     }
 
@@ -86,8 +85,9 @@ impl<const D: usize> EditableMesh<'_, D> {
             || is_poor(now, LEAST_QUALITY) && is_poor(now, WORSE * before(1))
     }
 
-    /// Returns true if a volume at rest is that of the cavity of an operation, as nearly as its kind and the gel allow.
-    fn fills(&self, operation: &Operation<D>, volume: f64) -> bool {
+    /// Returns true if a volume at rest is that of the cavity of an operation, as nearly as its kind and the gel allow: with this
+    /// relative change where it smooths the surface.
+    fn fills(&self, operation: &Operation<D>, volume: f64, smoothing: impl FnOnce() -> f64) -> bool {
         let rest = |element: &ElementId| {
             signed_volume(&self.places(&self.elements[element.index()], operation, false)[0], &CORNERS)
         };
@@ -95,7 +95,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         let change = match self.rest_map {
             RestMap::Present if !self.changes_surface(operation) => ROUNDING,
             RestMap::Present if operation.kind == OperationKind::Split => CLEARED,
-            RestMap::Present => SMOOTHING,
+            RestMap::Present => smoothing().max(ROUNDING),
             RestMap::Nodes => ROUNDING,
         };
         (volume - before).abs() <= change * before

@@ -49,7 +49,7 @@ fn unused_options(scene: &Scene) -> Vec<OptionSwitch> {
     all.push(new_switch("patches of elements", Some("mesh.element=\"plain\""), &["mesh.element=\"patch\""]));
     if scene.remesh.is_none() {
         let never = ["remesh.quality=0.0", "remesh.min_volume_ratio=0.0"];
-        all.push(new_switch("a mesh that may be exchanged", None, &never));
+        all.push(new_switch("a mesh that may be remade", None, &never));
     }
     if scene.gel.material == MaterialModel::NeoHookean {
         let branch = "gel.branches=[{shear_modulus=1.0, time=1e-2}]";
