@@ -37,7 +37,7 @@ fn fit_depth(options: &CalibrateOptions, console: &Console) -> Result<u8, Comman
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
     }
     console.note(&words::headline(&task));
-    let mut search = StrengthSearch::new(options.depth, task.strength, task.strongest());
+    let mut search = StrengthSearch::new(options.depth, options.tolerance, task.strength, task.strongest());
     let end = fit_strength(&task, &mut search, console)?;
     console.result(&words::to_json(&task, &search, &end), &words::table_and_lines(&task, &search));
     Ok(match end {

@@ -164,9 +164,12 @@ pub struct CalibrateOptions {
     /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
     #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
+    /// Difference of the depth that counts as none, e.g. 1%: on coarse remeshed cells depths scatter by more than 0.1 %
+    #[arg(long, value_name = "PERCENT", default_value = "0.1%", value_parser = parse_error, allow_hyphen_values = true)]
+    pub tolerance: f64,
     /// Fit to all shots of a CSV file, or of a built-in file such as gelatin-10: columns name, speed, measure (depth,
     /// slope or cavity), value, band, and if needed scene, set and window
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed"])]
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed", "tolerance"])]
     pub shots: Option<String>,
     /// Parameters that are fitted to the shots: any of stress, exponent and shear_modulus (all if absent)
     #[arg(long, value_name = "KEY,...", value_enum, value_delimiter = ',', requires = "shots")]

@@ -2,8 +2,6 @@
 //!
 //! The bracket lies between a gel that is too weak and a gel that is too strong.
 
-/// Relative tolerance of the depth: a tenth of the change that a different mesh makes.
-const TOLERANCE: f64 = 1e-3;
 /// Most runs before the search gives up; a smooth depth takes three to five.
 const MOST_TRIALS: usize = 20;
 /// First guess of d ln depth / d ln strength: -1/2 lies between a gel without inertia (-1) and a gel
@@ -68,6 +66,8 @@ pub enum SearchStep {
 #[derive(Debug)]
 pub struct StrengthSearch {
     target: f64,
+    /// Relative error of the depth that is accepted.
+    tolerance: f64,
     first: f64,
     strongest: f64,
     /// Trials in chronological order.
@@ -84,9 +84,9 @@ struct LogPoint {
 }
 
 impl StrengthSearch {
-    /// Starts a search for a depth, m, from a first strength up to a strongest one.
-    pub fn new(target: f64, first: f64, strongest: f64) -> Self {
-        Self { target, first, strongest, trials: vec![] }
+    /// Starts a search for a depth, m, within a relative tolerance, from a first strength up to a strongest one.
+    pub fn new(target: f64, tolerance: f64, first: f64, strongest: f64) -> Self {
+        Self { target, tolerance, first, strongest, trials: vec![] }
     }
 
     /// Returns the trial whose depth is nearest to the target, and that depth, m.
@@ -113,7 +113,7 @@ impl StrengthSearch {
 
     /// Chooses the next strength, or ends the search.
     pub fn next_step(&self) -> SearchStep {
-        if self.best().is_some_and(|(_, depth)| self.relative_error(depth) <= TOLERANCE) {
+        if self.best().is_some_and(|(_, depth)| self.relative_error(depth) <= self.tolerance) {
             return SearchStep::Fitted;
         }
         let points = self.log_points();
@@ -121,7 +121,9 @@ impl StrengthSearch {
             Some(pair) if pair[1].strength - pair[0].strength < NARROWEST_BRACKET => {
                 self.step_beside_jump(pair[0].strength, pair[1].strength)
             }
-            _ if self.is_exhausted() => SearchStep::GivenUp(format!("found none in {MOST_TRIALS} runs")),
+            _ if self.is_exhausted() => {
+                SearchStep::GivenUp(format!("found none in {MOST_TRIALS} runs; --tolerance 1% accepts more"))
+            }
             Some(pair) => self.step_in_bracket(pair[0], pair[1]),
             None if points.is_empty() => self.step_without_points(),
             None => self.extrapolate(&points),
@@ -177,7 +179,7 @@ impl StrengthSearch {
     fn step_beside_jump(&self, weak: f64, strong: f64) -> SearchStep {
         let mut candidates = OFFSETS_BESIDE_JUMP.iter().flat_map(|offset| [weak - offset, strong + offset]);
         let found = if self.is_exhausted() { None } else { candidates.find(|ln_strength| self.is_new(*ln_strength)) };
-        let why = "the depth jumps across the one that is wanted; a finer mesh makes it smoother";
+        let why = "the depth jumps across the one that is wanted; a finer mesh makes it smoother, --tolerance takes it as it is";
         let jumps = || SearchStep::GivenUp(format!("between {:e} and {:e} {why}", weak.exp(), strong.exp()));
         found.map_or_else(jumps, |ln_strength| self.try_strength(ln_strength))
     }
@@ -268,7 +270,7 @@ mod tests {
 
     /// Runs a search on a law of depth until it ends.
     fn run_search(target: f64, law: impl Fn(f64) -> ShotOutcome) -> (StrengthSearch, SearchStep) {
-        let mut search = StrengthSearch::new(target, 0.1e6, 1.6e6);
+        let mut search = StrengthSearch::new(target, 1e-3, 0.1e6, 1.6e6);
         loop {
             match search.next_step() {
                 SearchStep::Try(strength) => {
