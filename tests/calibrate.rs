@@ -51,19 +51,18 @@ fn shot_file(rows: &[&str]) -> (tempfile::TempDir, String) {
     (folder, path.to_str().unwrap().to_owned())
 }
 
-/// Rest depths on cells of a quarter of the radius scatter by 2 % with the last digits of the strength: a fit to 0.1 % is found for
-/// some depths only.
+/// Rest depths on cells of a quarter of the radius scatter by 2 % with the last digits of the strength: a fit to 0.1 % is luck.
 #[test]
 fn the_strength_that_is_printed_rests_the_bb_at_the_depth() {
     let fit = |more: &[&str]| {
-        let output = small(&[&["--speed", "60", "--depth", "0.0199", "--json"], more].concat());
+        let output = small(&[&["--speed", "60", "--depth", "0.0199", "--tolerance", "1%", "--json"], more].concat());
         let value: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!((output.status.code(), &value["status"]), (Some(0), &Value::from("fitted")), "{value:#}");
         (value, text(&output.stderr))
     };
     let (value, told) = fit(&[]);
     let depth = value["reached_depth"].as_f64().unwrap();
-    assert!((depth / 0.0199 - 1.0).abs() <= 1e-3, "{depth}");
+    assert!((depth / 0.0199 - 1.0).abs() <= 1e-2, "{depth}");
     let trials = value["trials"].as_array().unwrap();
     assert_eq!(
         told.lines().filter(|line| line.starts_with("run ") && line.contains(" after ")).count(),
