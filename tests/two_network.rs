@@ -39,8 +39,8 @@ fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
     // Poncelet's law with a drag of 0.35 that stops at 85 mm has the nose at 23.2 mm then.
     let depth = 1e3 * seen.projectile().depth;
     assert!((depth / 23.2 - 1.0).abs() < 0.03, "{depth} mm");
-    // 4e-4 on cells of R/4.
-    assert!(seen.energy.energy_defect < 3e-3, "defect {}", seen.energy.energy_defect);
+    // 3.5e-3 on cells of R/4, of which 3e-3 is gel pushed out of the ball where facets are chords in it; 1e-3 on R/8.
+    assert!(seen.energy.energy_defect < 5e-3, "defect {}", seen.energy.energy_defect);
     let whole = done.frame().mass + seen.cost.eroded_mass;
     assert!((whole / mass - 1.0).abs() < 1e-12, "mass {:e}", whole / mass - 1.0);
     let lost = seen.energy.viscous + seen.energy.bulk_viscous + seen.energy.damage;
@@ -79,7 +79,36 @@ fn bits_of_a_gel_that_is_damaged_do_not_depend_on_communication_steps_threads_or
     assert_eq!(other.digest(), whole.digest());
 }
 
-/// The first of some shots in which an exchange of the whole mesh is refused: in which, depends on last digits. Local operations
+/// A cavity without air that collapses behind a ball of 720 m/s, on coarse cells.
+#[test]
+fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
+    let changes = [
+        "gel.cavity={ sealed = { pressure = 0.0 } }",
+        "mesh.size=0.85e-3",
+        "mesh.tree.slope=0.42",
+        "remesh.smallest=0.42e-3",
+        "remesh.growth=0.42",
+        "scene.end_time=3.4e-3",
+    ];
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    let scene = scene::read(&scene::resolve(scene::builtin("sphere-720").unwrap(), &changes).unwrap()).unwrap();
+    let mut whole = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+    let inputs = whole.inputs();
+    whole.step(&inputs, 2.9e-3).unwrap();
+    let (open, n_open) = (whole.save(), whole.renewals().len());
+    assert_eq!(whole.observe().energy.self_contact, 0.0);
+    whole.step(&inputs, scene.scene.end_time).unwrap();
+    let seen = whole.observe();
+    assert!(seen.energy.self_contact < 0.0 && whole.renewals().len() > n_open, "{:?}", seen.energy);
+    assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-11, "{:?}", seen.energy);
+    let mut other = Simulation::new(&scene, CouplingMode::Integrated, 2).unwrap();
+    other.restore(&open).unwrap();
+    other.step(&inputs, 3.15e-3).unwrap();
+    other.step(&inputs, scene.scene.end_time).unwrap();
+    assert_eq!(other.digest(), whole.digest());
+}
+
+/// The first of some shots in which an immersed mesh is refused: in which, depends on last digits. Local operations
 /// are refused in none of them.
 fn shot_with_a_refusal() -> Scene {
     let speeds = [180, 300, 450, 600, 900, 1200].into_iter();
@@ -113,7 +142,7 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
         }
     }
     let mut saved = SavedSimulation::empty();
-    assert!(saved.read(states.first().expect("an exchange that is refused")));
+    assert!(saved.read(states.first().expect("a remeshing that is refused")));
     let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     other.restore(&saved).unwrap();
     other.step(&inputs, scene.scene.end_time).unwrap();
