@@ -145,7 +145,7 @@ fn replace_mesh<const D: usize>(
     let mut reasons = vec![];
     let edit_input = RemeshInput { old: &old, moved: &moved, data: &data, size: &[] };
     let mut edited = (settings.method == RemeshMethod::Local).then(|| edit_mesh(gel, &old, settings));
-    if let Some(edited) = edited.take_if(|edited| edited.is_sufficient()) {
+    if let Some(edited) = edited.take_if(|edited| edited.is_sufficient(gel)) {
         match install_edited(gel, &edit_input, edited, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(why),

@@ -15,8 +15,8 @@ use crate::remesh::operations::{
 use crate::remesh::{self, AcceptanceLimits, ConservationDefects, ConservedTotals, MeshCorrespondence, ProposedMesh};
 use crate::state::MeshInstance;
 
-/// Hindrance that local operations may leave; beyond it a mesh in the plane or about an axis is immersed, and new elements
-/// have rest shapes of their own.
+/// Hindrance that local operations may leave of a gel that flows; beyond it a mesh in the plane or about an axis is immersed. A gel
+/// with a rest map would lose it then, so there only an inverted element is reason enough: a short step costs little, as it is local.
 const SUFFICIENT_HINDRANCE: f64 = 8.0;
 /// Relative change of the area or volume of a gel that flows by the operations of one remeshing: each may smooth the surface.
 /// With 1e-4 two of seven balls of 1500 to 2500 m/s on coarse meshes diverged on the meshes that took their place.
@@ -31,9 +31,9 @@ pub(super) struct EditedGel<const D: usize> {
 }
 
 impl<const D: usize> EditedGel<D> {
-    /// Returns true if no element hinders much.
-    pub(super) fn is_sufficient(&self) -> bool {
-        self.counts.hindrance <= SUFFICIENT_HINDRANCE
+    /// Returns true if no element hinders so much that a whole mesh is better for this gel.
+    pub(super) fn is_sufficient(&self, gel: &AdaptiveGel<D>) -> bool {
+        self.counts.hindrance <= if gel.flows() { SUFFICIENT_HINDRANCE } else { f64::MAX }
     }
 
     /// Returns true if no element is inverted.

@@ -67,10 +67,12 @@ const GAIN: f64 = 0.93;
 const NO_RISE: f64 = 1.0001;
 /// Weight of the change of energy, relative to the reference, against the logarithm of the hindrance.
 const ENERGY_WEIGHT: f64 = 300.0;
-/// Greatest change of energy, relative to the reference, of an operation for an element of hindrance 1, which grows with
-/// the square of the hindrance, and the greatest of any operation.
-const MAX_ENERGY: f64 = 3e-3;
-const MOST_ENERGY: f64 = 0.02;
+/// Greatest gain of stored energy, relative to the reference, by an operation for an element of hindrance 1, which grows with the
+/// square of the hindrance, and the greatest of any operation. A tenth of what may be lost: a gain is returned by slowing
+/// the motion around, where there may be none. With the bounds of losses 23 of 500 random scenes gained 5 to 240 %.
+const MAX_GAIN: [f64; 2] = [3e-4, 3e-3];
+/// Greatest loss of stored energy, likewise.
+const MAX_LOSS: [f64; 2] = [3e-3, 0.02];
 /// Depth of the middle of a surface edge in a body, in usual lengths, above which no operation makes it.
 const MAX_DEPTH: f64 = 0.12;
 /// Parts of the way of a node to the centroid of its neighbours, and to each of them, at rest.
@@ -240,8 +242,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         let energy = regrouping.energy.abs() / self.limits.energy;
         let [before, after] = trial.hindrance;
         let score = (after / before).ln() + ENERGY_WEIGHT * energy;
-        let most = MOST_ENERGY.min(MAX_ENERGY * hindrance * hindrance);
-        if energy <= most && best.as_ref().is_none_or(|(least, _)| score < *least) {
+        let [usual, most] = if regrouping.energy > 0.0 { MAX_GAIN } else { MAX_LOSS };
+        if energy <= most.min(usual * hindrance * hindrance) && best.as_ref().is_none_or(|(least, _)| score < *least) {
             *best = Some((score, Replacement { operation, trial, regrouping }));
         }
     }
