@@ -74,7 +74,7 @@ fn a_density_below_nothing_does_not_stop_a_run() {
     assert!(goes_to_its_end(81).exchanges > 5);
 }
 
-/// What masses were off after a remeshing, and what was cut off a wall, was pressed against the bulk modulus: 142, 48, 20 and 19 % of the
+/// Errors of masses after a remeshing, and gel cut off a wall, were once compressed against the bulk modulus: 142, 48, 20 and 19 % of the
 /// energy; 3.0, 3.6, 1.3 to 2.4 by its last digits, and 11.4 % since measures at rest go by volumes. 191 and 194 were stopped by it. Of 111 an element that filled a
 /// gap was drawn together: 141 %.
 #[test]
@@ -88,7 +88,7 @@ fn a_remeshing_stores_little_in_a_stiff_volume() {
 /// An element drawn out over nothing (403) gave 70 % of the energy in one remeshing, and one patch had three times all of it (210), where
 /// the mean of F of what is turned against each other was all but flat: they had gained 67 and 114 % in the end.
 #[test]
-fn exchanges_do_not_feed_a_run() {
+fn remeshings_do_not_feed_a_run() {
     // Nothing asks for a remeshing of 403; operations give 210 1.3 %.
     for (seed, fed, most) in [(403, 0.0, 0.05), (210, 0.02, 0.2)] {
         let ride = goes_to_its_end(seed);

@@ -151,7 +151,7 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
     assert!(!kept.is_empty() && kept.iter().all(|part: &f64| part.abs() < 3e-4), "{kept:?}");
 }
 
-/// The first 18 µs of the calibration shot in space, in a small block.
+/// The first 36 µs of the calibration shot in space, in a small block.
 const IN_SPACE: [&str; 5] = [
     "scene.end_time=3.6e-5",
     "gel.shape.block.size=[0.0256, 0.0256, 0.0128]",

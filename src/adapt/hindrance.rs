@@ -59,13 +59,13 @@ impl ElasticElements {
 }
 
 impl FlowingElements {
-    /// Elements of a gel: an element of height h and wave speed c has the frequency √(D + 1) c/h.
-    pub fn of<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings) -> Self {
+    /// Elements of a gel to which this energy, J, has been provided: an element of height h and wave speed c has the frequency
+    /// √(D + 1) c/h.
+    pub fn of<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings, provided: f64) -> Self {
         let modulus = gel.definition.material.wave_modulus();
         let speed = (modulus / gel.definition.density).sqrt();
         let height = ((D + 1) as f64).sqrt() * speed / greatest_frequency(gel, settings);
-        let (section, totals) = (gel.definition.section, gel.engine.totals(gel.engine.now()));
-        let provided = totals.ledger.energy.provided(totals.initial_energy);
+        let section = gel.definition.section;
         let compressed = 2.0 * SMOOTHING_ENERGY * provided / (modulus * section.extent());
         let is_ring = section == Section::Axisymmetric;
         Self { height, quality: poor_quality_of(settings), is_ring, compressed }

@@ -84,7 +84,7 @@ pub(super) fn edit_mesh<const D: usize>(
     };
     let bad = hindering_elements(gel, old, settings);
     let counts = if flows {
-        let elements = FlowingElements::of(gel, settings);
+        let elements = FlowingElements::of(gel, settings, limits.energy);
         for (element, compression) in compressed_elements(gel, settings, &bad) {
             mesh.raise_hindrance(element, &elements, compression);
         }

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 /// Cells beneath the ball, m: R/1.6, R/2, R/2.5 and R/4.
 const SIZES: [f64; 4] = [6.25e-3, 5e-3, 4e-3, 2.5e-3];
-/// The same in a quarter of the block: to R/6.3.
+/// Cells beneath the ball in a quarter of the block, m: R/1.6 to R/6.3.
 const QUARTERS: [f64; 6] = [6.25e-3, 5e-3, 4e-3, 3.2e-3, 2.5e-3, 1.6e-3];
 /// The same about an axis, in a cylinder: R/2, R/4 and R/8.
 const ABOUT_AN_AXIS: [f64; 3] = [5e-3, 2.5e-3, 1.25e-3];
