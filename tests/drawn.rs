@@ -52,26 +52,26 @@ fn some_of_all_classes_reach_their_ends() {
 #[test]
 fn a_wall_that_crosses_itself_in_small_loops_does_not_stop_a_run() {
     for seed in [55, 65, 87] {
-        assert!(goes_to_its_end(seed).exchanges > 5);
+        assert!(goes_to_its_end(seed).remeshings > 5);
     }
 }
 
 /// The flat triangle in the tip was kept from mesh to mesh until it was turned inside out.
 #[test]
 fn a_splash_that_is_drawn_to_a_needle_does_not_stop_a_run() {
-    assert!(goes_to_its_end(49).exchanges > 5);
+    assert!(goes_to_its_end(49).remeshings > 5);
 }
 
 /// The node of the entry surface on the axis was pushed past the one below it, and no triangulation has an axis that lies on itself.
 #[test]
 fn a_fold_of_the_axis_does_not_stop_a_run() {
-    assert!(goes_to_its_end(133).exchanges > 5);
+    assert!(goes_to_its_end(133).remeshings > 5);
 }
 
 /// A node of the new mesh stood in a corner of an old element in which the density was below nothing, and got a negative mass.
 #[test]
 fn a_density_below_nothing_does_not_stop_a_run() {
-    assert!(goes_to_its_end(81).exchanges > 5);
+    assert!(goes_to_its_end(81).remeshings > 5);
 }
 
 /// Errors of masses after a remeshing, and gel cut off a wall, were once compressed against the bulk modulus: 142, 48, 20 and 19 % of the
@@ -83,6 +83,14 @@ fn a_remeshing_stores_little_in_a_stiff_volume() {
         let defect = goes_to_its_end(seed).defect;
         assert!(defect.abs() < most, "seed {seed}: {defect}");
     }
+}
+
+/// What an erosion left of a patch, a compressed and an inverted element, was once compressed against the bulk modulus when the one was
+/// taken: 172 % of the energy.
+#[test]
+fn an_erosion_stores_nothing_in_what_remains_of_a_patch() {
+    let defect = goes_to_its_end(140).defect;
+    assert!(defect.abs() < 0.03, "{defect}");
 }
 
 /// An element drawn out over nothing (403) gave 70 % of the energy in one remeshing, and one patch had three times all of it (210), where
@@ -115,19 +123,19 @@ fn what_has_flowed_far_and_flat_does_not_stop_a_run() {
 /// A surface node stood on the wall across, 1e-10 m from it, and every new mesh had the element between.
 #[test]
 fn a_wall_that_is_pinched_to_nothing_does_not_stop_a_run() {
-    assert!(goes_to_its_end(190).exchanges > 5);
+    assert!(goes_to_its_end(190).remeshings > 5);
 }
 
 /// Where it measured at rest what its J asked for, an element that lay over nothing was thrown about.
 #[test]
 fn an_element_that_lies_over_nothing_does_not_stop_a_run() {
-    assert!(goes_to_its_end(178).exchanges > 5);
+    assert!(goes_to_its_end(178).remeshings > 5);
 }
 
 /// An element was inverted at two of its own ticks before the mesh was old enough to end.
 #[test]
 fn an_element_that_inverts_in_a_young_mesh_does_not_stop_a_run() {
-    assert!(goes_to_its_end(181).exchanges > 5);
+    assert!(goes_to_its_end(181).remeshings > 5);
 }
 
 /// The node of the entry surface where two planes of symmetry meet was pushed past the one below it. The edge between them was not drawn
@@ -140,6 +148,6 @@ fn a_fold_of_the_line_where_planes_of_symmetry_meet_does_not_stop_a_run() {
         assert_ne!(other, text);
         let ride = ride::ride(&other);
         assert_eq!(ride.stop, None, "{speed} m/s: {ride:?}");
-        assert!(ride.closure[0] < 1e-10 && ride.mass < 1e-11 && ride.exchanges > 5, "{speed} m/s: {ride:?}");
+        assert!(ride.closure[0] < 1e-10 && ride.mass < 1e-11 && ride.remeshings > 5, "{speed} m/s: {ride:?}");
     }
 }

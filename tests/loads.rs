@@ -97,9 +97,9 @@ fn held_under_load(space: &str, face: &str, more: &str) -> Scene {
 /// As long as no wave has come to a face that is held, nothing of it moves, but the pressures on it make it stiffer.
 #[test]
 fn loads_on_faces_that_are_held_leave_no_trace_of_restarts() {
-    let exchanged = "[remesh]\ntimes = [1.1e-3, 2.3e-3]\n";
+    let remeshed = "[remesh]\ntimes = [1.1e-3, 2.3e-3]\n";
     for (space, face) in [(PLANAR, "x_max"), (RING, "side"), (SOLID, "y_max")] {
-        for more in ["", "[integrator]\nschedule = \"global\"\n", exchanged] {
+        for more in ["", "[integrator]\nschedule = \"global\"\n", remeshed] {
             let scene = held_under_load(space, face, more);
             let whole = run(&scene, (1, 1), 6e-3);
             let mut saved = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
@@ -221,7 +221,7 @@ fn speeds_fade_as_the_damping_says_and_the_books_know_where_to() {
 }
 
 #[test]
-fn loads_go_on_where_they_were_when_the_mesh_is_exchanged() {
+fn loads_go_on_where_they_were_when_the_mesh_is_replaced() {
     let load =
         "[[load]]\non = \"z_min\"\nwithin = { low = [-1, -1, -1], high = [0.0101, 0.0051, 1] }\npressure = 20e3\n";
     let mesh =
@@ -279,7 +279,7 @@ fn cavity(simulation: &Simulation) -> f64 {
 }
 
 #[test]
-fn a_cavity_is_blown_up_as_the_closed_form_says_through_an_exchange_of_the_mesh() {
+fn a_cavity_is_blown_up_as_the_closed_form_says_through_a_remeshing() {
     let keys = [("remesh.times", "[0.06]")];
     let keys = keys.map(|(key, value)| Override { key: key.into(), value: value.into() });
     let text = scene::resolve(scene::builtin("cavity-exact").unwrap(), &keys).unwrap();

@@ -96,7 +96,7 @@ fn a_disc_runs_on_by_the_mesh_of_the_paper() {
 /// The longest step of the mesh of `FOUR` at rest, s, which a remeshing may be late by.
 const LATE: f64 = 2e-5;
 
-/// Four exchanges at given times, without adaptivity and whatever the mesh is like: figure 7 of the paper.
+/// Four remeshings at given times, without adaptivity and whatever the mesh is like: figure 7 of the paper.
 const FOUR: [&str; 6] = [
     "mesh.size=2.5e-3",
     "projectile.velocity=[0, 0, -20]",
@@ -107,7 +107,7 @@ const FOUR: [&str; 6] = [
 ];
 
 #[test]
-fn meshes_are_exchanged_at_given_times_and_at_no_others() {
+fn meshes_are_replaced_at_given_times_and_at_no_others() {
     for method in ["remesh.method=local", "remesh.method=immersed"] {
         let scene = changed("ball-square", &[FOUR.as_slice(), &[method]].concat());
         let done = run(&scene, (1, 1));
@@ -121,7 +121,7 @@ fn meshes_are_exchanged_at_given_times_and_at_no_others() {
     }
 }
 
-/// A hundred exchanges in 20 ms, while the disc is in the gel.
+/// A hundred remeshings in 20 ms, while the disc is in the gel.
 const OFTEN: [&str; 3] = ["mesh.size=1e-2", "projectile.velocity=[0, 0, -10]", "scene.end_time=2e-2"];
 
 #[test]
@@ -149,7 +149,7 @@ fn a_gel_at_rest_gets_its_mesh_in_time_whatever_the_communication_steps() {
 }
 
 #[test]
-fn an_exchange_that_is_rehearsed_is_made_just_so() {
+fn a_remeshing_that_is_rehearsed_is_made_just_so() {
     let scene = changed("ball-square", &SQUARE);
     let mut on = simulation(&scene, 1);
     let shown = on.rehearse(0.3e-3, 2e-3).unwrap().unwrap();
@@ -175,7 +175,7 @@ fn check_axis(done: &Simulation, nodes: usize) {
 fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
     let done = run(&changed("ball-bounce", &ROUND), (10, 1));
     let seen = done.observe();
-    assert!(seen.cost.remeshes > 0, "no mesh was exchanged");
+    assert!(seen.cost.remeshes > 0, "no mesh was replaced");
     check_books(&seen);
     // 0.02; above 0.1 where rings take the inverse map whatever their measure at rest.
     assert!(seen.energy.energy_defect < 0.04, "defect {}", seen.energy.energy_defect);
@@ -296,7 +296,7 @@ fn a_cavity_that_closes_on_planes_of_symmetry_does_not_stop_a_run() {
 fn the_axis_stays_the_axis_where_the_mesh_is_cut_out() {
     let done = run(&changed("ball-bounce", &[ROUND.as_slice(), &["remesh.method=immersed"]].concat()), (10, 1));
     let seen = done.observe();
-    assert!(seen.cost.remeshes > 0, "no mesh was exchanged");
+    assert!(seen.cost.remeshes > 0, "no mesh was replaced");
     check_books(&seen);
     check_axis(&done, 10);
 }

@@ -16,7 +16,7 @@ fn err(said: &Output) -> String {
 }
 
 #[test]
-fn remesh_demo_draws_the_steps_of_an_exchange() {
+fn remesh_demo_draws_the_steps_of_a_remeshing() {
     let folder = tempfile::tempdir().unwrap();
     let coarse = ["--set", "mesh.size=5e-3", "--set", "projectile.velocity=[0, 0, -20]"];
     let said = gelfmu(

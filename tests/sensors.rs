@@ -106,12 +106,12 @@ fn ball(rest: &str) -> Scene {
 }
 
 #[test]
-fn a_sensor_follows_its_gel_through_exchanges_of_the_mesh() {
+fn a_sensor_follows_its_gel_through_remeshings() {
     let still = run(&ball(""));
-    let exchanged = run(&ball("[remesh]\nquality = 0.0\ncompression = 0.0\ntimes = [2e-3, 4e-3]\n"));
+    let remeshed = run(&ball("[remesh]\nquality = 0.0\ncompression = 0.0\ntimes = [2e-3, 4e-3]\n"));
     let deepest = 7.6e-3;
-    for ((time, still), (_, exchanged)) in still.iter().zip(&exchanged) {
-        for (a, b) in still.iter().zip(exchanged) {
+    for ((time, still), (_, remeshed)) in still.iter().zip(&remeshed) {
+        for (a, b) in still.iter().zip(remeshed) {
             assert!((a.displacement - b.displacement).norm() < 0.02 * deepest, "at {time} s: {a:?} {b:?}");
             assert!((b.position - b.displacement - a.position + a.displacement).norm() < 1e-15, "its point at rest");
         }

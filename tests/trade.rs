@@ -107,7 +107,7 @@ fn a_curve_is_measured_written_and_taken_up_again() {
 }
 
 #[test]
-fn runs_that_fail_are_shown_and_meshes_that_are_exchanged_go_on() {
+fn runs_that_fail_are_shown_and_meshes_that_are_replaced_go_on() {
     let folder = folder(SCENE);
     let set = "projectile.velocity=[0, 0, -60]";
     let words = [

@@ -121,7 +121,7 @@ fn shot_with_a_refusal() -> Scene {
 }
 
 #[test]
-fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
+fn a_run_is_taken_up_again_after_a_remeshing_that_was_refused() {
     let scene = shot_with_a_refusal();
     let mut on = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     let inputs = on.inputs();
@@ -220,7 +220,7 @@ fn what_no_mesh_can_follow_breaks_off_a_gel_of_two_networks_and_the_books_close(
 }
 
 #[test]
-fn a_gel_of_two_networks_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more_threads() {
+fn a_gel_of_two_networks_in_space_keeps_its_books_over_remeshings_and_its_bits_on_more_threads() {
     let changes: Vec<Override> = IN_SPACE.iter().map(|change| change.parse().unwrap()).collect();
     let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb-3d").unwrap(), &changes).unwrap()).unwrap();
     let mass = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap().frame().mass;

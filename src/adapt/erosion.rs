@@ -77,6 +77,7 @@ pub(super) fn erode<const D: usize>(
     let qualities = gel.definition.element_qualities(&birth.mesh.elements, &birth.position);
     let properties = MeshProperties { qualities, adjacency };
     let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
+    let source = source.losing(eroded, &state.position);
     let MeshInstance { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
     let target = TargetMesh { position, rest, elements, same: &same, sources: &[], rule: ElasticAverage::default() };
     let Some((references, memory)) = inherited(&source, &state.position, &target, &birth.patches) else {

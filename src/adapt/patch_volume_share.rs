@@ -31,6 +31,30 @@ pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) 
     shares
 }
 
+/// Factors of the rest measures that keep J̄ in the patches which lose these elements: the mean J of the remaining
+/// elements of a patch over its J̄. The factor is 1 in other patches, and where either mean is not positive.
+pub(super) fn shares_after_loss<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>], lost: &[bool]) -> Vec<f64> {
+    let mut shares = vec![1.0; potential.len()];
+    let mean_jacobian = |elements: &mut dyn Iterator<Item = &ElementId>| {
+        let (mut rest, mut now) = (0.0, 0.0);
+        for element in elements {
+            let (f, out) = potential.deformation_gradient(*element, x);
+            rest += potential.volume(*element);
+            now += potential.volume(*element) * det(&f) * out;
+        }
+        now / rest
+    };
+    let is_lost = |element: &&ElementId| lost[element.index()];
+    for patch in potential.patches().iter().filter(|patch| patch.iter().any(|element| is_lost(&element))) {
+        let remaining = mean_jacobian(&mut patch.iter().filter(|element| !is_lost(element)));
+        let whole = mean_jacobian(&mut patch.iter());
+        if remaining > 0.0 && whole > 0.0 {
+            patch.iter().for_each(|element| shares[element.index()] = remaining / whole);
+        }
+    }
+    shares
+}
+
 /// Returns for each new element true if it is an old one in an unchanged patch.
 pub(super) fn stays(old: &ElementPatches, new: &ElementPatches, same: &[Option<UnchangedElement>]) -> Vec<bool> {
     let most = (0..old.len()).flat_map(|patch| old.of(patch)).map(|element| element.index() + 1).max().unwrap_or(0);
@@ -68,5 +92,35 @@ impl<const D: usize> ReferenceShape<D> {
             return *self;
         }
         Self { edges: self.edges * if D == 2 { part.sqrt() } else { cube_root(part) }, ..*self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constitutive::{Material, NeoHookean};
+    use crate::fem::Section;
+    use crate::mesh::{BlockSpec, CellSplit, block};
+
+    #[test]
+    fn the_rest_of_a_patch_that_loses_an_inverted_element_keeps_its_mean_jacobian() {
+        let axis = || vec![0.0, 1.0];
+        let mesh = block::<2>(BlockSpec { planes: [axis(), axis()], split: CellSplit::Centred, faces: vec![] });
+        let material = (Material::NeoHookean(NeoHookean::new(20e3, 2e6)), Section::Planar { thickness: 1.0 });
+        let alone = Simplices::in_patches(&mesh, ElementPatches::alone(4), material);
+        // The centre is pushed out through a side.
+        let middle = Vector::<2>::new(0.5, 0.5);
+        let out = Vector::<2>::new(0.5, -0.2);
+        let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
+        let jacobian: Vec<f64> = (0..4).map(|e| det(&alone.deformation_gradient(ElementId(e), &position).0)).collect();
+        let inverted: Vec<_> = (0..4).filter(|e| jacobian[*e] < 0.0).collect();
+        let [lost] = inverted[..] else { panic!("{jacobian:?}") };
+        let mate = (lost + 1) % 4;
+        let labels = [0, 1, 2, 3].map(|e| if e == mate { lost as u32 } else { e as u32 });
+        let simplices = Simplices::in_patches(&mesh, ElementPatches::of_labels(&labels), material);
+        let shares = shares_after_loss(&simplices, &position, &[0, 1, 2, 3].map(|e| e == lost));
+        let mean = 0.5 * (jacobian[lost] + jacobian[mate]);
+        assert!(mean > 0.0 && (jacobian[mate] / shares[mate] - mean).abs() < 1e-12, "{jacobian:?} {shares:?}");
+        assert!((0..4).all(|e| e == lost || e == mate || shares[e] == 1.0), "{shares:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! Source and target of a history transfer: the old elements, and the composition of the new ones.
 
-use super::patch_volume_share::shares;
+use super::patch_volume_share::{shares, shares_after_loss};
 use crate::constitutive::ElasticAverage;
 use crate::fem::{HistoryVariables, ReferenceShape, Section, Simplices};
 use crate::math::{Tensor, Vector};
@@ -13,7 +13,7 @@ pub(super) struct SourceMesh<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a MeshInstance<D>,
     pub memory: &'a [HistoryVariables<D>],
-    /// Ratio J/J̄ of each old element to its patch; 1 for a patch of one element.
+    /// Factor of each old element's rest measure where its patch changes: its J/J̄, 1 for a patch of one element.
     pub shares: Vec<f64>,
 }
 
@@ -26,6 +26,11 @@ impl<'a, const D: usize> SourceMesh<'a, D> {
         x: &[Vector<D>],
     ) -> Self {
         Self { potential, old, memory, shares: shares(potential, x) }
+    }
+
+    /// Source mesh of what remains once these elements are lost: the rest of a patch keeps its J̄.
+    pub fn losing(self, lost: &[bool], x: &[Vector<D>]) -> Self {
+        Self { shares: shares_after_loss(self.potential, x, lost), ..self }
     }
 
     /// Reference of an unchanged element, whose nodes may be permuted now.

@@ -2,8 +2,8 @@ use super::cpu::seconds;
 use super::run::scene;
 use ballistic_gel::simulation::{CouplingMode, Observation, RemeshRecord, Simulation};
 
-/// Exchanges, at equal intervals.
-const EXCHANGES: u32 = 1000;
+/// Remeshings, at equal intervals.
+const REMESHINGS: u32 = 1000;
 /// Of the disc, m/s: a fixed mesh bears it.
 const SPEED: f64 = 10.0;
 /// Cells, m.
@@ -24,7 +24,7 @@ struct Ride {
     cpu: f64,
 }
 
-/// A thousand exchanges in a row on a running scene: what they take from it, and how long they take.
+/// A thousand remeshings in a row on a running scene: what they take from it, and how long they take.
 pub fn study() {
     println!(
         "| end, ms | mesh | stops | remeshings | least step, µs | attempts | elements | depth, mm | v at the end, m/s | kinetic, elastic, % of E₀ | worst new element | Σ kinetic, % of E₀ | remesh, % of E₀ | integration, % of E₀ | defect, % | closure | Σ mass | mass | Σ momentum, of P₀ | momentum | CPU s | remeshing, % |"
@@ -46,8 +46,8 @@ fn ride(method: Option<&str>, end: f64) -> Ride {
         ("scene.end_time", end.to_string()),
     ];
     if let Some(method) = method {
-        let time = |k: u32| (end * f64::from(k) / f64::from(EXCHANGES + 1)).to_string();
-        let times: Vec<String> = (1..=EXCHANGES).map(time).collect();
+        let time = |k: u32| (end * f64::from(k) / f64::from(REMESHINGS + 1)).to_string();
+        let times: Vec<String> = (1..=REMESHINGS).map(time).collect();
         keys.extend([("remesh.method", method.to_owned()), ("remesh.times", format!("[{}]", times.join(", ")))]);
     }
     let scene = scene("ball-square", &keys);

@@ -20,8 +20,8 @@ pub struct Ride {
     pub stop: Option<String>,
     /// Part of its time that it went.
     pub part: f64,
-    /// Exchanges of the mesh.
-    pub exchanges: u64,
+    /// Remeshings.
+    pub remeshings: u64,
     /// Times at which no new mesh was taken, and why each attempt was refused the last time.
     pub refused: usize,
     /// The words of that.
@@ -32,9 +32,9 @@ pub struct Ride {
     pub mass: f64,
     /// Least J.
     pub least: f64,
-    /// Defect of the energy, and what exchanges made of it, as parts of it.
+    /// Defect of the energy, and what remeshings made of it, as parts of it.
     pub defect: f64,
-    /// The same of the account of exchanges.
+    /// The same of the account of remeshings.
     pub remesh: f64,
     /// Elements at the end.
     pub elements: usize,
@@ -50,7 +50,7 @@ impl Ride {
         Self {
             stop: Some(stop.to_owned()),
             part: 0.0,
-            exchanges: 0,
+            remeshings: 0,
             refused: 0,
             why: String::new(),
             closure: [f64::NAN; 3],
@@ -91,7 +91,7 @@ pub fn ride(text: &str) -> Ride {
     Ride {
         stop,
         part: simulation.time() / scene.scene.end_time,
-        exchanges: seen.cost.remeshes,
+        remeshings: seen.cost.remeshes,
         refused: simulation.refusals().len(),
         why: why.unwrap_or_default(),
         closure,

@@ -6,7 +6,7 @@ use super::ride::Ride;
 /// By class, then those that stopped, one by one.
 pub fn print(rides: &[(u64, Ride)]) {
     println!(
-        "| space | scenes | reach their end | exchanges | most in one | refused | closure of energy | of momentum | of angular momentum | mass | least J | defect, %: median, worst | remesh, %: median, worst | updates | s |"
+        "| space | scenes | reach their end | remeshings | most in one | refused | closure of energy | of momentum | of angular momentum | mass | least J | defect, %: median, worst | remesh, %: median, worst | updates | s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for class in Class::ALL {
@@ -17,9 +17,9 @@ pub fn print(rides: &[(u64, Ride)]) {
         }
     }
     for (seed, ride) in rides.iter().filter(|(_, ride)| ride.stop.is_some()) {
-        let Ride { stop, part, exchanges, refused, why, .. } = ride;
+        let Ride { stop, part, remeshings, refused, why, .. } = ride;
         println!(
-            "\nseed {seed} ({}): {} after {:.0} % of its time, {exchanges} exchanges, {refused} refused, the last {why}",
+            "\nseed {seed} ({}): {} after {:.0} % of its time, {remeshings} remeshings, {refused} refused, the last {why}",
             Class::of(*seed).name(),
             stop.as_deref().unwrap_or_default(),
             100.0 * part
@@ -38,8 +38,8 @@ fn row(rides: &[&Ride]) -> String {
         "{} | {} | {} | {} | {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {:.3} | {} | {} | {:.1e} | {:.0}",
         rides.len(),
         rides.iter().filter(|ride| ride.stop.is_none()).count(),
-        rides.iter().map(|ride| ride.exchanges).sum::<u64>(),
-        rides.iter().map(|ride| ride.exchanges).max().unwrap_or_default(),
+        rides.iter().map(|ride| ride.remeshings).sum::<u64>(),
+        rides.iter().map(|ride| ride.remeshings).max().unwrap_or_default(),
         rides.iter().map(|ride| ride.refused).sum::<usize>(),
         worst(&|ride| ride.closure[0]),
         worst(&|ride| ride.closure[1]),

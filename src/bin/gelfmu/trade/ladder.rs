@@ -27,7 +27,7 @@ pub struct LadderRung {
 /// Name of the knob that refines all of the mesh.
 pub const MESH: &str = "mesh";
 /// Name of the knob that refines a remeshed version of a scene whose own mesh cannot follow.
-pub const REMESHED: &str = "mesh, exchanged";
+pub const REMESHED: &str = "mesh, remeshed";
 /// Remeshing criterion of the remeshed family.
 const REMESH_CRITERION: (&str, f64) = ("remesh.quality", 0.3);
 
