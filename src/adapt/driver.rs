@@ -157,11 +157,13 @@ fn replace_mesh<const D: usize>(
             Err(why) => reasons.extend(why),
         }
     }
-    if let Some(edited) = edited.filter(EditedGel::is_upright) {
-        match install_edited(gel, &edit_input, edited, begun) {
+    match edited {
+        Some(edited) if edited.is_upright() => match install_edited(gel, &edit_input, edited, begun) {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(why),
-        }
+        },
+        Some(edited) => reasons.push(edited.refusal()),
+        None => {}
     }
     Err(FailedReplacement { reasons, data })
 }

@@ -8,7 +8,7 @@ use super::refusal::RemeshRefusal;
 use super::settings::AdaptSettings;
 use super::sizes::BodySizes;
 use crate::fem::Potential;
-use crate::mesh::{ElementId, Mesh, boundary_from_neighbours};
+use crate::mesh::{ElementId, Mesh, boundary_from_neighbours, signed_volume};
 use crate::remesh::operations::{
     EditCounts, EditLimits, EditScene, EditSource, EditableMesh, EditedMesh, RestMap, improve,
 };
@@ -28,17 +28,24 @@ pub(super) struct EditedGel<const D: usize> {
     pairing: MeshCorrespondence,
     /// Operations performed.
     counts: EditCounts,
+    /// Inverted elements that are left.
+    inverted: usize,
 }
 
 impl<const D: usize> EditedGel<D> {
     /// Returns true if no element hinders so much that a whole mesh is better for this gel.
     pub(super) fn is_sufficient(&self, gel: &AdaptiveGel<D>) -> bool {
-        self.counts.hindrance <= if gel.flows() { SUFFICIENT_HINDRANCE } else { f64::MAX }
+        self.is_upright() && self.counts.hindrance <= if gel.flows() { SUFFICIENT_HINDRANCE } else { f64::MAX }
     }
 
     /// Returns true if no element is inverted.
     pub(super) fn is_upright(&self) -> bool {
-        self.counts.hindrance.is_finite()
+        self.inverted == 0 && self.counts.hindrance.is_finite()
+    }
+
+    /// Refusal of this mesh for its inverted elements.
+    pub(super) fn refusal(&self) -> RemeshRefusal {
+        RemeshRefusal::Inverted { elements: self.inverted.max(1) }
     }
 
     /// Fraction of the elements that stay.
@@ -93,7 +100,9 @@ pub(super) fn edit_mesh<const D: usize>(
         improve(&mut mesh, &ElasticElements::of(gel, settings), &scene, &limits, bad)
     };
     let (mesh, pairing) = mesh.finish();
-    EditedGel { mesh, pairing, counts }
+    // An element whose rest shape is its own is left alone by the operations, inverted or not.
+    let inverted = mesh.elements.iter().filter(|nodes| signed_volume(&mesh.position, nodes) <= 0.0).count();
+    EditedGel { mesh, pairing, counts, inverted }
 }
 
 /// Candidate mesh after local operations, with all fields and state.
@@ -157,7 +166,7 @@ fn transfer_edited<const D: usize>(
     input: &RemeshInput<'_, D>,
     edited: EditedGel<D>,
 ) -> Result<CandidateMesh<D>, RemeshRefusal> {
-    let EditedGel { mesh, pairing, counts } = edited;
+    let EditedGel { mesh, pairing, counts, .. } = edited;
     let EditedMesh { position, origin, elements, over, patches, .. } = mesh;
     let proposal = ProposedMesh { position, origin, elements, over };
     let acceptance = AcceptanceLimits { measure: EDITED_MEASURE, quality: 0.0 };

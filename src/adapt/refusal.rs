@@ -14,6 +14,12 @@ pub enum RemeshRefusal {
     /// Mesh quality is not acceptable.
     #[error(transparent)]
     Judged(#[from] MeshRejected),
+    /// Local operations have left inverted elements.
+    #[error("{elements} elements are inverted, and no local operation remakes them")]
+    Inverted {
+        /// Number of inverted elements.
+        elements: usize,
+    },
     /// Nodes of the new mesh have no mass.
     #[error("{nodes} nodes of the new mesh have no mass: no old element overlaps their elements")]
     Massless {

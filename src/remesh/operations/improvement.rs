@@ -63,8 +63,6 @@ impl EditCounts {
 pub(super) const ROUNDS: usize = 3;
 /// Factor by which an operation must lower the hindrance of the element for which it is performed.
 const GAIN: f64 = 0.93;
-/// Factor by which the hindrance elsewhere in the cavity may rise: rounding.
-const NO_RISE: f64 = 1.0001;
 /// Weight of the change of energy, relative to the reference, against the logarithm of the hindrance.
 const ENERGY_WEIGHT: f64 = 300.0;
 /// Greatest gain of stored energy, relative to the reference, by an operation for an element of hindrance 1, which grows with the
@@ -231,9 +229,10 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if self.is_lost(&operation) {
             return;
         }
-        // A change of energy only adds to the score.
+        // A change of energy only adds to the score; every cavity of an inverted element has infinite hindrance.
         let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| least.exp());
-        let limit = |before: f64| (GAIN * hindrance).min(NO_RISE.min(least) * before);
+        let scale = |before: f64| if before.is_finite() { before } else { 1.0 };
+        let limit = |before: f64| (GAIN * hindrance).min(least * scale(before));
         let Some(trial) = self.mesh.attempt(&operation, self.model, limit) else { return };
         if self.is_in_body(&operation) || self.is_stretched(&operation) {
             return;
@@ -241,7 +240,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return };
         let energy = regrouping.energy.abs() / self.limits.energy;
         let [before, after] = trial.hindrance;
-        let score = (after / before).ln() + ENERGY_WEIGHT * energy;
+        let score = (after / scale(before)).ln() + ENERGY_WEIGHT * energy;
         let [usual, most] = if regrouping.energy > 0.0 { MAX_GAIN } else { MAX_LOSS };
         if energy <= most.min(usual * hindrance * hindrance) && best.as_ref().is_none_or(|(least, _)| score < *least) {
             *best = Some((score, Replacement { operation, trial, regrouping }));

@@ -269,16 +269,19 @@ fn a_collapse_does_not_close_a_neck() {
     assert!(mesh.keeps_topology(&mesh.collapse(a, b, 0.0).unwrap()));
 }
 
-/// Gel that touches itself along an edge stays so: a collapse of the edge would part it.
+/// Gel that touches itself along an edge stays so: a collapse of the edge would part it, and a split make one node of two.
 #[test]
-fn a_collapse_does_not_part_gel_that_touches_itself() {
+fn an_edge_along_which_gel_touches_itself_stays() {
     let points =
         [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, -0.3, 0.0], [1.0, 0.3, 0.0], [-1.0, 0.3, 0.0], [-1.0, -0.3, 0.0]];
     let points: Vec<_> = points.into_iter().map(Vector::<3>::from).collect();
     let elements = upright(&points, [[0, 1, 2, 3], [0, 1, 4, 5]].map(|nodes| nodes.map(NodeId)).to_vec());
     let body = Body::at_rest(Mesh::new(points, elements));
     let mesh = body.editable_on(RestMap::Present);
-    assert!(!mesh.keeps_topology(&mesh.collapse(NodeId(1), NodeId(0), 0.0).unwrap()));
+    let [a, b] = [NodeId(0), NodeId(1)];
+    assert!(!mesh.keeps_topology(&mesh.collapse(b, a, 0.0).unwrap()));
+    assert!(!mesh.keeps_topology(&mesh.split(a, b)));
+    assert!(mesh.keeps_topology(&mesh.split(a, NodeId(2))));
 }
 
 /// The removal of a surface edge of two tetrahedra joins their apexes, unless these are joined elsewhere.
@@ -414,4 +417,30 @@ fn a_gel_that_flows_follows_the_target_lengths() {
         check_target_lengths::<2>(BodySymmetry::Axisymmetric, size);
     }
     check_target_lengths::<3>(BodySymmetry::Spatial, 0.12);
+}
+
+/// Elements of a gel that flows that a node has inverted are remade, into the best shapes that one operation can give.
+#[test]
+fn inverted_elements_of_a_gel_that_flows_are_remade() {
+    let planes = [uniform(0.0, 1.0, 0.25), uniform(0.0, 1.0, 0.25)];
+    let mesh = block::<2>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
+    let mut body = Body::<2> { position: vec![], ..Body::new(BodySymmetry::Planar, false, &mut TestRandom::new(17)) };
+    let centre = Vector::<2>::new(0.375, 0.375);
+    body.position = mesh
+        .rest
+        .iter()
+        .map(|x| if (x - centre).norm() < 1e-9 { x + Vector::<2>::new(0.15, 0.01) } else { *x })
+        .collect();
+    let is_inverted = |x: &[Vector<2>], nodes: &&[NodeId; 4]| signed_volume(x, nodes) <= 0.0;
+    assert_eq!(body.mesh.elements.iter().filter(|nodes| is_inverted(&body.position, nodes)).count(), 1);
+    let mut edited = body.editable_on(RestMap::Present);
+    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| 0.25 };
+    let limits = EditLimits { energy: 1.0, usual: 0.25, least: 0.25 };
+    let bad = edited.present().collect();
+    let counts = improve(&mut edited, &FlowingShapes, &scene, &limits, bad);
+    let (new, _) = edited.finish();
+    assert!(counts.hindrance.is_finite(), "{counts:?}");
+    assert_eq!(new.elements.iter().filter(|nodes| is_inverted(&new.position, nodes)).count(), 0);
+    let least = new.elements.iter().map(|nodes| shape_quality(&new.position, nodes)).fold(1.0, f64::min);
+    assert!(least > 0.3, "{least}");
 }

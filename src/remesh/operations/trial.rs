@@ -57,7 +57,8 @@ impl<const D: usize> EditableMesh<'_, D> {
         for nodes in &operation.new {
             let [rest, now] = self.places(nodes, operation, true);
             let state = model.state(&rest, &now);
-            let is_legal = state.jacobian >= least_jacobian && state.energy.is_finite() && state.hindrance <= limit;
+            let is_finite = state.energy.is_finite() && state.hindrance.is_finite();
+            let is_legal = state.jacobian >= least_jacobian && is_finite && state.hindrance <= limit;
             if !is_legal || self.is_too_poor(operation, [&rest, &now]) {
                 return None;
             }
