@@ -41,8 +41,8 @@ pub(super) struct FlowingElements {
     quality: f64,
     /// True if an element is a ring.
     is_ring: bool,
-    /// Volume whose compression by its whole stores twice [`SMOOTHING_ENERGY`], m³ or a part of it.
-    compressed: f64,
+    /// Volume 2e/K by the [`SMOOTHING_ENERGY`] e, m³ or per thickness or angle: a volume w may change by its part √(2e/Kw).
+    smoothed: f64,
 }
 
 impl ElasticElements {
@@ -66,9 +66,9 @@ impl FlowingElements {
         let speed = (modulus / gel.definition.density).sqrt();
         let height = ((D + 1) as f64).sqrt() * speed / greatest_frequency(gel, settings);
         let section = gel.definition.section;
-        let compressed = 2.0 * SMOOTHING_ENERGY * provided / (modulus * section.extent());
+        let smoothed = 2.0 * SMOOTHING_ENERGY * provided / (modulus * section.extent());
         let is_ring = section == Section::Axisymmetric;
-        Self { height, quality: poor_quality_of(settings), is_ring, compressed }
+        Self { height, quality: poor_quality_of(settings), is_ring, smoothed }
     }
 }
 
@@ -160,6 +160,6 @@ impl<const D: usize> ElementModel<D> for FlowingElements {
     }
 
     fn smoothing(&self, volume: f64) -> f64 {
-        SMOOTHING.min((self.compressed / volume).sqrt())
+        SMOOTHING.min((self.smoothed / volume).sqrt())
     }
 }

@@ -12,7 +12,7 @@ use crate::mesh::{ElementId, NodeId};
 /// 0.03 % at 0.4. Without correction it takes 3.8 %.
 const MAX_FACTOR: f64 = 0.2;
 
-/// NodalImpulses on nodes, N·s, and their work per unit of a small factor, J.
+/// Impulses on nodes, N·s, and their work per unit of a small factor, J.
 struct NodalImpulses<const D: usize> {
     by_node: Vec<Vector<D>>,
     work: f64,

@@ -23,7 +23,7 @@ pub struct MeshInstance<const D: usize> {
     /// F-bar patches of its elements.
     pub patches: ElementPatches,
     /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
-    /// before it is steps_are_positive, or if it is the first mesh.
+    /// until they are known, and of the first mesh.
     pub steps: Vec<f64>,
 }
 

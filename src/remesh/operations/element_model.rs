@@ -5,14 +5,14 @@ use crate::math::Vector;
 /// State of an element by itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementState {
-    /// Rest volume, m³.
+    /// Volume by which the element is judged, m³: at rest, or the present one of a gel that flows.
     pub volume: f64,
-    /// J = det F.
+    /// J = det F; 1 of a gel that flows.
     pub jacobian: f64,
-    /// Stored energy, J; without the volumetric part that is common to a patch.
+    /// Stored energy, J, without the volumetric part that is common to a patch; 0 of a gel that flows.
     pub energy: f64,
-    /// Hindrance: the greater of its own frequency √((D + 1) κ/(ρw)) and its compression 1/J, each
-    /// over the limit above which an element is remade; infinite where it is inverted.
+    /// Hindrance, above 1 of an element that is remade: by the model, its frequency √((D + 1) κ/(ρw)) and its compression
+    /// 1/J, or its height and quality, over their limits; infinite where it is inverted.
     pub hindrance: f64,
 }
 

@@ -47,8 +47,6 @@ pub struct EditCounts {
     pub stuck: usize,
     /// Greatest hindrance that is left.
     pub hindrance: f64,
-    /// Change of stored and of kinetic energy by each, J.
-    pub energy: [[f64; 2]; 4],
 }
 
 impl EditCounts {
@@ -306,10 +304,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Performs an operation that has been tried.
     pub(super) fn perform(&mut self, replacement: &Replacement<D>) {
         let Replacement { operation, trial, regrouping } = replacement;
-        let kinetic = self.mesh.commit(operation, &trial.states, regrouping);
+        self.mesh.commit(operation, &trial.states, regrouping);
         self.counts.operations[operation.kind as usize] += 1;
-        let [stored, moving] = &mut self.counts.energy[operation.kind as usize];
-        (*stored, *moving) = (*stored + regrouping.energy, *moving + kinetic);
     }
 }
 
