@@ -49,7 +49,9 @@ pub(super) fn shares_after_loss<const D: usize>(potential: &Simplices<D>, x: &[V
         let remaining = mean_jacobian(&mut patch.iter().filter(|element| !is_lost(element)));
         let whole = mean_jacobian(&mut patch.iter());
         if remaining > 0.0 && whole > 0.0 {
-            patch.iter().for_each(|element| shares[element.index()] = remaining / whole);
+            for element in patch {
+                shares[element.index()] = remaining / whole;
+            }
         }
     }
     shares

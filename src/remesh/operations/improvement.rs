@@ -38,7 +38,7 @@ pub struct EditScene<'a, const D: usize> {
     pub size: &'a dyn Fn(&Vector<D>) -> f64,
 }
 
-/// Operations performed, and their energies.
+/// Operations performed, and what they leave.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EditCounts {
     /// Splits, collapses, flips and moves.
