@@ -28,12 +28,13 @@ fn main() -> ExitCode {
 
 fn prepare() -> Result<(), String> {
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: run by cargo")?);
-    stamp::export().map_err(|e| format!("cannot read the sources: {e}"))?;
+    let stamp = stamp::export().map_err(|e| format!("cannot read the sources: {e}"))?;
     pin_library();
     variables::generate("modelDescription/variables.toml", &out.join("variables.rs"))?;
     if env::var_os("CARGO_FEATURE_CLI").is_some() {
         let library = library::build(&out)?;
-        library::embed(library.as_ref().map(|l| l.file.as_path()), &out.join("bundled.rs"))?;
+        let libraries = library.as_ref().map(|own| library::collect(&own.file, &stamp)).transpose()?;
+        library::embed(&libraries.unwrap_or_default(), &out)?;
         licenses::collect(library.as_ref().map(|l| l.messages.as_str()), &out)?;
     }
     Ok(())

@@ -1,11 +1,19 @@
-//! The library inside the FMU: this crate once more, on its own, with what only a whole-program build can do.
+//! The libraries of the FMU inside the command: this crate once more, on its own, with what only a whole-program build can do,
+//! and those that `build/platforms.sh` has made of the same sources for other platforms.
 
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::env;
 use std::ffi::OsString;
 use std::fs;
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+/// Folder of the libraries for other platforms, each in a folder with the name of its platform in FMI.
+const PLATFORMS: &str = "target/platforms/binaries";
 
 /// The library, built.
 pub struct Built {
@@ -48,17 +56,62 @@ fn cdylib(message: &str) -> Option<PathBuf> {
     files.into_iter().find(|file| file.extension().is_some_and(|e| e == "so" || e == "dll" || e == "dylib"))
 }
 
-/// Writes the Rust source that `gelfmu` includes: the library's bytes, where it goes, or that there is none.
-pub fn embed(library: Option<&Path>, file: &Path) -> Result<(), String> {
-    let bytes = library.map_or("None".to_string(), |path| format!("Some(include_bytes!({}))", literal(path)));
-    let platform = platform()?;
+/// Collects the libraries of a release by their paths in the FMU: that of this platform, and those in [`PLATFORMS`] that hold
+/// the stamp of the sources. One that was made there for this platform, too, runs on older systems, and takes its place.
+pub fn collect(own: &Path, stamp: &str) -> Result<BTreeMap<String, PathBuf>, String> {
+    fs::create_dir_all(PLATFORMS).map_err(|e| format!("cannot make {PLATFORMS}: {e}"))?;
+    println!("cargo::rerun-if-changed={PLATFORMS}");
+    let mut libraries = BTreeMap::from([(own_path()?, own.to_path_buf())]);
+    let unreadable = |e: std::io::Error| format!("cannot read {PLATFORMS}: {e}");
+    for folder in fs::read_dir(PLATFORMS).map_err(unreadable)? {
+        for file in fs::read_dir(folder.map_err(unreadable)?.path()).map_err(unreadable)? {
+            let file = file.map_err(unreadable)?.path();
+            let bytes = fs::read(&file).map_err(unreadable)?;
+            if bytes.windows(stamp.len()).any(|text| text == stamp.as_bytes()) {
+                let path = file.strip_prefix(PLATFORMS).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+                libraries.insert(format!("binaries/{path}"), file);
+            } else {
+                println!("cargo::warning={} is of other sources and left out: run build/platforms.sh", file.display());
+            }
+        }
+    }
+    Ok(libraries)
+}
+
+/// Writes the Rust source that `gelfmu` includes: the archive of the libraries by their paths in the FMU, none in a development
+/// build, and the path of that of this platform.
+pub fn embed(libraries: &BTreeMap<String, PathBuf>, out: &Path) -> Result<(), String> {
+    let archive = out.join("libraries.zip");
+    let bytes = if libraries.is_empty() {
+        "None".to_string()
+    } else {
+        let zipped = zipped(libraries).map_err(|e| format!("cannot compress the libraries: {e}"))?;
+        fs::write(&archive, zipped).map_err(|e| format!("cannot write {}: {e}", archive.display()))?;
+        format!("Some(include_bytes!({}))", literal(&archive))
+    };
+    let own = own_path()?;
     let source = format!(
-        "/// The library of the FMU; absent without the feature `bundled`.\n\
-         pub const LIBRARY: Option<&[u8]> = {bytes};\n\
-         /// Its path inside the archive.\n\
-         pub const LIBRARY_PATH: &str = {platform:?};\n"
+        "/// ZIP archive of the libraries of the FMU by their paths in it; absent without the feature `bundled`.\n\
+         pub const LIBRARIES: Option<&[u8]> = {bytes};\n\
+         /// Path of the library of this platform in the FMU.\n\
+         pub const LIBRARY_PATH: &str = {own:?};\n"
     );
-    fs::write(file, source).map_err(|e| format!("cannot write {}: {e}", file.display()))
+    let file = out.join("bundled.rs");
+    fs::write(&file, source).map_err(|e| format!("cannot write {}: {e}", file.display()))
+}
+
+/// Compresses the libraries as they are in the FMU, without times and owners.
+fn zipped(libraries: &BTreeMap<String, PathBuf>) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (path, file) in libraries {
+        zip.start_file(path.as_str(), options)?;
+        zip.write_all(&fs::read(file)?)?;
+    }
+    Ok(zip.finish()?.into_inner())
 }
 
 fn nested_cargo(folder: &Path) -> Result<Command, String> {
@@ -97,7 +150,8 @@ pub fn literal(path: &Path) -> String {
     format!("{:?}", path.display().to_string())
 }
 
-fn platform() -> Result<String, String> {
+/// Path of the library of this platform in the FMU.
+fn own_path() -> Result<String, String> {
     let (os, arch) = (variable("CARGO_CFG_TARGET_OS")?, variable("CARGO_CFG_TARGET_ARCH")?);
     let (folder, extension) = match (os.as_str(), arch.as_str()) {
         ("linux", "x86_64") => ("linux64".to_string(), "so"),

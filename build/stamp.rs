@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 const SOURCES: [&str; 7] = ["build.rs", "build", "modelDescription", "scenes", "src", "Cargo.toml", "Cargo.lock"];
 const COMMAND: &str = "src/bin";
 
-/// Has cargo run the build script again after a change of the sources, and compile their hash into the library and the command.
-pub fn export() -> io::Result<()> {
+/// Has cargo run the build script again after a change of the sources, and compile their hash into the library and the command; returns it.
+pub fn export() -> io::Result<String> {
     let mut hasher = DefaultHasher::new();
     let folder = fs::read_dir("src")?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<PathBuf>>>()?;
     let watched = SOURCES.into_iter().filter(|source| *source != "src").map(PathBuf::from).chain(folder);
@@ -18,8 +18,9 @@ pub fn export() -> io::Result<()> {
         println!("cargo::rerun-if-changed={}", path.display());
     }
     SOURCES.into_iter().try_for_each(|source| hash(Path::new(source), &mut hasher))?;
-    println!("cargo::rustc-env=BALLISTIC_GEL_SOURCES={:016x}", hasher.finish());
-    Ok(())
+    let stamp = format!("{:016x}", hasher.finish());
+    println!("cargo::rustc-env=BALLISTIC_GEL_SOURCES={stamp}");
+    Ok(stamp)
 }
 
 /// Hashes names and contents of a file, or of the files in a folder in the order of their names.

@@ -219,6 +219,11 @@ fn refused_pack(arguments: &[&str], message: &str) {
 }
 
 #[test]
+fn a_platform_without_a_library_inside_is_refused() {
+    refused_pack(&["sphere-block", "--platforms", "amiga"], "--platforms: found amiga, expected of ");
+}
+
+#[test]
 fn a_folder_that_is_not_empty_is_refused_and_left_as_it_is() {
     let folder = folder();
     std::fs::write(folder.path().join("diary.txt"), "mine").unwrap();

@@ -247,12 +247,15 @@ fn one_gelfmu_packs_a_scene_into_the_same_bytes_and_a_release_has_no_build_path_
     let description = fs::read_to_string(unpacked.join("modelDescription.xml")).unwrap();
     assert_eq!(description.contains("(development)\""), !cfg!(feature = "bundled"), "generationTool names the library");
     if cfg!(feature = "bundled") {
-        let library = fs::read_dir(unpacked.join("binaries")).unwrap().next().unwrap().unwrap().path();
-        let library = fs::read(fs::read_dir(library).unwrap().next().unwrap().unwrap().path()).unwrap();
         let home = std::env::home_dir().filter(|home| home.components().count() > 1);
-        for path in [Some(root().to_path_buf()), home].into_iter().flatten() {
-            let path = path.to_str().unwrap();
-            assert!(!library.windows(path.len()).any(|w| w == path.as_bytes()), "{path} stands in the library");
+        for folder in fs::read_dir(unpacked.join("binaries")).unwrap() {
+            let file = fs::read_dir(folder.unwrap().path()).unwrap().next().unwrap().unwrap().path();
+            let library = fs::read(&file).unwrap();
+            for path in [Some(root().to_path_buf()), home.clone()].into_iter().flatten() {
+                let path = path.to_str().unwrap();
+                let is_there = library.windows(path.len()).any(|w| w == path.as_bytes());
+                assert!(!is_there, "{path} stands in {}", file.display());
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `resources/manifest.json`: identity of a packed archive, and the check of its resources.
 //!
 //! The GUID is XXH3-128 over four entries: the version, the hash of the model description with an empty GUID, the
-//! hash of the library, and name and hash of every other file in `resources/`. Importers cache unpacked archives by
+//! hashes of the libraries, and name and hash of every other file in `resources/`. Importers cache unpacked archives by
 //! GUID and therefore never confuse two archives. The library never reads `modelDescription.xml`, because importers
 //! may rewrite it.
 
@@ -29,8 +29,8 @@ pub struct ArchiveManifest {
     guid: String,
     /// Hash of `modelDescription.xml` with an empty GUID.
     description: String,
-    /// Hash of the packed library.
-    library: String,
+    /// Path below `binaries/` and hash of each packed library.
+    libraries: BTreeMap<String, String>,
     /// Name below `resources/`, with `/` between folders, and hash of every other file.
     files: BTreeMap<String, String>,
 }
@@ -40,8 +40,8 @@ pub struct ArchiveManifest {
 pub struct ArchiveContent<'a> {
     /// Text of `modelDescription.xml` with an empty GUID.
     pub description: &'a str,
-    /// Bytes of the library.
-    pub library: &'a [u8],
+    /// Path below `binaries/` and bytes of each library.
+    pub libraries: &'a BTreeMap<String, Vec<u8>>,
     /// Name below `resources/` and bytes of every file but the manifest.
     pub resources: &'a BTreeMap<String, Vec<u8>>,
 }
@@ -119,13 +119,14 @@ impl ArchiveManifest {
     /// Creates the manifest of an archive.
     #[must_use]
     pub fn of(content: &ArchiveContent<'_>) -> Self {
-        let files = content.resources.iter().map(|(name, bytes)| (name.clone(), hash(bytes)));
+        let hashes =
+            |files: &BTreeMap<String, Vec<u8>>| files.iter().map(|(name, bytes)| (name.clone(), hash(bytes))).collect();
         let manifest = Self {
             version: VERSION.to_owned(),
             guid: String::new(),
             description: hash(content.description.as_bytes()),
-            library: hash(content.library),
-            files: files.collect(),
+            libraries: hashes(content.libraries),
+            files: hashes(content.resources),
         };
         Self { guid: manifest.computed_guid(), ..manifest }
     }
@@ -183,7 +184,7 @@ impl ArchiveManifest {
 
     /// Computes the GUID from the entries.
     fn computed_guid(&self) -> String {
-        let entries = (&self.version, &self.description, &self.library, &self.files);
+        let entries = (&self.version, &self.description, &self.libraries, &self.files);
         let hex = hash(&serde_json::to_vec(&entries).expect("texts can be written as JSON"));
         format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
     }
@@ -210,7 +211,8 @@ mod tests {
     }
 
     fn guid_of(description: &str, library: &[u8], resources: &BTreeMap<String, Vec<u8>>) -> String {
-        ArchiveManifest::of(&ArchiveContent { description, library, resources }).guid
+        let libraries = &BTreeMap::from([("linux64/BallisticGel.so".to_owned(), library.to_vec())]);
+        ArchiveManifest::of(&ArchiveContent { description, libraries, resources }).guid
     }
 
     #[test]
@@ -233,9 +235,10 @@ mod tests {
 
     fn written() -> (tempfile::TempDir, ArchiveManifest) {
         let (folder, resources) = (tempfile::tempdir().unwrap(), resources());
-        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
+        let (libraries, resources) = (&BTreeMap::new(), &resources);
+        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", libraries, resources });
         fs::create_dir(folder.path().join("b")).unwrap();
-        for (name, bytes) in &resources {
+        for (name, bytes) in resources {
             fs::write(folder.path().join(name), bytes).unwrap();
         }
         fs::write(folder.path().join(ArchiveManifest::FILE), manifest.to_json()).unwrap();

@@ -88,7 +88,8 @@ impl Resources {
     pub fn packed(scene: &str, files: &[(&str, &[u8])]) -> Self {
         let all = files.iter().copied().chain([("scene.toml", scene.as_bytes())]);
         let all: BTreeMap<String, Vec<u8>> = all.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
-        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", library: &[], resources: &all });
+        let manifest =
+            ArchiveManifest::of(&ArchiveContent { description: "", libraries: &BTreeMap::new(), resources: &all });
         let folder = tempfile::tempdir().unwrap();
         for (name, bytes) in &all {
             std::fs::write(folder.path().join(name), bytes).unwrap();

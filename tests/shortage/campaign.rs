@@ -60,7 +60,11 @@ impl Stage {
         }
         let folder = tempfile::tempdir().unwrap();
         let resources = BTreeMap::from([("scene.toml".to_owned(), scene.as_bytes().to_vec())]);
-        let manifest = ArchiveManifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
+        let manifest = ArchiveManifest::of(&ArchiveContent {
+            description: "",
+            libraries: &std::collections::BTreeMap::new(),
+            resources: &resources,
+        });
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         fs::write(folder.path().join(ArchiveManifest::FILE), manifest.to_json()).unwrap();
         let shim = shim::compiled(folder.path())?;

@@ -388,6 +388,9 @@ pub struct PackOptions {
     /// Number of sensors with FMU variables (all of the scene if absent)
     #[arg(long, value_name = "N")]
     pub sensors: Option<usize>,
+    /// Platforms whose libraries are packed, e.g. linux64,win64 (all that are inside this gelfmu if absent)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub platforms: Vec<String>,
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,

@@ -1,4 +1,4 @@
-//! `gelfmu pack`: writes the FMU of a scene, with the library of this build and the documents of both.
+//! `gelfmu pack`: writes the FMU of a scene, with the libraries of this build and the documents of both.
 
 mod description;
 mod documentation;
@@ -15,8 +15,8 @@ use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, VariablePorts};
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
-use library::INSTALLATION;
-pub use library::{LIBRARY_PATH, PackedLibrary};
+use library::{INSTALLATION, PLATFORMS, check_platforms};
+pub use library::{LIBRARY_PATH, PackedLibraries, own_platform, platforms};
 use resources::SceneResources;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -40,7 +40,9 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError
         fragments: count_ports("fragment", "body", options.fragments, available.fragments)?,
         sensors: count_ports("sensor", "sensor", options.sensors, available.sensors)?,
     };
-    let packed = write_fmu(&source, ports, &options.out).map_err(|error| match error {
+    let platforms = if options.platforms.is_empty() { platforms() } else { options.platforms.clone() };
+    check_platforms(&platforms)?;
+    let packed = write_fmu(&source, ports, &platforms, &options.out).map_err(|error| match error {
         RunError::File { path, source, .. } => CommandError::BadInput(format!(
             "--out {}: found {source} at {}, expected a file that can be written",
             options.out.display(),
@@ -49,9 +51,15 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError
         other => other.into(),
     })?;
     let file = options.out.display().to_string();
-    let value = json!({ "file": file, "bytes": packed.bytes, "platform": packed.platform });
-    let text = format!("{file}: {} bytes, scene {}, for {}", packed.bytes, source.scene.scene.name, packed.platform);
+    let value = json!({ "file": file, "bytes": packed.bytes, "platforms": packed.platforms });
+    let packed_for = packed.platforms.join(", ");
+    let text = format!("{file}: {} bytes, scene {}, for {packed_for}", packed.bytes, source.scene.scene.name);
     console.result(&value, &text);
+    let others: Vec<&str> =
+        PLATFORMS.into_iter().filter(|name| !packed.platforms.iter().any(|own| own == name)).collect();
+    if !others.is_empty() && options.platforms.is_empty() {
+        console.note(&format!("not inside this gelfmu: {}", others.join(", ")));
+    }
     if packed.is_development {
         console.warning(&format!(
             "this FMU holds the library of a development build: the same bits, some percent slower; {INSTALLATION} makes a gelfmu for FMUs to give away"
@@ -76,8 +84,8 @@ fn count_ports(table: &str, needs: &str, asked: Option<usize>, available: usize)
 pub struct PackedFmu {
     /// Size of the file.
     pub bytes: u64,
-    /// FMI name of the platform of its library.
-    pub platform: String,
+    /// FMI names of the platforms of its libraries.
+    pub platforms: Vec<String>,
     /// True for the library of a development build.
     pub is_development: bool,
 }
@@ -85,25 +93,31 @@ pub struct PackedFmu {
 /// Path and bytes of each file in the archive, sorted.
 type ArchiveEntries = BTreeMap<String, Vec<u8>>;
 
-/// Writes the FMU of a scene with these ports for this host. The same scene gives the same bytes.
-pub fn write_fmu(source: &SceneSource, ports: VariablePorts, file: &Path) -> Result<PackedFmu, RunError> {
-    let library = PackedLibrary::find()?;
-    let zipped = zip_archive(&archive_entries(source, ports, &library)?);
+/// Writes the FMU of a scene with these ports for platforms that this program [can pack](platforms). The same scene gives the same
+/// bytes.
+pub fn write_fmu(
+    source: &SceneSource,
+    ports: VariablePorts,
+    platforms: &[String],
+    file: &Path,
+) -> Result<PackedFmu, RunError> {
+    let libraries = PackedLibraries::find(platforms)?;
+    let zipped = zip_archive(archive_entries(source, ports, &libraries)?, &libraries);
     let archive = zipped.map_err(|error| RunError::File {
         verb: "write",
         path: file.to_path_buf(),
         source: io::Error::other(error),
     })?;
     results::replace(file, &archive)?;
-    let platform = LIBRARY_PATH.split('/').nth(1).unwrap_or_default().to_owned();
-    Ok(PackedFmu { bytes: archive.len() as u64, platform, is_development: library.is_development })
+    let (platforms, is_development) = (libraries.platforms(), libraries.archive.is_none());
+    Ok(PackedFmu { bytes: archive.len() as u64, platforms, is_development })
 }
 
-/// Makes the files of the archive: model description, documents, picture, library, resources and licences.
+/// Makes the files of the archive but the libraries: model description, documents, picture, resources and licences.
 fn archive_entries(
     source: &SceneSource,
     ports: VariablePorts,
-    library: &PackedLibrary,
+    libraries: &PackedLibraries,
 ) -> Result<ArchiveEntries, RunError> {
     let scene = &source.scene;
     let SceneResources { text, files: mut resources } = resources::collect(source)?;
@@ -111,20 +125,19 @@ fn archive_entries(
     let frame = Simulation::new(scene, CouplingMode::Integrated, 1)?.frame();
     let describe = |guid: &str| {
         let fault = |e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") };
-        description::xml(scene, ports, guid, library.tool()).map_err(fault)
+        description::xml(scene, ports, guid, libraries.tool()).map_err(fault)
     };
-    let content = ArchiveContent { description: &describe("")?, library: &library.bytes, resources: &resources };
+    let content = ArchiveContent { description: &describe("")?, libraries: &libraries.files, resources: &resources };
     let manifest = ArchiveManifest::of(&content);
     resources.insert(ArchiveManifest::FILE.to_owned(), manifest.to_json().into_bytes());
     let mut entries = ArchiveEntries::from([
         ("model.png".to_owned(), model_picture(&frame, scene)),
         ("modelDescription.xml".to_owned(), describe(manifest.guid())?.into_bytes()),
-        ("documentation/index.html".to_owned(), documentation::page(scene, ports, &library.bytes).into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(scene, ports, &libraries.files).into_bytes()),
         (
             "documentation/externalDependencies.html".to_owned(),
-            documentation::external_dependencies(&library.bytes).into_bytes(),
+            documentation::external_dependencies(&libraries.files).into_bytes(),
         ),
-        (LIBRARY_PATH.to_owned(), library.bytes.to_vec()),
     ]);
     entries.extend(resources.into_iter().map(|(name, bytes)| (format!("resources/{name}"), bytes)));
     for (path, bytes) in licenses::LICENSES {
@@ -133,16 +146,22 @@ fn archive_entries(
     Ok(entries)
 }
 
-/// Compresses the files of an archive, sorted, without times and owners.
-fn zip_archive(entries: &ArchiveEntries) -> zip::result::ZipResult<Vec<u8>> {
+/// Compresses the files of an archive, sorted, without times and owners. Libraries that are compressed already are copied.
+fn zip_archive(mut entries: ArchiveEntries, libraries: &PackedLibraries) -> zip::result::ZipResult<Vec<u8>> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
         .unix_permissions(0o644);
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let mut compressed = libraries.archive.clone();
+    entries.extend(libraries.files.iter().map(|(path, bytes)| (format!("binaries/{path}"), bytes.clone())));
     for (path, bytes) in entries {
-        zip.start_file(path.as_str(), options)?;
-        zip.write_all(bytes)?;
+        if let Some(library) = compressed.as_mut().and_then(|archive| archive.by_name(&path).ok()) {
+            zip.raw_copy_file(library)?;
+        } else {
+            zip.start_file(path.as_str(), options)?;
+            zip.write_all(&bytes)?;
+        }
     }
     Ok(zip.finish()?.into_inner())
 }
@@ -155,12 +174,13 @@ mod tests {
     #[test]
     fn entries_are_sorted_and_carry_no_time_of_writing() {
         let entries = ArchiveEntries::from([("b".to_owned(), vec![1; 100]), ("a/c".to_owned(), b"text".to_vec())]);
-        let bytes = zip_archive(&entries).unwrap();
-        assert_eq!(bytes, zip_archive(&entries).unwrap());
+        let libraries = PackedLibraries { files: [("linux64/a.so".to_owned(), vec![2; 100])].into(), archive: None };
+        let bytes = zip_archive(entries.clone(), &libraries).unwrap();
+        assert_eq!(bytes, zip_archive(entries, &libraries).unwrap());
         let mut zip = ZipArchive::new(Cursor::new(bytes)).unwrap();
         let names: Vec<String> =
             (0..zip.len()).map(|i| zip.by_index(i).unwrap().name().unwrap().into_owned()).collect();
-        assert_eq!(names, ["a/c", "b"]);
+        assert_eq!(names, ["a/c", "b", "binaries/linux64/a.so"]);
         for i in 0..zip.len() {
             assert_eq!(zip.by_index(i).unwrap().last_modified(), Some(DateTime::default()));
         }

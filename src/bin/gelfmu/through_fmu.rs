@@ -3,7 +3,7 @@
 use crate::failure::RunError;
 use crate::interrupt;
 use crate::job::{ProgressCallback, RunEnding, RunJob};
-use crate::pack::{LIBRARY_PATH, write_fmu};
+use crate::pack::{LIBRARY_PATH, own_platform, write_fmu};
 use crate::scratch::ScratchFolder;
 use crate::source::SceneSource;
 use ballistic_gel::fmi2::{self, CallStatus, Causality, Kind, LoadedFmu, VariablePorts, scalars};
@@ -46,7 +46,7 @@ impl FmuImporter {
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
         let ports = VariablePorts::of(&source.scene);
-        write_fmu(source, ports, &archive)?;
+        write_fmu(source, ports, &[own_platform().to_owned()], &archive)?;
         let unzipped = File::open(&archive).map_err(zip::result::ZipError::from).and_then(ZipArchive::new);
         unzipped.and_then(|mut zip| zip.extract(&unpacked)).map_err(|e| file("unpack", &archive, e.into()))?;
         let description = unpacked.join("modelDescription.xml");

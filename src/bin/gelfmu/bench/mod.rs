@@ -13,7 +13,7 @@ use crate::console::Console;
 use crate::failure::CommandError;
 use crate::interrupt;
 use crate::options::{BenchOptions, SectionName};
-use crate::pack::PackedLibrary;
+use crate::pack::{PackedLibraries, own_platform};
 use crate::progress::ProgressDisplay;
 use ballistic_gel::fmi2;
 use serde_json::{Map, Value, json};
@@ -47,7 +47,7 @@ pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, CommandErr
     }
     let mut plan = plan(&settings);
     let wanted = settings.wants(SectionName::Calls) && !settings.is_named(SectionName::Calls);
-    if wanted && let Err(error) = PackedLibrary::find() {
+    if wanted && let Err(error) = PackedLibraries::find(&[own_platform().to_owned()]) {
         plan.retain(|measurement| measurement.section != SectionName::Calls);
         console.note(&format!("calls are left out: {error}"));
     }

@@ -3,6 +3,7 @@
 use super::requirement;
 use ballistic_gel::fmi2::{self, Causality, Kind, Variable, VariablePorts};
 use ballistic_gel::scene::{Dimension, Scene};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;color:#222}\
@@ -85,7 +86,7 @@ system ends a process that does not handle or ignore <code>SIGXFSZ</code>; a hos
 instead, as on a full disk.</li>
 <li>A fault inside the FMU returns <code>fmi2Fatal</code> with a line in the log; its language prints another to the
 standard error of the process.</li>
-<li>The folder <code>resources</code> belongs to this FMU: its GUID is a hash of the model description, the library and these
+<li>The folder <code>resources</code> belongs to this FMU: its GUID is a hash of the model description, the libraries and these
 files. An instance is refused where the folder is not given or <code>manifest.json</code> in it has another GUID, and where
 one of the files was changed: pack the scene anew instead of editing the unpacked archive. Files that a tool adds are ignored,
 and the model description may be rewritten as long as it keeps its GUID. To run another scene without packing it, set the
@@ -112,7 +113,7 @@ torque, and on the rates of height and radius of a dome. Output derivatives are 
 ";
 
 /// Makes the page of an FMU with this packed scene and these ports.
-pub fn page(scene: &Scene, ports: VariablePorts, library: &[u8]) -> String {
+pub fn page(scene: &Scene, ports: VariablePorts, libraries: &BTreeMap<String, Vec<u8>>) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
@@ -124,7 +125,7 @@ pub fn page(scene: &Scene, ports: VariablePorts, library: &[u8]) -> String {
     page += WIRING;
     page += FRAMES;
     page += LIMITS;
-    page += &requirement::paragraph(library);
+    page += &requirement::paragraph(libraries);
     page += &table(ports);
     page += "<p><a href=\"licenses/license.html\">Licences</a> of this library, of every crate linked into it and of the standard library of its language. <a href=\"externalDependencies.html\">What it needs</a> of the system that loads it.</p>\n";
     page += "</body></html>\n";
@@ -132,7 +133,7 @@ pub fn page(scene: &Scene, ports: VariablePorts, library: &[u8]) -> String {
 }
 
 /// Makes `externalDependencies.html` (FMI 2.0.5).
-pub fn external_dependencies(library: &[u8]) -> String {
+pub fn external_dependencies(libraries: &BTreeMap<String, Vec<u8>>) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>External dependencies</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>External dependencies</h1>\n{}\
@@ -140,7 +141,7 @@ pub fn external_dependencies(library: &[u8]) -> String {
          variable.</p>\n<p>It reads its folder <code>resources</code> and, if the parameter <code>scene</code> is set, that file and \
          those that it names; it writes where the parameter <code>output_directory</code> says, and nothing if that is \
          empty.</p>\n</body></html>\n",
-        requirement::paragraph(library)
+        requirement::paragraph(libraries)
     )
 }
 
@@ -238,7 +239,8 @@ mod tests {
     #[test]
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let page = page(&scene, VariablePorts { fragments: 0, sensors: 1 }, b"\0GLIBC_2.4\0");
+        let libraries = BTreeMap::from([("linux64/a.so".to_owned(), b"\0GLIBC_2.4\0".to_vec())]);
+        let page = page(&scene, VariablePorts { fragments: 0, sensors: 1 }, &libraries);
         for variable in fmi2::VARIABLES {
             assert!(page.contains(variable.name), "{}", variable.name);
         }

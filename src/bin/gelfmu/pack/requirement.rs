@@ -1,18 +1,26 @@
-//! C library that the packed library needs on the system that loads it.
+//! C library that the packed libraries need on the system that loads one.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 /// Marks a version of the GNU C library in the table of symbols that a library imports.
 const MARK: &[u8] = b"GLIBC_";
 
-/// Describes the requirement in a paragraph of HTML; empty for a library that does not name the GNU C library.
-pub fn paragraph(library: &[u8]) -> String {
-    newest_glibc(library).map_or(String::new(), |version| {
-        let version: Vec<String> = version.iter().map(u32::to_string).collect();
-        format!(
-            "<p>The library in <code>binaries/</code> needs the GNU C library, version {} or later \
-             (<code>ldd --version</code> shows that of a system).</p>\n",
-            version.join(".")
-        )
-    })
+/// Describes what the libraries, by their paths below `binaries/`, need in a paragraph of HTML: the C library of those that
+/// name the GNU C library, nothing of others.
+pub fn paragraph(libraries: &BTreeMap<String, Vec<u8>>) -> String {
+    let mut lines = String::new();
+    for (path, bytes) in libraries {
+        if let Some(version) = newest_glibc(bytes) {
+            let version: Vec<String> = version.iter().map(u32::to_string).collect();
+            let version = version.join(".");
+            let _ = write!(
+                lines,
+                "The library <code>binaries/{path}</code> needs the GNU C library, version {version} or later. "
+            );
+        }
+    }
+    if lines.is_empty() { lines } else { format!("<p>{lines}<code>ldd --version</code> shows that of a system.</p>\n") }
 }
 
 /// Returns the newest version of the GNU C library that an imported symbol requires.
@@ -36,11 +44,15 @@ mod tests {
     fn the_newest_version_counts_by_number_and_not_by_letter() {
         let library = b"\0GLIBC_2.9\0abc\0GLIBC_2.34\0GLIBC_2.2.5\0GLIBC_PRIVATE\0GLIBC_3";
         assert_eq!(newest_glibc(library), Some(vec![2, 34]));
-        assert!(paragraph(library).contains("version 2.34 or later"));
+        let libraries = BTreeMap::from([("linux64/a.so".to_owned(), library.to_vec())]);
+        assert!(
+            paragraph(&libraries)
+                .contains("binaries/linux64/a.so</code> needs the GNU C library, version 2.34 or later")
+        );
     }
 
     #[test]
     fn a_library_of_another_system_says_nothing() {
-        assert_eq!(paragraph(b"KERNEL32.dll"), "");
+        assert_eq!(paragraph(&BTreeMap::from([("win64/a.dll".to_owned(), b"KERNEL32.dll".to_vec())])), "");
     }
 }

@@ -1,0 +1,132 @@
+"""Runs one packed FMU on every platform that can run here, and compares bits.
+
+    python3 tests/platforms/run.py GELFMU ZIG
+
+Packs scenes with all libraries inside GELFMU, compiles drive.c for each platform with ZIG, and runs it: linux64 directly,
+win64 under wine, aarch64-linux under qemu. Impulse and state must be equal in each of four floating-point environments and
+on every platform. darwin64 is linked only. Prints what each library needs of its system.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree
+import zipfile
+from pathlib import Path
+
+HERE = Path(__file__).parent
+TARGETS = {"linux64": "x86_64-linux-gnu.2.17", "win64": "x86_64-windows-gnu", "aarch64-linux": "aarch64-linux-gnu.2.17"}
+LIBRARIES = {"linux64": "BallisticGel.so", "win64": "BallisticGel.dll", "aarch64-linux": "BallisticGel.so"}
+# Scene: communication step, s, and steps.
+SCENES = {"sphere-block": (1e-4, 20), "fbi-bb": (2e-5, 8)}
+NEWEST_GLIBC = (2, 17)
+SYSTEM_DLLS = re.compile(
+    r"(api-ms-win-[a-z0-9-]+|advapi32|bcrypt|bcryptprimitives|kernel32|ntdll|ole32|oleaut32|pdh|powrprof|psapi|shell32"
+    r"|userenv|ws2_32|msvcrt|ucrtbase)\.dll", re.IGNORECASE)
+
+
+def output(*command, **options):
+    """Standard output of a command; its failure ends the run."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=1200, **options)
+    if done.returncode != 0:
+        raise SystemExit(f"{command[0]} ended with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def runner(platform, folder):
+    """Command before the driver on this machine, and its environment; None where it cannot run."""
+    if platform == "linux64":
+        return [], {}
+    if platform == "win64" and shutil.which("wine"):
+        return ["wine"], {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "DISPLAY": ""}
+    root = Path("/usr/aarch64-linux-gnu")
+    if platform == "aarch64-linux" and shutil.which("qemu-aarch64") and (root / "lib").exists():
+        return ["qemu-aarch64", "-L", str(root)], {}
+    return None
+
+
+def compiled(zig, platform, folder):
+    """The driver of a platform."""
+    place = folder / platform
+    place.mkdir()
+    driver = place / ("drive.exe" if platform == "win64" else "drive")
+    output(zig, "cc", "-target", TARGETS[platform], "-O1", "-frounding-math", HERE / "drive.c", "-o", driver,
+           *([] if platform == "win64" else ["-ldl", "-lm"]))
+    if platform == "win64":
+        output(zig, "cc", "-target", TARGETS[platform], "-shared", HERE / "bcryptprimitives.c", "-ladvapi32",
+               "-o", place / "bcryptprimitives.dll")
+    return driver
+
+
+def uri(platform, folder):
+    """URI of a folder as an importer on the platform gives it; wine has the root of this system as drive Z."""
+    return f"file:///Z:{folder}" if platform == "win64" else f"file://{folder}"
+
+
+def packed(gelfmu, scene, folder):
+    """Unpacks a new FMU of a scene; returns its folder, GUID and value references."""
+    archive, unpacked = folder / f"{scene}.fmu", folder / scene
+    output(gelfmu, "pack", scene, "--out", archive)
+    print(f"{archive.name}: {archive.stat().st_size} bytes")
+    with zipfile.ZipFile(archive) as zipped:
+        zipped.extractall(unpacked)
+    root = xml.etree.ElementTree.parse(unpacked / "modelDescription.xml").getroot()
+    references = {variable.get("name"): variable.get("valueReference") for variable in root.iter("ScalarVariable")}
+    return unpacked, root.get("guid"), references
+
+
+def check_needs(library):
+    """Prints what a library needs, and refuses what old systems lack."""
+    if library.suffix == ".dll":
+        needs = re.findall(r"DLL Name: (\S+)", output("objdump", "-p", library))
+        strange = [name for name in needs if not SYSTEM_DLLS.fullmatch(name)]
+        if strange:
+            raise SystemExit(f"{library}: found imports of {strange}, expected only those of the system")
+        print(f"{library.parent.name}: {library.stat().st_size} bytes, needs {', '.join(sorted(needs))}")
+        return
+    versions = {tuple(map(int, found.split("."))) for found in re.findall(r"GLIBC_([0-9.]+)\0", library.read_bytes().decode("latin-1"))}
+    newest = max(versions)
+    if newest > NEWEST_GLIBC:
+        raise SystemExit(f"{library}: found GLIBC_{'.'.join(map(str, newest))}, expected at most 2.17")
+    print(f"{library.parent.name}: {library.stat().st_size} bytes, needs glibc {'.'.join(map(str, newest))}")
+
+
+def main():
+    gelfmu, zig = (Path(argument).resolve() for argument in sys.argv[1:3])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        os.environ["HOME"] = name
+        drivers = {}
+        for scene, (step, steps) in SCENES.items():
+            unpacked, guid, references = packed(gelfmu, scene, folder)
+            seen = {}
+            for platform in TARGETS:
+                library = unpacked / "binaries" / platform / LIBRARIES[platform]
+                if not library.exists():
+                    print(f"{platform}: skipped, not in the archive")
+                    continue
+                if platform not in drivers:
+                    check_needs(library)
+                    drivers[platform] = compiled(zig, platform, folder)
+                found = runner(platform, folder)
+                if found is None:
+                    print(f"{platform}: skipped, cannot be run here")
+                    continue
+                command, environment = found
+                seen[platform] = output(
+                    *command, drivers[platform], library, guid, uri(platform, unpacked / "resources"), step, steps,
+                    references["threads"], references["contact.total_impulse[3]"], env=os.environ | environment)
+            results = set(seen.values())
+            for platform, text in seen.items():
+                print(f"{scene} on {platform}:\n{text.strip()}", flush=True)
+            runs = [line.split(" impulse ")[1] for line in next(iter(results)).splitlines() if " impulse " in line]
+            if len(results) != 1 or len(set(runs)) != 1 or len(runs) != 4:
+                raise SystemExit(f"{scene}: the bits differ between platforms or floating-point environments")
+        print(f"{len(SCENES) * len(drivers)} passed, 0 failed")
+
+
+if __name__ == "__main__":
+    main()
