@@ -62,7 +62,7 @@ impl Stage {
         let resources = BTreeMap::from([("scene.toml".to_owned(), scene.as_bytes().to_vec())]);
         let manifest = ArchiveManifest::of(&ArchiveContent {
             description: "",
-            libraries: &std::collections::BTreeMap::new(),
+            libraries: &BTreeMap::new(),
             resources: &resources,
         });
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
