@@ -24,7 +24,7 @@
 #define last_error() dlerror()
 #endif
 
-enum { OK = 0, CO_SIMULATION = 1, CYCLES = 50, MOST_STEPS = 1000 };
+enum { OK = 0, CO_SIMULATION = 1, CYCLES = 20, MOST_STEPS = 1000 };
 
 struct callbacks {
     void (*logger)(void *, const char *, int, const char *, const char *, ...);

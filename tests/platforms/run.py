@@ -21,7 +21,7 @@ HERE = Path(__file__).parent
 TARGETS = {"linux64": "x86_64-linux-gnu.2.17", "win64": "x86_64-windows-gnu", "aarch64-linux": "aarch64-linux-gnu.2.17"}
 LIBRARIES = {"linux64": "BallisticGel.so", "win64": "BallisticGel.dll", "aarch64-linux": "BallisticGel.so"}
 # Scene: communication step, s, and steps.
-SCENES = {"sphere-block": (1e-4, 20), "fbi-bb": (2e-5, 8)}
+SCENES = {"sphere-block": (1e-4, 12), "fbi-bb": (2e-5, 4)}
 NEWEST_GLIBC = (2, 17)
 SYSTEM_DLLS = re.compile(
     r"(api-ms-win-[a-z0-9-]+|advapi32|bcrypt|bcryptprimitives|kernel32|ntdll|ole32|oleaut32|pdh|powrprof|psapi|shell32"
