@@ -3,8 +3,8 @@
 #
 #     build/platforms.sh [linux64] [win64] [aarch64-linux] [darwin64]
 #
-# Without arguments the first three: darwin64 does not link yet, for want of the frameworks that the crate sysinfo asks for. `cargo build --release --features bundled` then puts those of the same sources into gelfmu,
-# and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
+# Without arguments the first three: darwin64 does not link yet, for want of the frameworks that the crate sysinfo asks for.
+# `cargo build --release --features bundled` then puts those of the same sources into gelfmu, and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
 # into a folder beside the registry of cargo:
 # - zig as linker and C library of every target (glibc 2.17, mingw-w64, macOS), with cargo-zigbuild;
 # - the sources of the standard library of exactly this rustc, from the backports of the newest Debian stable: this

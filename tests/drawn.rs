@@ -85,8 +85,8 @@ fn a_remeshing_stores_little_in_a_stiff_volume() {
     }
 }
 
-/// What an erosion left of a patch, a compressed and an inverted element, was once compressed against the bulk modulus when the one was
-/// taken: 172 % of the energy.
+/// A patch of a compressed and an inverted element, of which an erosion takes the latter, once compressed the rest against the bulk
+/// modulus: 172 % of the energy.
 #[test]
 fn an_erosion_stores_nothing_in_what_remains_of_a_patch() {
     let defect = goes_to_its_end(140).defect;

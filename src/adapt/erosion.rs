@@ -76,8 +76,7 @@ pub(super) fn erode<const D: usize>(
     birth.patches = gel.engine.gel().potential.patches().restricted_to(&kept);
     let qualities = gel.definition.element_qualities(&birth.mesh.elements, &birth.position);
     let properties = MeshProperties { qualities, adjacency };
-    let source = SourceMesh::new(&gel.engine.gel().potential, old, &state.memory, &state.position);
-    let source = source.losing(eroded, &state.position);
+    let source = SourceMesh::after_loss(&gel.engine.gel().potential, old, &state.memory, &state.position, eroded);
     let MeshInstance { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
     let target = TargetMesh { position, rest, elements, same: &same, sources: &[], rule: ElasticAverage::default() };
     let Some((references, memory)) = inherited(&source, &state.position, &target, &birth.patches) else {

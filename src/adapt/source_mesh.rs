@@ -28,9 +28,15 @@ impl<'a, const D: usize> SourceMesh<'a, D> {
         Self { potential, old, memory, shares: shares(potential, x) }
     }
 
-    /// Source mesh of what remains once these elements are lost: the rest of a patch keeps its J̄.
-    pub fn losing(self, lost: &[bool], x: &[Vector<D>]) -> Self {
-        Self { shares: shares_after_loss(self.potential, x, lost), ..self }
+    /// Source mesh, with the nodes at `x`, of what remains once these elements are lost: the rest of a patch keeps its J̄.
+    pub fn after_loss(
+        potential: &'a Simplices<D>,
+        old: &'a MeshInstance<D>,
+        memory: &'a [HistoryVariables<D>],
+        x: &[Vector<D>],
+        lost: &[bool],
+    ) -> Self {
+        Self { potential, old, memory, shares: shares_after_loss(potential, x, lost) }
     }
 
     /// Reference of an unchanged element, whose nodes may be permuted now.

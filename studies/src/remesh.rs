@@ -99,7 +99,7 @@ const UNIFORM: (&str, &str) = ("remesh.adaptive", "false");
 /// Only an element that is turned inside out wears such a mesh out.
 const NEVER: [(&str, &str); 2] = [("remesh.quality", "0"), ("remesh.min_volume_ratio", "0")];
 
-/// What each method of remeshing costs and changes: sums of absolute values over all remeshings, before any correction.
+/// Costs and changes by each method of remeshing: sums of absolute values over all remeshings, before any correction.
 fn methods() {
     println!(
         "\n| v, m/s | cells, mm | mesh | end, ms | elements | depth, mm | v at the end, m/s | least J | remeshings | attempts | worst new element | Σ kinetic, % of E₀ | Σ momentum, of P₀ | Σ mass | Σ area, % | remesh, % of E₀ | defect, % | CPU s |"

@@ -34,7 +34,7 @@ pub struct Ride {
     pub least: f64,
     /// Defect of the energy, and what remeshings made of it, as parts of it.
     pub defect: f64,
-    /// The same of the account of remeshings.
+    /// Energy booked as remeshing, as a part of that.
     pub remesh: f64,
     /// Elements at the end.
     pub elements: usize,

@@ -4,7 +4,7 @@
 
 Packs scenes with all libraries inside GELFMU, compiles drive.c for each platform with ZIG, and runs it: linux64 directly,
 win64 under wine, aarch64-linux under qemu. Impulse and state must be equal in each of four floating-point environments and
-on every platform. darwin64 is linked only. Prints what each library needs of its system.
+on every platform. darwin64 is not made yet. Prints what each library needs of its system.
 """
 
 import os
@@ -99,7 +99,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ["HOME"] = name
-        drivers = {}
+        drivers, passed = {}, 0
         for scene, (step, steps) in SCENES.items():
             unpacked, guid, references = packed(gelfmu, scene, folder)
             seen = {}
@@ -119,13 +119,14 @@ def main():
                 seen[platform] = output(
                     *command, drivers[platform], library, guid, uri(platform, unpacked / "resources"), step, steps,
                     references["threads"], references["contact.total_impulse[3]"], env=os.environ | environment)
+            passed += len(seen)
             results = set(seen.values())
             for platform, text in seen.items():
                 print(f"{scene} on {platform}:\n{text.strip()}", flush=True)
             runs = [line.split(" impulse ")[1] for line in next(iter(results)).splitlines() if " impulse " in line]
             if len(results) != 1 or len(set(runs)) != 1 or len(runs) != 4:
                 raise SystemExit(f"{scene}: the bits differ between platforms or floating-point environments")
-        print(f"{len(SCENES) * len(drivers)} passed, 0 failed")
+        print(f"{passed} passed, 0 failed")
 
 
 if __name__ == "__main__":
