@@ -3,7 +3,7 @@
 #
 #     build/platforms.sh [linux64] [win64] [aarch64-linux] [darwin64]
 #
-# Without arguments the first three: darwin64 does not link yet, for want of the frameworks that the crate sysinfo asks for.
+# Without arguments all four. darwin64, for both processors of macOS >= 11, is linked here and was never run.
 # `cargo build --release --features bundled` then puts those of the same sources into gelfmu, and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
 # into a folder beside the registry of cargo:
 # - zig as linker and C library of every target (glibc 2.17, mingw-w64, macOS), with cargo-zigbuild;
@@ -100,7 +100,7 @@ platform() {
 }
 
 wanted=("${@:-}")
-[[ -n "${wanted[0]}" ]] || wanted=(linux64 win64 aarch64-linux)
+[[ -n "${wanted[0]}" ]] || wanted=(linux64 win64 aarch64-linux darwin64)
 mkdir -p "$OUT"
 zig
 zigbuild

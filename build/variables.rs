@@ -19,6 +19,15 @@ struct File {
 struct Unit {
     name: String,
     base: BTreeMap<String, i32>,
+    nominal: f64,
+    display: Option<DisplayUnit>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DisplayUnit {
+    name: String,
+    factor: f64,
 }
 
 #[derive(Deserialize)]
@@ -55,10 +64,18 @@ struct Variable {
     keys: Vec<String>,
     start: Option<toml::Value>,
     description: String,
+    #[serde(default)]
+    details: String,
+    #[serde(default)]
+    outputs: Vec<String>,
 }
 
 /// Value references of one body.
 const BLOCK: u32 = 10_000;
+/// Length of a description from which some importers cut it.
+const LONG_DESCRIPTION: usize = 100;
+/// Sets of outputs that a variable can be in; every output is in `full`.
+const OUTPUT_SETS: [&str; 2] = ["integrated", "corrected"];
 
 /// Reads the table, checks it and writes the Rust source.
 pub fn generate(table: &str, file: &Path) -> Result<(), String> {
@@ -85,6 +102,7 @@ fn check(file: &File) -> Result<(), String> {
         }
         next = variable.reference + u32::try_from(length.max(1)).map_err(|e| e.to_string())?;
         check_one(variable, &units, &types).map_err(|e| format!("{name}: {e}"))?;
+        check_items(variable, &file.enumeration).map_err(|e| format!("{name}: {e}"))?;
     }
     Ok(())
 }
@@ -110,10 +128,37 @@ fn check_one(variable: &Variable, units: &BTreeSet<&str>, types: &BTreeSet<&str>
     {
         return Err(format!("min {min} is above max {max}"));
     }
-    if variable.description.trim().is_empty() {
-        return Err("a variable needs a description".to_string());
+    if let Some(unknown) = variable.outputs.iter().find(|set| !OUTPUT_SETS.contains(&set.as_str())) {
+        return Err(format!("{unknown} is no set of outputs; expected of {OUTPUT_SETS:?}"));
     }
-    Ok(())
+    if !variable.outputs.is_empty() && variable.causality != "output" {
+        return Err(format!("a {} is in no set of outputs", variable.causality));
+    }
+    check_description(&variable.description)
+}
+
+/// Checks that the description of an Enumeration names its items.
+fn check_items(variable: &Variable, enumerations: &[Enumeration]) -> Result<(), String> {
+    let own = enumerations.iter().filter(|enumeration| Some(&enumeration.name) == variable.declared_type.as_ref());
+    let named = |item: &&Item| variable.description.contains(&format!("{} {}", item.value, item.name));
+    match own.flat_map(|enumeration| &enumeration.items).find(|item| !named(item)) {
+        Some(item) => Err(format!("the description does not name the item {} {}", item.value, item.name)),
+        None => Ok(()),
+    }
+}
+
+/// Checks the description with the longest choice of `{x|y|z}`.
+fn check_description(text: &str) -> Result<(), String> {
+    let (before, rest) = text.split_once('{').unwrap_or((text, ""));
+    let (choice, after) = rest.split_once('}').unwrap_or(("", rest));
+    let choice = choice.split('|').map(str::len).max().unwrap_or(0);
+    match before.len() + choice + after.len() {
+        0 => Err("a variable needs a description".to_string()),
+        length if length >= LONG_DESCRIPTION => Err(format!(
+            "the description has {length} characters, expected less than {LONG_DESCRIPTION}: move the rest to details"
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Name and length of `name[1..n]`; length 0 for a scalar.
@@ -171,7 +216,7 @@ fn row(variable: &Variable) -> Result<String, String> {
     Ok(format!(
         "Variable {{ name: {name:?}, length: {length}, reference: {}, each: {}, kind: Kind::{}, causality: Causality::{}, \
          variability: {:?}, unit: {:?}, declared_type: {:?}, min: {:?}, max: {:?}, keys: &{:?}, start: {}, source: {source}, \
-         description: {:?} }},\n",
+         description: {:?}, details: {:?}, outputs: &[{}] }},\n",
         variable.reference,
         variable.each,
         variable.r#type,
@@ -184,6 +229,8 @@ fn row(variable: &Variable) -> Result<String, String> {
         variable.keys,
         start(variable)?,
         variable.description,
+        variable.details,
+        variable.outputs.iter().map(|set| format!("OutputSet::{}", camel(set))).collect::<Vec<String>>().join(", "),
     ))
 }
 
@@ -202,7 +249,11 @@ fn units(out: &mut String, units: &[Unit]) {
     let _ = writeln!(out, "/// Every unit.\npub static UNITS: &[Unit] = &[");
     for unit in units {
         let base: Vec<(&String, &i32)> = unit.base.iter().collect();
-        let _ = writeln!(out, "Unit {{ name: {:?}, base: &{base:?} }},", unit.name);
+        let display = unit.display.as_ref().map_or("None".to_owned(), |DisplayUnit { name, factor }| {
+            format!("Some(DisplayUnit {{ name: {name:?}, factor: {factor:e} }})")
+        });
+        let (name, nominal) = (&unit.name, unit.nominal);
+        let _ = writeln!(out, "Unit {{ name: {name:?}, base: &{base:?}, nominal: {nominal:e}, display: {display} }},");
     }
     out.push_str("];\n");
 }

@@ -21,6 +21,8 @@ mod files;
 mod fragments;
 #[path = "fmi2/host.rs"]
 mod host;
+#[path = "fmi2/interface.rs"]
+mod interface;
 #[path = "fmi2/order.rs"]
 mod order;
 #[path = "fmi2/refusal.rs"]

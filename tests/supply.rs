@@ -54,6 +54,8 @@ fn a_failed_step_of_a_change_fails_the_whole_after_all_have_run() {
     let path = format!("{}:{}", fakes.path().display(), std::env::var("PATH").unwrap());
     let run = |skip: &str| {
         let mut script = Command::new(root().join(".ci/run"));
+        // These steps fetch their tools, which no fake cargo stands in for.
+        let skip = format!("platforms bits importers {skip}");
         script.env("PATH", &path).env("BALLISTIC_GEL_TOOLS", fakes.path()).env("SKIP", skip);
         let output = script.output().unwrap();
         (output.status.code(), String::from_utf8(output.stdout).unwrap())

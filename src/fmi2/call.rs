@@ -79,6 +79,14 @@ pub enum CallError {
         /// Number of sensors in the scene.
         there: usize,
     },
+    /// Port of another scene that the FMU lacks.
+    #[error("scene {path}: it needs the port {name}, which this FMU lacks; gelfmu pack {path:?} makes one that has it")]
+    MissingPort {
+        /// Name of the variable.
+        name: String,
+        /// Path of the scene.
+        path: String,
+    },
     /// Value outside its domain.
     #[error("{name} = {found}: expected {expected}")]
     Value {
@@ -157,6 +165,7 @@ impl CallError {
             | Self::NotSettable { .. }
             | Self::NoBody { .. }
             | Self::NoSensor { .. }
+            | Self::MissingPort { .. }
             | Self::Value { .. }
             | Self::Resources(_)
             | Self::NoScene { .. }

@@ -2,6 +2,7 @@
 
 use super::call::{CallError, format_number};
 use super::model::BuiltModel;
+use super::ports::{InputGroup, excluded_components, input_group};
 use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Input, Source, VARIABLES, variable_of};
 use crate::math::Vector3;
@@ -127,7 +128,7 @@ impl BodyInputs<'_> {
     fn has_motion_input(&self) -> bool {
         let set =
             |reference: &u32| self.inputs.values.contains_key(reference) || self.inputs.rates.contains_key(reference);
-        let motion = all_inputs().filter(|input| group_of(*input) == InputGroup::Motion);
+        let motion = all_inputs().filter(|input| input_group(*input) == InputGroup::Motion);
         motion.flat_map(|input| self.scalars(input)).any(|scalar| set(&scalar.reference()))
     }
 
@@ -202,7 +203,7 @@ impl BodyInputs<'_> {
     /// with the motion of the scene.
     fn has_unset_motion(&self) -> bool {
         self.has_unset_orientation()
-            && all_inputs().filter(|i| group_of(*i) == InputGroup::Motion).all(|i| self.is_zero(i))
+            && all_inputs().filter(|i| input_group(*i) == InputGroup::Motion).all(|i| self.is_zero(i))
     }
 
     fn orientation(&self) -> Result<[f64; 4], CallError> {
@@ -274,9 +275,9 @@ impl BodyInputs<'_> {
         };
         // A body without motion inputs continues its motion.
         let is_unmoved = (was_active && !self.has_motion_input()) || self.has_unset_motion();
-        for input in inputs_read_in(mode).filter(|input| !(is_unmoved && group_of(*input) == InputGroup::Motion)) {
+        for input in inputs_read_in(mode).filter(|input| !(is_unmoved && input_group(*input) == InputGroup::Motion)) {
             self.check_dimension(input)?;
-            if is_fixed && group_of(input) != InputGroup::Form {
+            if is_fixed && matches!(input_group(input), InputGroup::Motion | InputGroup::Wrench) {
                 self.check_held(input)?;
             }
             self.copy_input(input, &mut inputs)?;
@@ -333,38 +334,12 @@ fn normalised(q: [f64; 4]) -> [f64; 4] {
     if norm == 1.0 { q } else { q.map(|c| c / norm) }
 }
 
-/// Group of an input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum InputGroup {
-    /// Position and motion.
-    Motion,
-    /// External force and torque.
-    Wrench,
-    /// Activity and shape.
-    Form,
-}
-
-fn group_of(input: Input) -> InputGroup {
-    match input {
-        Input::ProjectilePosition
-        | Input::ProjectileVelocity
-        | Input::ProjectileOrientation
-        | Input::ProjectileAngularVelocity => InputGroup::Motion,
-        Input::ProjectileExternalForce | Input::ProjectileExternalTorque => InputGroup::Wrench,
-        Input::ProjectileActive
-        | Input::ProjectileBulgeHeight
-        | Input::ProjectileBulgeRadius
-        | Input::ProjectileBulgeHeightRate
-        | Input::ProjectileBulgeRadiusRate => InputGroup::Form,
-    }
-}
-
 /// Returns the inputs read in a coupling mode.
 fn inputs_read_in(mode: CouplingMode) -> impl Iterator<Item = Input> {
-    let read = move |input: &Input| match group_of(*input) {
+    let read = move |input: &Input| match input_group(*input) {
         InputGroup::Motion => mode != CouplingMode::Integrated,
         InputGroup::Wrench => mode != CouplingMode::Prescribed,
-        InputGroup::Form => true,
+        InputGroup::Activity | InputGroup::Bulge => true,
     };
     all_inputs().filter(read)
 }
@@ -377,28 +352,10 @@ fn all_inputs() -> impl Iterator<Item = Input> {
     })
 }
 
-/// Returns the components out of the plane or off the axis.
-fn excluded_components(input: Input, dimension: Dimension) -> &'static [usize] {
-    let is_translational =
-        [Input::ProjectilePosition, Input::ProjectileVelocity, Input::ProjectileExternalForce].contains(&input);
-    let is_rotational = [Input::ProjectileAngularVelocity, Input::ProjectileExternalTorque].contains(&input);
-    match (dimension, input) {
-        (Dimension::Planar, Input::ProjectileOrientation) => &[1, 3],
-        (Dimension::Axisymmetric, Input::ProjectileOrientation) => &[1, 2, 3],
-        (Dimension::Planar, _) if is_translational => &[1],
-        (Dimension::Planar, _) if is_rotational => &[0, 2],
-        (Dimension::Axisymmetric, _) if is_translational => &[0, 1],
-        (Dimension::Axisymmetric, _) if is_rotational => &[0, 1, 2],
-        _ => &[],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::scalar::{VariablePorts, input_start_values};
-
-    const NONE: VariablePorts = VariablePorts { fragments: 0, sensors: 0 };
+    use crate::fmi2::scalar::input_start_values;
 
     fn given<'a>(inputs: &'a InputValues, starts: &'a ScalarValues, dimension: Dimension) -> BodyInputs<'a> {
         BodyInputs { inputs, body: 0, starts, dimension, is_first_step: false }
@@ -447,7 +404,7 @@ mod tests {
 
     #[test]
     fn an_input_that_was_not_set_is_as_the_scene_starts() {
-        let scene = input_start_values(NONE, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
+        let scene = input_start_values(1, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
         let velocity =
             |inputs: &InputValues| given(inputs, &scene, Dimension::Planar).vector(Input::ProjectileVelocity);
         assert_eq!(velocity(&InputValues::default()).z, -5.0);
@@ -465,7 +422,7 @@ mod tests {
     #[test]
     fn what_would_move_a_held_projectile_is_named_and_refused() {
         let scene =
-            input_start_values(NONE, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
+            input_start_values(1, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
         let check = |reference: u32, value: f64, rate: f64| {
             let rates = ScalarValues::from([(reference, rate)]);
             let inputs = InputValues { rates, ..values(&[(reference, value)]) };

@@ -4,7 +4,6 @@ use super::abi::MemoryReserve;
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Simulation, memory_estimate};
 use std::fmt;
-use sysinfo::{MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, System};
 
 /// Least reserve, bytes, that is checked against the available memory; the check takes some 0.1 ms.
 const CHECK_THRESHOLD: u64 = 64 << 20;
@@ -111,25 +110,49 @@ pub(super) fn reserve_large(phase: MemoryPhase, bytes: u64) -> Result<Option<Mem
 /// Returns the least of the memory left by system, container and process.
 #[must_use]
 pub fn available_memory() -> AvailableMemory {
-    let none = AvailableMemory { bytes: u64::MAX, limit: MemoryLimit::System };
-    let Ok(mut system) = System::new() else { return none };
+    let MemoryUse { available, container, address_space: used } = memory_use();
+    let address_space = address_space().zip(used).map(|(limit, used)| limit.saturating_sub(used));
+    let known =
+        [(available, MemoryLimit::System), (container, MemoryLimit::Container), (address_space, MemoryLimit::Process)];
+    let known = known.into_iter().filter_map(|(bytes, limit)| Some(AvailableMemory { bytes: bytes?, limit }));
+    known.min_by_key(|known| known.bytes).unwrap_or(AvailableMemory { bytes: u64::MAX, limit: MemoryLimit::System })
+}
+
+/// Memory of the system and of this process, bytes; absent where the system does not tell.
+#[derive(Debug, Clone, Copy, Default)]
+struct MemoryUse {
+    /// Left by the system.
+    available: Option<u64>,
+    /// Left by the control group.
+    container: Option<u64>,
+    /// Address space in use.
+    address_space: Option<u64>,
+}
+
+/// Returns the memory of the system and of this process.
+#[cfg(not(target_vendor = "apple"))]
+fn memory_use() -> MemoryUse {
+    use sysinfo::{MemoryRefreshKind, Pid, Process, ProcessRefreshKind, ProcessesToUpdate, System};
+    let Ok(mut system) = System::new() else { return MemoryUse::default() };
     system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
     let own = Pid::from_u32(std::process::id());
     let kind = ProcessRefreshKind::nothing().with_memory();
     system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, kind);
     let process = system.process(own);
     // The page cache of a container is released on demand.
-    let container = process.and_then(sysinfo::Process::cgroup_limits);
-    let container = container.map(|limits| limits.total_memory.saturating_sub(limits.rss));
-    let address_space = process.and_then(|process| Some(address_space()?.saturating_sub(process.virtual_memory())));
-    // A system without this figure reports 0.
-    let known = [
-        (Some(system.available_memory()).filter(|bytes| *bytes > 0), MemoryLimit::System),
-        (container, MemoryLimit::Container),
-        (address_space, MemoryLimit::Process),
-    ];
-    let known = known.into_iter().filter_map(|(bytes, limit)| Some(AvailableMemory { bytes: bytes?, limit }));
-    known.min_by_key(|known| known.bytes).unwrap_or(none)
+    let container = process.and_then(Process::cgroup_limits);
+    MemoryUse {
+        // A system without this figure reports 0.
+        available: Some(system.available_memory()).filter(|bytes| *bytes > 0),
+        container: container.map(|limits| limits.total_memory.saturating_sub(limits.rss)),
+        address_space: process.map(Process::virtual_memory),
+    }
+}
+
+/// Returns no figure: macOS tells them by frameworks that the library does not link.
+#[cfg(target_vendor = "apple")]
+fn memory_use() -> MemoryUse {
+    MemoryUse::default()
 }
 
 /// Returns the limit of the address space of this process, bytes.

@@ -16,6 +16,7 @@ mod manifest;
 mod memory;
 mod model;
 mod parameters;
+mod ports;
 mod reading;
 mod recording;
 mod scalar;
@@ -37,11 +38,12 @@ pub use memory::{
     reserve_for_building, reserve_for_step, reserve_memory,
 };
 pub use parameters::most_threads;
+pub use ports::VariablePorts;
 pub use reading::{read_limited_text, read_scene_text, scene_file_reader};
 pub use recording::instance_folder_name;
-pub use scalar::{ScalarVariable, VariablePorts, scalars, table_of};
+pub use scalar::{ScalarVariable, table_of};
 pub use status::CallStatus;
-pub use table::{Causality, ENUMERATIONS, Enumeration, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
+pub use table::{Causality, DisplayUnit, Enumeration, Item, Kind, OutputSet, Start, UNITS, Unit, VARIABLES, Variable};
 
 /// Name of the model and of its library inside the archive.
 pub const MODEL: &str = "BallisticGel";

@@ -4,7 +4,7 @@
 use super::call::CallError;
 use super::memory::{MemoryPhase, RoomError, reserve_for_building, reserve_large};
 use super::parameters::ResolvedScene;
-use super::scalar::{ScalarValues, ScalarVariable, VariablePorts, input_start_values, table_of};
+use super::scalar::{ScalarValues, ScalarVariable, input_start_values, table_of};
 use crate::output::{CavityCoursePoint, CavityGauge};
 use crate::scene::Scene;
 use crate::simulation::{
@@ -46,7 +46,7 @@ impl BuiltModel {
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        let starts = input_start_values(VariablePorts::of(&scene), &table);
+        let starts = input_start_values(scene.n_bodies(), &table);
         let gauge = CavityGauge::new(&scene, &simulation);
         Ok(Self { origin, text, scene, table, starts, simulation, gauge, reports: ReportCache::default() })
     }

@@ -3,11 +3,12 @@
 use super::call::CallError;
 use super::logger::CallLog;
 use super::manifest::{ArchiveManifest, ManifestError};
+use super::ports::VariablePorts;
 use super::reading::{read_scene_text, scene_file_reader};
-use super::scalar::{ScalarValues, ScalarVariable, VariablePorts, scalars, table_of};
+use super::scalar::{ScalarValues, ScalarVariable, table_of};
 use super::table::{Setting, Source, variable_of};
 use super::uri;
-use crate::scene::{self, FileSource, MOST_FRAGMENTS, OverriddenScene, Override, Scene, body_name};
+use crate::scene::{self, FileSource, OverriddenScene, Override, Scene, body_name};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -27,6 +28,8 @@ pub(super) struct PackedScene {
     manifest: ArchiveManifest,
     /// Scene as the source of the starts in `modelDescription.xml`; empty without a readable scene.
     pub starts: toml::Table,
+    /// Ports of the scene; absent without a readable scene.
+    ports: Option<VariablePorts>,
 }
 
 impl PackedScene {
@@ -41,9 +44,10 @@ impl PackedScene {
             path: folder.join(SCENE_FILE).display().to_string(),
             reason: e.to_string(),
         })?;
-        let mut packed = Self { folder, text, manifest, starts: toml::Table::new() };
-        let scene = scene::read_with_files(&packed.text, &|name| packed.read_file(name));
-        packed.starts = scene.as_ref().map(table_of).unwrap_or_default();
+        let mut packed = Self { folder, text, manifest, starts: toml::Table::new(), ports: None };
+        if let Ok(scene) = scene::read_with_files(&packed.text, &|name| packed.read_file(name)) {
+            (packed.starts, packed.ports) = (table_of(&scene), Some(VariablePorts::of(&scene)));
+        }
         Ok(packed)
     }
 
@@ -63,7 +67,9 @@ impl PackedScene {
             self.read_scene(PACKED.to_owned(), self.text.clone())?
         } else {
             let no_scene = |e| CallError::NoScene { reason: format!("cannot read {path}: {e}") };
-            self.read_scene(path.to_owned(), read_scene_text(Path::new(path)).map_err(no_scene)?)?
+            let other = self.read_scene(path.to_owned(), read_scene_text(Path::new(path)).map_err(no_scene)?)?;
+            self.expect_ports(path, &other.scene)?;
+            other
         };
         let overrides = changed_overrides(overrides, &self.starts, &table_of(&base.scene))?;
         if overrides.is_empty() {
@@ -79,6 +85,13 @@ impl PackedScene {
                 Err(CallError::Scene { origin: origin_with_faults(origin, &fault.overrides), error: fault.error })
             }
         }
+    }
+
+    /// Refuses another scene with a port that the packed scene lacks.
+    fn expect_ports(&self, path: &str, scene: &Scene) -> Result<(), CallError> {
+        let missing = self.ports.as_ref().and_then(|ports| ports.missing_port(&VariablePorts::of(scene)));
+        let Some(missing) = missing else { return Ok(()) };
+        Err(CallError::MissingPort { name: missing.name(), path: path.to_owned() })
     }
 
     /// Parses the scene of an origin and a text, with the files in its folder.
@@ -201,8 +214,7 @@ fn origin_with_faults(origin: String, overrides: &[Override]) -> String {
 /// Returns the name of the parameter of a scene key.
 fn parameter_name(key: &str) -> String {
     let is_overriding = |s: &ScalarVariable| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
-    let ports = VariablePorts { fragments: MOST_FRAGMENTS, sensors: 0 };
-    scalars(ports).find(is_overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
+    VariablePorts::all().scalars().find(is_overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
 }
 
 /// Returns the overrides that differ from their starts, as scene keys and TOML values.

@@ -1,6 +1,6 @@
 //! Scalar variables: one component of a row of the variable table, for one body, with its start in a scene.
 
-use super::table::{BLOCK, ENUMERATIONS, Item, Source, Start, VARIABLES, Variable};
+use super::table::{BLOCK, Item, Source, Start, VARIABLES, Variable};
 use crate::scene::{Scene, body_name, numbered};
 use std::collections::BTreeMap;
 
@@ -59,6 +59,13 @@ impl ScalarVariable {
         if self.variable.length == 0 { name } else { format!("{name}[{}]", self.component + 1) }
     }
 
+    /// Returns the name without its body or sensor: `position[1]`, `contact.force[1]`, `pressure`.
+    #[must_use]
+    pub fn member_name(&self) -> String {
+        let name = self.variable.of_sensor().unwrap_or_else(|| without_projectile(self.variable.name));
+        if self.variable.length == 0 { name.to_owned() } else { format!("{name}[{}]", self.component + 1) }
+    }
+
     /// Returns the description.
     #[must_use]
     pub fn description(&self) -> String {
@@ -108,8 +115,7 @@ impl ScalarVariable {
 
     /// Returns the items of an Enumeration; empty for other types.
     pub(super) fn items(&self) -> &'static [Item] {
-        let own = ENUMERATIONS.iter().find(|e| Some(e.name) == self.variable.declared_type);
-        own.map_or(&[], |enumeration| enumeration.items)
+        self.variable.items()
     }
 
     /// Formats a value as TOML.
@@ -122,40 +128,6 @@ impl ScalarVariable {
 /// Returns the part of a name or key behind `projectile.`.
 fn without_projectile(name: &str) -> &str {
     name.strip_prefix("projectile.").unwrap_or(name)
-}
-
-/// Numbers of fragments and sensors with variables of their own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct VariablePorts {
-    /// Number of fragments.
-    pub fragments: usize,
-    /// Number of sensors.
-    pub sensors: usize,
-}
-
-impl VariablePorts {
-    /// Returns the ports of all fragments and sensors of a scene.
-    #[must_use]
-    pub fn of(scene: &Scene) -> Self {
-        Self { fragments: scene.fragment.len(), sensors: scene.sensor.len() }
-    }
-
-    /// Returns true if a variable exists in this block of references.
-    fn include(&self, variable: &Variable, block: usize) -> bool {
-        match (variable.is_of_sensors(), variable.each) {
-            (true, _) => block < self.sensors,
-            (false, true) => block <= self.fragments,
-            (false, false) => block == 0,
-        }
-    }
-}
-
-/// Returns every scalar of an FMU with these ports, by ascending value reference.
-pub fn scalars(ports: VariablePorts) -> impl Iterator<Item = ScalarVariable> {
-    let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.include(v, block)).map(move |v| (v, block));
-    (0..=ports.fragments.max(ports.sensors))
-        .flat_map(rows)
-        .flat_map(|(variable, block)| ScalarVariable::of(variable, block))
 }
 
 /// Returns the scene as a TOML table with all defaults.
@@ -190,26 +162,16 @@ fn to_number(value: &toml::Value, component: usize) -> Option<f64> {
     }
 }
 
-/// Returns the start values of the inputs in a scene with these ports.
-pub(super) fn input_start_values(ports: VariablePorts, scene: &toml::Table) -> ScalarValues {
-    let inputs = scalars(ports).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
-    inputs.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
+/// Returns the start values of the inputs of this number of bodies in a scene.
+pub(super) fn input_start_values(n_bodies: usize, scene: &toml::Table) -> ScalarValues {
+    let inputs = VARIABLES.iter().filter(|variable| matches!(variable.source, Source::Input(_)));
+    let scalars = (0..n_bodies).flat_map(|body| inputs.clone().flat_map(move |row| ScalarVariable::of(row, body)));
+    scalars.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_reference_finds_its_own_scalar() {
-        let mut last = 0;
-        for scalar in scalars(VariablePorts { fragments: 3, sensors: 5 }) {
-            assert_eq!(ScalarVariable::find(scalar.reference()), Some(scalar));
-            assert!(scalar.reference() > last);
-            last = scalar.reference();
-        }
-        assert_eq!([0, 9_999, 10_001].map(ScalarVariable::find), [None; 3]);
-    }
 
     #[test]
     fn a_component_is_described_by_its_axis() {
@@ -222,17 +184,16 @@ mod tests {
     fn a_fragment_has_names_and_descriptions_of_its_own() {
         let names = [20_102, 20_200, 20_250, 20_030].map(|reference| ScalarVariable::find(reference).unwrap().name());
         let expected = ["position[3]", "contact.impulse[1]", "coupling.energy_residual", "mass"];
+        let members = [102, 20_102, 10_404].map(|reference| ScalarVariable::find(reference).unwrap().member_name());
+        assert_eq!(members, ["position[3]", "position[3]", "velocity[1]"]);
         assert_eq!(names, expected.map(|name| format!("fragment[2].{name}")));
         assert!(ScalarVariable::find(20_119).unwrap().description().starts_with("True if fragment 2 is active"));
     }
 
     #[test]
-    fn a_sensor_has_its_own_place_in_a_block_and_no_more_are_there_than_asked_for() {
+    fn a_sensor_has_its_own_place_in_a_block() {
         let names = [400, 10_403, 10_404].map(|reference| ScalarVariable::find(reference).unwrap().name());
         assert_eq!(names, ["sensor[1].pressure", "sensor[2].displacement[3]", "sensor[2].velocity[1]"]);
-        let count =
-            |sensors| scalars(VariablePorts { fragments: 0, sensors }).filter(|s| s.variable.is_of_sensors()).count();
-        assert_eq!([0, 1, 3].map(count), [0, 7, 21]);
     }
 
     #[test]

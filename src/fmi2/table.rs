@@ -34,6 +34,21 @@ pub struct Variable {
     /// Source of the value.
     pub source: Source,
     description: &'static str,
+    /// Remarks of the documentation beyond the description; empty for none.
+    pub details: &'static str,
+    /// Sets in which an output is one, beside [`OutputSet::Full`].
+    pub outputs: &'static [OutputSet],
+}
+
+/// Set of outputs, by the coupling that it serves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputSet {
+    /// Predicted state of the bodies.
+    Integrated,
+    /// Impulses for an importer that owns the bodies.
+    Corrected,
+    /// All outputs.
+    Full,
 }
 
 /// Type of a variable.
@@ -101,6 +116,19 @@ pub struct Unit {
     pub name: &'static str,
     /// Base unit and exponent.
     pub base: &'static [(&'static str, i32)],
+    /// Typical magnitude in a shot.
+    pub nominal: f64,
+    /// Unit for display.
+    pub display: Option<DisplayUnit>,
+}
+
+/// Unit for display.
+#[derive(Debug, PartialEq)]
+pub struct DisplayUnit {
+    /// ASCII name.
+    pub name: &'static str,
+    /// Number of these units in one unit.
+    pub factor: f64,
 }
 
 /// Enumeration type: named integers.
@@ -130,6 +158,26 @@ impl Variable {
     #[must_use]
     pub fn size(&self) -> usize {
         self.length.max(1) as usize
+    }
+
+    /// Returns the items of an Enumeration; empty for other types.
+    #[must_use]
+    pub fn items(&self) -> &'static [Item] {
+        let own = ENUMERATIONS.iter().find(|enumeration| Some(enumeration.name) == self.declared_type);
+        own.map_or(&[], |enumeration| enumeration.items)
+    }
+
+    /// Returns the unit of a Real.
+    #[must_use]
+    pub fn unit_of(&self) -> Option<&'static Unit> {
+        UNITS.iter().find(|unit| Some(unit.name) == self.unit)
+    }
+
+    /// Returns the causality in an FMU with a set of outputs: an output outside of the set is a local.
+    #[must_use]
+    pub fn causality_in(&self, set: OutputSet) -> Causality {
+        let is_offered = set == OutputSet::Full || self.outputs.contains(&set);
+        if self.causality == Causality::Output && !is_offered { Causality::Local } else { self.causality }
     }
 
     /// Returns true if every sensor has the variable.

@@ -1,7 +1,9 @@
 """What is in the archive."""
 
+import os
 import re
 import zipfile
+from pathlib import Path
 from urllib.parse import unquote
 
 from fmpy import read_model_description
@@ -35,8 +37,9 @@ def test_every_capability_is_declared(fmu):
     assert offered.maxOutputDerivativeOrder == 1 and not offered.canRunAsynchronuously
 
 
-def test_nothing_feeds_through_but_the_carrier_of_the_derivative(fmu):
-    for unknown in read_model_description(fmu).outputs:
+def test_nothing_feeds_through_but_the_carrier_of_the_derivative():
+    full = str(Path(os.environ["BALLISTIC_GEL_OUTPUT_SETS"]) / "full.fmu")
+    for unknown in read_model_description(full).outputs:
         inputs = {v.name.split("[")[0] for v in unknown.dependencies}
         carrier = unknown.variable.name.startswith("contact.linear_force")
         assert inputs == ({"projectile.position", "projectile.velocity"} if carrier else set())

@@ -1,8 +1,8 @@
 //! A minimal importer: one instance, its log, and checked calls of the exported functions.
 
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, CallbackFunctions, VariablePorts, scalars};
-use ballistic_gel::scene::{self, MOST_FRAGMENTS, MOST_SENSORS};
+use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, CallbackFunctions, VariablePorts};
+use ballistic_gel::scene;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
@@ -68,10 +68,7 @@ pub fn coarse() -> String {
 
 /// Value reference of `name` or `name[i]`.
 pub fn reference(name: &str) -> u32 {
-    scalars(VariablePorts { fragments: MOST_FRAGMENTS, sensors: MOST_SENSORS })
-        .find(|scalar| scalar.name() == name)
-        .expect(name)
-        .reference()
+    VariablePorts::all().scalars().find(|scalar| scalar.name() == name).expect(name).reference()
 }
 
 /// The folder `resources/` of an archive with this scene and these files beside it.
@@ -194,7 +191,9 @@ impl Host {
 
     /// Every Real, bit by bit.
     pub fn bits(&mut self) -> Vec<u64> {
-        let names: Vec<String> = scalars(VariablePorts { fragments: 0, sensors: 0 })
+        let names: Vec<String> = VariablePorts::all()
+            .limited_to(0, 0)
+            .scalars()
             .filter(|s| s.variable.unit.is_some())
             .map(|s| s.name())
             .collect();

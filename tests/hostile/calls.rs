@@ -5,8 +5,7 @@ use super::host::{Resources, reference};
 use super::random::Random;
 use super::tally::Fate;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{CallbackFunctions, VariablePorts, scalars};
-use ballistic_gel::scene::MOST_FRAGMENTS;
+use ballistic_gel::fmi2::{CallbackFunctions, VariablePorts};
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
@@ -35,8 +34,7 @@ impl Stage {
             path
         };
         let scenes = texts.iter().enumerate().map(write).collect();
-        let references =
-            scalars(VariablePorts { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
+        let references = VariablePorts::all().scalars().map(|scalar| scalar.reference()).collect();
         Self { archive, scenes, references }
     }
 

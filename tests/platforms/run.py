@@ -4,7 +4,7 @@
 
 Packs scenes with all libraries inside GELFMU, compiles drive.c for each platform with ZIG, and runs it: linux64 directly,
 win64 under wine, aarch64-linux under qemu. Impulse and state must be equal in each of four floating-point environments and
-on every platform. darwin64 is not made yet. Prints what each library needs of its system.
+on every platform. darwin64 cannot be run here. Prints what each library needs of its system.
 """
 
 import os

@@ -2,7 +2,7 @@
 
 use super::shim::Shim;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{ArchiveManifest, CallbackFunctions, LoggerCallback, VariablePorts, scalars};
+use ballistic_gel::fmi2::{ArchiveManifest, CallbackFunctions, LoggerCallback, VariablePorts};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 use std::ptr;
@@ -55,7 +55,7 @@ unsafe extern "C" fn listen(
 }
 
 fn reference(name: &str) -> u32 {
-    scalars(VariablePorts { fragments: 0, sensors: 0 }).find(|scalar| scalar.name() == name).expect(name).reference()
+    VariablePorts::all().scalars().find(|scalar| scalar.name() == name).expect(name).reference()
 }
 
 impl<'a> Driven<'a> {

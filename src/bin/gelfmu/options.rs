@@ -1,7 +1,7 @@
 //! Command-line interface: subcommands, their options and the parsers of the values.
 
 use crate::trade::CouplingVariant;
-use ballistic_gel::fmi2;
+use ballistic_gel::fmi2::{self, OutputSet};
 use ballistic_gel::scene::{self, FidelityKind, Override};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
@@ -388,12 +388,36 @@ pub struct PackOptions {
     /// Number of sensors with FMU variables (all of the scene if absent)
     #[arg(long, value_name = "N")]
     pub sensors: Option<usize>,
+    /// Variables that are outputs (those of the coupling mode of the scene if absent); all others are locals
+    #[arg(long, value_name = "SET", value_enum)]
+    pub outputs: Option<OutputChoice>,
     /// Platforms whose libraries are packed, e.g. linux64,win64 (all that are inside this gelfmu if absent)
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub platforms: Vec<String>,
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,
+}
+
+/// Set of outputs of a packed FMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OutputChoice {
+    /// State of each body at the end of the step, its depth, contact and perforation
+    Integrated,
+    /// Impulses on each body, its orientation at the end of the step, and its depth
+    Corrected,
+    /// All that can be an output
+    Full,
+}
+
+impl From<OutputChoice> for OutputSet {
+    fn from(choice: OutputChoice) -> Self {
+        match choice {
+            OutputChoice::Integrated => Self::Integrated,
+            OutputChoice::Corrected => Self::Corrected,
+            OutputChoice::Full => Self::Full,
+        }
+    }
 }
 
 /// Parser of a scene argument: built-in names are completed, and every text is accepted as a path.

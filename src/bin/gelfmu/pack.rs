@@ -5,15 +5,16 @@ mod documentation;
 mod library;
 mod requirement;
 pub mod resources;
+mod terminals;
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
 use crate::options::{DEFAULT_SCENE, PackOptions};
 use crate::results;
 use crate::source::{self, SceneSource};
-use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, VariablePorts};
+use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, OutputSet, VariablePorts};
 use ballistic_gel::output::model_picture;
-use ballistic_gel::scene;
+use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use library::{INSTALLATION, PLATFORMS, check_platforms};
 pub use library::{LIBRARY_PATH, PackedLibraries, own_platform, platforms};
@@ -35,14 +36,10 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError
     let source = source::load_for_fmu(name, &options.set)?;
     console.notes(&scene::former_keys(&source.text));
     results::check_archive(&options.out, &results::inputs(name, &source))?;
-    let available = VariablePorts::of(&source.scene);
-    let ports = VariablePorts {
-        fragments: count_ports("fragment", "body", options.fragments, available.fragments)?,
-        sensors: count_ports("sensor", "sensor", options.sensors, available.sensors)?,
-    };
+    let interface = interface_of(&source.scene, options)?;
     let platforms = if options.platforms.is_empty() { platforms() } else { options.platforms.clone() };
     check_platforms(&platforms)?;
-    let packed = write_fmu(&source, ports, &platforms, &options.out).map_err(|error| match error {
+    let packed = write_fmu(&source, &interface, &platforms, &options.out).map_err(|error| match error {
         RunError::File { path, source, .. } => CommandError::BadInput(format!(
             "--out {}: found {source} at {}, expected a file that can be written",
             options.out.display(),
@@ -66,6 +63,35 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError
         ));
     }
     Ok(())
+}
+
+/// Variables of a packed FMU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PackedInterface {
+    /// Ports of the scene, as far as they are packed.
+    pub ports: VariablePorts,
+    /// Set of its outputs.
+    pub outputs: OutputSet,
+}
+
+impl PackedInterface {
+    /// Returns the interface with every port of a scene and every output.
+    pub fn full(scene: &Scene) -> Self {
+        Self { ports: VariablePorts::of(scene), outputs: OutputSet::Full }
+    }
+}
+
+/// Returns the interface that the options ask for; without them the outputs that serve the coupling mode of the scene.
+fn interface_of(scene: &Scene, options: &PackOptions) -> Result<PackedInterface, CommandError> {
+    let ports = VariablePorts::of(scene);
+    let fragments = count_ports("fragment", "body", options.fragments, ports.fragments())?;
+    let sensors = count_ports("sensor", "sensor", options.sensors, ports.sensors())?;
+    let own = match scene.coupling.mode {
+        CouplingMode::Integrated => OutputSet::Integrated,
+        CouplingMode::Corrected | CouplingMode::Prescribed => OutputSet::Corrected,
+    };
+    let outputs = options.outputs.map_or(own, OutputSet::from);
+    Ok(PackedInterface { ports: ports.limited_to(fragments, sensors), outputs })
 }
 
 /// Returns the number of ports of a kind: the requested number, at most the number of tables; by default all.
@@ -93,16 +119,16 @@ pub struct PackedFmu {
 /// Path and bytes of each file in the archive, sorted.
 type ArchiveEntries = BTreeMap<String, Vec<u8>>;
 
-/// Writes the FMU of a scene with these ports for platforms that this program [can pack](platforms). The same scene gives the same
+/// Writes the FMU of a scene with this interface for platforms that this program [can pack](platforms). The same scene gives the same
 /// bytes.
 pub fn write_fmu(
     source: &SceneSource,
-    ports: VariablePorts,
+    interface: &PackedInterface,
     platforms: &[String],
     file: &Path,
 ) -> Result<PackedFmu, RunError> {
     let libraries = PackedLibraries::find(platforms)?;
-    let zipped = zip_archive(archive_entries(source, ports, &libraries)?, &libraries);
+    let zipped = zip_archive(archive_entries(source, interface, &libraries)?, &libraries);
     let archive = zipped.map_err(|error| RunError::File {
         verb: "write",
         path: file.to_path_buf(),
@@ -116,7 +142,7 @@ pub fn write_fmu(
 /// Makes the files of the archive but the libraries: model description, documents, picture, resources and licences.
 fn archive_entries(
     source: &SceneSource,
-    ports: VariablePorts,
+    interface: &PackedInterface,
     libraries: &PackedLibraries,
 ) -> Result<ArchiveEntries, RunError> {
     let scene = &source.scene;
@@ -125,15 +151,20 @@ fn archive_entries(
     let frame = Simulation::new(scene, CouplingMode::Integrated, 1)?.frame();
     let describe = |guid: &str| {
         let fault = |e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") };
-        description::xml(scene, ports, guid, libraries.tool()).map_err(fault)
+        description::xml(scene, interface, guid, libraries.tool()).map_err(fault)
     };
     let content = ArchiveContent { description: &describe("")?, libraries: &libraries.files, resources: &resources };
     let manifest = ArchiveManifest::of(&content);
     resources.insert(ArchiveManifest::FILE.to_owned(), manifest.to_json().into_bytes());
+    let picture = model_picture(&frame, scene);
+    let terminals = terminals::xml(interface)
+        .map_err(|e| RunError::Component { call: "pack", reason: format!("{}: {e}", terminals::FILE) })?;
     let mut entries = ArchiveEntries::from([
-        ("model.png".to_owned(), model_picture(&frame, scene)),
+        (terminals::ICON.to_owned(), picture.clone()),
+        (terminals::FILE.to_owned(), terminals.into_bytes()),
+        ("model.png".to_owned(), picture),
         ("modelDescription.xml".to_owned(), describe(manifest.guid())?.into_bytes()),
-        ("documentation/index.html".to_owned(), documentation::page(scene, ports, &libraries.files).into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(scene, interface, &libraries.files).into_bytes()),
         (
             "documentation/externalDependencies.html".to_owned(),
             documentation::external_dependencies(&libraries.files).into_bytes(),

@@ -3,10 +3,10 @@
 use crate::failure::RunError;
 use crate::interrupt;
 use crate::job::{ProgressCallback, RunEnding, RunJob};
-use crate::pack::{LIBRARY_PATH, own_platform, write_fmu};
+use crate::pack::{LIBRARY_PATH, PackedInterface, own_platform, write_fmu};
 use crate::scratch::ScratchFolder;
 use crate::source::SceneSource;
-use ballistic_gel::fmi2::{self, CallStatus, Causality, Kind, LoadedFmu, VariablePorts, scalars};
+use ballistic_gel::fmi2::{self, CallStatus, Causality, Kind, LoadedFmu, VariablePorts};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::ffi::OsStr;
@@ -45,8 +45,8 @@ impl FmuImporter {
         let folder = ScratchFolder::new().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
-        let ports = VariablePorts::of(&source.scene);
-        write_fmu(source, ports, &[own_platform().to_owned()], &archive)?;
+        let interface = PackedInterface::full(&source.scene);
+        write_fmu(source, &interface, &[own_platform().to_owned()], &archive)?;
         let unzipped = File::open(&archive).map_err(zip::result::ZipError::from).and_then(ZipArchive::new);
         unzipped.and_then(|mut zip| zip.extract(&unpacked)).map_err(|e| file("unpack", &archive, e.into()))?;
         let description = unpacked.join("modelDescription.xml");
@@ -54,7 +54,7 @@ impl FmuImporter {
         let guid = guid_of(&xml).ok_or_else(|| component("modelDescription.xml", "it has no guid".to_owned()))?;
         let fmu = LoadedFmu::new(&unpacked.join(LIBRARY_PATH), name, &guid, &unpacked.join("resources"));
         let fmu = fmu.map_err(|error| component("fmi2Instantiate", error.to_string()))?;
-        Ok(Self { fmu, ports, _folder: folder })
+        Ok(Self { fmu, ports: interface.ports, _folder: folder })
     }
 
     /// Initializes a run of this number of threads up to a time, s, with the projectile integrated inside.
@@ -103,13 +103,13 @@ impl FmuImporter {
 
     /// Returns the value references of all Real outputs.
     pub fn outputs(&self) -> Vec<u32> {
-        let all = scalars(self.ports).filter(|scalar| scalar.variable.causality == Causality::Output);
+        let all = self.ports.scalars().filter(|scalar| scalar.variable.causality == Causality::Output);
         all.filter(|scalar| scalar.variable.kind == Kind::Real).map(|scalar| scalar.reference()).collect()
     }
 
     fn reference(&self, name: &str) -> Result<u32, RunError> {
         let missing = || component("modelDescription.xml", format!("there is no variable {name}"));
-        scalars(self.ports).find(|scalar| scalar.name() == name).map(|scalar| scalar.reference()).ok_or_else(missing)
+        self.ports.scalars().find(|scalar| scalar.name() == name).map(|scalar| scalar.reference()).ok_or_else(missing)
     }
 
     /// Refuses every status but success: a warning of this FMU says that files can no longer be written.

@@ -1,46 +1,74 @@
 //! `modelDescription.xml`.
 
-use ballistic_gel::fmi2::{self, Causality, Kind, ScalarVariable, Start, VariablePorts};
+use super::PackedInterface;
+use ballistic_gel::fmi2::{self, Causality, Kind, OutputSet, ScalarVariable, Start};
 use ballistic_gel::scene::Scene;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 use std::io;
 
-type Xml = Writer<Vec<u8>>;
+/// Writer of an XML document.
+pub type Xml = Writer<Vec<u8>>;
 
-/// Makes the model description of an FMU with this packed scene, these ports and this GUID. `tool` is the name and
+/// Author, as in CITATION.cff.
+const AUTHOR: &str = "The ballistic-gel authors";
+/// Characters of the description of an archive that importers show in full.
+const LONGEST_DESCRIPTION: usize = 99;
+/// Relative tolerance proposed to the solvers of other components; the FMU does not use it.
+const TOLERANCE: &str = "1e-4";
+
+/// Makes the model description of an FMU with this packed scene, this interface and this GUID. `tool` is the name and
 /// version of the generator.
-pub fn xml(scene: &Scene, ports: VariablePorts, guid: &str, tool: &str) -> io::Result<String> {
-    let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<ScalarVariable>>());
+pub fn xml(scene: &Scene, interface: &PackedInterface, guid: &str, tool: &str) -> io::Result<String> {
+    // Some importers refuse an independent variable, which is optional.
+    let is_listed = |scalar: &ScalarVariable| scalar.variable.causality != Causality::Independent;
+    let scalars: Vec<ScalarVariable> = interface.ports.scalars().filter(is_listed).collect();
+    let (table, outputs) = (fmi2::table_of(scene), interface.outputs);
+    let attributes = [
+        ("fmiVersion", "2.0"),
+        ("modelName", &printable(&format!("{} {}", fmi2::MODEL, scene.scene.name))),
+        ("guid", guid),
+        ("description", &about(scene)),
+        ("author", AUTHOR),
+        ("version", env!("CARGO_PKG_VERSION")),
+        ("license", env!("CARGO_PKG_LICENSE")),
+        ("generationTool", tool),
+        ("variableNamingConvention", "structured"),
+    ];
+    document("fmiModelDescription", &attributes, |xml| {
+        capabilities(xml)?;
+        units(xml)?;
+        categories(xml)?;
+        experiment(xml, scene)?;
+        variables(xml, &scalars, outputs, &table)?;
+        structure(xml, &scalars, outputs)
+    })
+}
+
+/// Writes a document of one root element.
+pub fn document(
+    root: &str,
+    attributes: &[(&str, &str)],
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<String> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    xml.create_element("fmiModelDescription")
-        .with_attributes([
-            ("fmiVersion", "2.0"),
-            ("modelName", fmi2::MODEL),
-            ("guid", guid),
-            ("description", &about(scene)),
-            ("version", env!("CARGO_PKG_VERSION")),
-            ("license", env!("CARGO_PKG_LICENSE")),
-            ("generationTool", tool),
-            ("variableNamingConvention", "structured"),
-        ])
-        .write_inner_content(|xml| {
-            capabilities(xml)?;
-            units(xml)?;
-            types(xml)?;
-            categories(xml)?;
-            experiment(xml, scene)?;
-            variables(xml, &scalars, &table)?;
-            structure(xml, &scalars)
-        })?;
+    xml.create_element(root).with_attributes(attributes.iter().copied()).write_inner_content(content)?;
     String::from_utf8(xml.into_inner()).map_err(io::Error::other)
 }
 
-/// Describes the FMU and the packed scene. XML 1.0 has no control characters.
+/// Describes the packed scene: by its title, or by the component without one.
 fn about(scene: &Scene) -> String {
-    let header = &scene.scene;
-    let text = format!("{}; scene {}: {}", env!("CARGO_PKG_DESCRIPTION"), header.name, header.title);
+    let title = Some(printable(&scene.scene.title)).filter(|title| !title.trim().is_empty());
+    let text = title.unwrap_or_else(|| env!("CARGO_PKG_DESCRIPTION").to_owned());
+    if text.chars().count() <= LONGEST_DESCRIPTION {
+        return text;
+    }
+    text.chars().take(LONGEST_DESCRIPTION - 1).chain(['\u{2026}']).collect()
+}
+
+/// Replaces the characters that XML 1.0 does not have.
+fn printable(text: &str) -> String {
     text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), " ")
 }
 
@@ -69,33 +97,15 @@ fn units(xml: &mut Xml) -> io::Result<()> {
             xml.create_element("Unit").with_attribute(("name", unit.name)).write_inner_content(|xml| {
                 let exponents: Vec<(&str, String)> = unit.base.iter().map(|(b, e)| (*b, e.to_string())).collect();
                 let exponents = exponents.iter().map(|(b, e)| (*b, e.as_str()));
-                xml.create_element("BaseUnit").with_attributes(exponents).write_empty().map(drop)
+                xml.create_element("BaseUnit").with_attributes(exponents).write_empty()?;
+                let Some(display) = &unit.display else { return Ok(()) };
+                let factor = number(display.factor);
+                let attributes = [("name", display.name), ("factor", factor.as_str())];
+                xml.create_element("DisplayUnit").with_attributes(attributes).write_empty().map(drop)
             })?;
         }
         Ok(())
     })?;
-    Ok(())
-}
-
-fn types(xml: &mut Xml) -> io::Result<()> {
-    xml.create_element("TypeDefinitions").write_inner_content(|xml| {
-        for enumeration in fmi2::ENUMERATIONS {
-            let attributes = [("name", enumeration.name), ("description", enumeration.description)];
-            xml.create_element("SimpleType").with_attributes(attributes).write_inner_content(|xml| {
-                xml.create_element("Enumeration").write_inner_content(|xml| items(xml, enumeration)).map(drop)
-            })?;
-        }
-        Ok(())
-    })?;
-    Ok(())
-}
-
-fn items(xml: &mut Xml, enumeration: &fmi2::Enumeration) -> io::Result<()> {
-    for item in enumeration.items {
-        let value = item.value.to_string();
-        let attributes = [("name", item.name), ("value", &value), ("description", item.description)];
-        xml.create_element("Item").with_attributes(attributes).write_empty()?;
-    }
     Ok(())
 }
 
@@ -112,21 +122,22 @@ fn categories(xml: &mut Xml) -> io::Result<()> {
 
 fn experiment(xml: &mut Xml, scene: &Scene) -> io::Result<()> {
     let (stop, step) = (number(scene.scene.end_time), number(scene.scene.communication_step));
-    let attributes = [("startTime", "0"), ("stopTime", stop.as_str()), ("stepSize", step.as_str())];
+    let attributes =
+        [("startTime", "0"), ("stopTime", stop.as_str()), ("tolerance", TOLERANCE), ("stepSize", step.as_str())];
     xml.create_element("DefaultExperiment").with_attributes(attributes).write_empty()?;
     Ok(())
 }
 
-fn variables(xml: &mut Xml, scalars: &[ScalarVariable], scene: &toml::Table) -> io::Result<()> {
-    xml.create_element("ModelVariables")
-        .write_inner_content(|xml| scalars.iter().try_for_each(|scalar| variable(xml, scalar, scene)))?;
+fn variables(xml: &mut Xml, scalars: &[ScalarVariable], outputs: OutputSet, scene: &toml::Table) -> io::Result<()> {
+    let each = |xml: &mut Xml| scalars.iter().try_for_each(|scalar| variable(xml, scalar, outputs, scene));
+    xml.create_element("ModelVariables").write_inner_content(each)?;
     Ok(())
 }
 
-fn variable(xml: &mut Xml, scalar: &ScalarVariable, scene: &toml::Table) -> io::Result<()> {
+fn variable(xml: &mut Xml, scalar: &ScalarVariable, outputs: OutputSet, scene: &toml::Table) -> io::Result<()> {
     let of = scalar.variable;
     let (name, description, reference) = (scalar.name(), scalar.description(), scalar.reference().to_string());
-    let VariableRole { causality, initial } = role_of(of.causality);
+    let VariableRole { causality, initial } = role_of(of.causality_in(outputs));
     let mut attributes = vec![
         ("name", name.as_str()),
         ("valueReference", &reference),
@@ -145,17 +156,19 @@ fn kind(xml: &mut Xml, scalar: &ScalarVariable, scene: &toml::Table) -> io::Resu
     let of = scalar.variable;
     let element = match of.kind {
         Kind::Real => "Real",
-        Kind::Integer => "Integer",
+        // Some importers have no type Enumeration: they would leave out its variables, or could not set them.
+        Kind::Integer | Kind::Enumeration => "Integer",
         Kind::Boolean => "Boolean",
         Kind::String => "String",
-        Kind::Enumeration => "Enumeration",
     };
     let bound = |value: f64| if of.kind == Kind::Real { number(value) } else { format!("{value:.0}") };
     let mut attributes: Vec<(&str, String)> = Vec::new();
-    attributes.extend(of.declared_type.map(|name| ("declaredType", name.to_owned())));
-    attributes.extend(of.unit.map(|unit| ("unit", unit.to_owned())));
+    let unit = of.unit_of();
+    attributes.extend(unit.map(|unit| ("unit", unit.name.to_owned())));
+    attributes.extend(unit.and_then(|unit| Some(("displayUnit", unit.display.as_ref()?.name.to_owned()))));
     attributes.extend(of.min.map(|value| ("min", bound(value))));
     attributes.extend(of.max.map(|value| ("max", bound(value))));
+    attributes.extend(unit.map(|unit| ("nominal", number(unit.nominal))));
     attributes.extend(start(scalar, scene).map(|start| ("start", start)));
     let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
     xml.create_element(element).with_attributes(attributes).write_empty()?;
@@ -173,7 +186,7 @@ fn start(scalar: &ScalarVariable, scene: &toml::Table) -> Option<String> {
 
 /// Writes the dependencies. Within a step only the carrier of the directional derivative depends on inputs; initial
 /// values depend on the parameters alone.
-fn structure(xml: &mut Xml, scalars: &[ScalarVariable]) -> io::Result<()> {
+fn structure(xml: &mut Xml, scalars: &[ScalarVariable], outputs: OutputSet) -> io::Result<()> {
     let moves =
         |s: &ScalarVariable| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s);
     let fed = |of: &ScalarVariable| match of.variable.name {
@@ -181,12 +194,13 @@ fn structure(xml: &mut Xml, scalars: &[ScalarVariable]) -> io::Result<()> {
         _ => String::new(),
     };
     let parameters = indices(scalars, shapes_the_start);
+    let is = |causality| move |scalar: &ScalarVariable| scalar.variable.causality_in(outputs) == causality;
     xml.create_element("ModelStructure").write_inner_content(|xml| {
         xml.create_element("Outputs")
-            .write_inner_content(|xml| unknowns(xml, scalars, |c| c == Causality::Output, fed))?
+            .write_inner_content(|xml| unknowns(xml, scalars, is(Causality::Output), fed))?
             .create_element("InitialUnknowns")
             .write_inner_content(|xml| {
-                let first = |c| matches!(c, Causality::Output | Causality::CalculatedParameter);
+                let first = |scalar: &_| is(Causality::Output)(scalar) || is(Causality::CalculatedParameter)(scalar);
                 unknowns(xml, scalars, first, |_| parameters.clone())
             })
             .map(drop)
@@ -203,10 +217,10 @@ fn shapes_the_start(scalar: &ScalarVariable) -> bool {
 fn unknowns(
     xml: &mut Xml,
     scalars: &[ScalarVariable],
-    wanted: impl Fn(Causality) -> bool,
+    wanted: impl Fn(&ScalarVariable) -> bool,
     dependencies: impl Fn(&ScalarVariable) -> String,
 ) -> io::Result<()> {
-    for (index, scalar) in scalars.iter().enumerate().filter(|(_, s)| wanted(s.variable.causality)) {
+    for (index, scalar) in scalars.iter().enumerate().filter(|(_, s)| wanted(s)) {
         let (index, dependencies) = ((index + 1).to_string(), dependencies(scalar));
         let attributes = [("index", index.as_str()), ("dependencies", &dependencies)];
         xml.create_element("Unknown").with_attributes(attributes).write_empty()?;

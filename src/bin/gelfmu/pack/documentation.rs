@@ -1,7 +1,8 @@
 //! `documentation/index.html`: wiring, frames and limits of the FMU, and all variables.
 
+use super::PackedInterface;
 use super::requirement;
-use ballistic_gel::fmi2::{self, Causality, Kind, Variable, VariablePorts};
+use ballistic_gel::fmi2::{self, Causality, Kind, OutputSet, ScalarVariable, Variable};
 use ballistic_gel::scene::{Dimension, Scene};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -112,8 +113,8 @@ torque, and on the rates of height and radius of a dome. Output derivatives are 
 </ul>
 ";
 
-/// Makes the page of an FMU with this packed scene and these ports.
-pub fn page(scene: &Scene, ports: VariablePorts, libraries: &BTreeMap<String, Vec<u8>>) -> String {
+/// Makes the page of an FMU with this packed scene and this interface.
+pub fn page(scene: &Scene, interface: &PackedInterface, libraries: &BTreeMap<String, Vec<u8>>) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
@@ -126,7 +127,7 @@ pub fn page(scene: &Scene, ports: VariablePorts, libraries: &BTreeMap<String, Ve
     page += FRAMES;
     page += LIMITS;
     page += &requirement::paragraph(libraries);
-    page += &table(ports);
+    page += &table(interface);
     page += "<p><a href=\"licenses/license.html\">Licences</a> of this library, of every crate linked into it and of the standard library of its language. <a href=\"externalDependencies.html\">What it needs</a> of the system that loads it.</p>\n";
     page += "</body></html>\n";
     page
@@ -166,14 +167,25 @@ fn packed(scene: &Scene) -> String {
     )
 }
 
-fn table(ports: VariablePorts) -> String {
-    let (mut rows, VariablePorts { fragments, sensors }) = (String::from("<h2>Variables</h2>\n"), ports);
+fn table(interface: &PackedInterface) -> String {
+    let PackedInterface { ports, outputs } = interface;
+    let (fragments, sensors) = (ports.fragments(), ports.sensors());
+    let mut rows = String::from("<h2>Variables</h2>\n");
+    rows += match outputs {
+        OutputSet::Integrated => "<p>The outputs are those for the coupling mode <code>integrated</code>",
+        OutputSet::Corrected => {
+            "<p>The outputs are those for the coupling modes <code>corrected</code> and <code>prescribed</code>"
+        }
+        OutputSet::Full => "<p>All that can be an output is one",
+    };
+    rows += " (<code>gelfmu pack --outputs</code>); whatever else is computed is a local variable and can be read all the same. \
+             Inputs that the packed scene cannot use are absent. References are the same in every FMU.</p>\n";
     if fragments > 0 {
         let _ = writeln!(
             rows,
             "<p>This FMU has variables for {fragments} of the fragments of its scene. Fragment i has those that are marked \
              with *, named <code>fragment[i].&hellip;</code> without the <code>projectile.</code>, such as \
-             <code>fragment[1].position[3]</code> and <code>fragment[1].contact.impulse[3]</code>; their references are \
+             <code>fragment[1].depth</code> and <code>fragment[1].contact.impulse[3]</code>; their references are \
              higher by 10000 i.</p>"
         );
     }
@@ -187,27 +199,40 @@ fn table(ports: VariablePorts) -> String {
     }
     rows += "<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
          <th>meaning</th></tr>\n";
-    for variable in fmi2::VARIABLES.iter().filter(|variable| sensors > 0 || !variable.is_of_sensors()) {
-        let last = variable.reference + variable.size() as u32 - 1;
-        let (name, reference) = match variable.length {
-            0 => (variable.name.to_owned(), variable.reference.to_string()),
-            n => (format!("{}[1..{n}]", variable.name), format!("{}&ndash;{last}", variable.reference)),
-        };
-        let star = if fragments > 0 && variable.each { " *" } else { "" };
-        let _ = writeln!(
-            rows,
-            "<tr><td><code>{name}</code>{star}</td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            causality(variable),
-            kind(variable),
-            variable.unit.unwrap_or_default(),
-            escaped(&variable.description().replace(['{', '}'], "").replace('|', ", ")),
-        );
+    for variable in fmi2::VARIABLES {
+        rows += &row(variable, interface);
     }
     rows + "</table>\n"
 }
 
-fn causality(variable: &Variable) -> &'static str {
-    match variable.causality {
+/// Makes the row of a variable; empty if no body or sensor has it.
+fn row(variable: &'static Variable, interface: &PackedInterface) -> String {
+    let bodies = 0..=interface.ports.fragments();
+    let mut scalars = bodies.flat_map(|body| ScalarVariable::of(variable, body));
+    let is_absent = variable.causality == Causality::Independent || !scalars.any(|own| interface.ports.include(&own));
+    if is_absent {
+        return String::new();
+    }
+    let last = variable.reference + variable.size() as u32 - 1;
+    let (name, reference) = match variable.length {
+        0 => (variable.name.to_owned(), variable.reference.to_string()),
+        n => (format!("{}[1..{n}]", variable.name), format!("{}&ndash;{last}", variable.reference)),
+    };
+    let star = if interface.ports.fragments() > 0 && variable.each { " *" } else { "" };
+    let description = variable.description().replace(['{', '}'], "").replace('|', ", ");
+    let details = if variable.details.is_empty() { String::new() } else { format!(". {}", variable.details) };
+    let items = variable.items().iter().map(|item| format!("; {} {}: {}", item.value, item.name, item.description));
+    format!(
+        "<tr><td><code>{name}</code>{star}</td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        causality(variable.causality_in(interface.outputs)),
+        kind(variable),
+        variable.unit.unwrap_or_default(),
+        escaped(&(description + &details + &items.collect::<String>())),
+    )
+}
+
+fn causality(causality: Causality) -> &'static str {
+    match causality {
         Causality::Independent => "independent",
         Causality::Parameter => "parameter",
         Causality::CalculatedParameter => "calculated parameter",
@@ -220,10 +245,9 @@ fn causality(variable: &Variable) -> &'static str {
 fn kind(variable: &Variable) -> &'static str {
     match variable.kind {
         Kind::Real => "Real",
-        Kind::Integer => "Integer",
+        Kind::Integer | Kind::Enumeration => "Integer",
         Kind::Boolean => "Boolean",
         Kind::String => "String",
-        Kind::Enumeration => variable.declared_type.unwrap_or("Enumeration"),
     }
 }
 
@@ -240,10 +264,14 @@ mod tests {
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
         let libraries = BTreeMap::from([("linux64/a.so".to_owned(), b"\0GLIBC_2.4\0".to_vec())]);
-        let page = page(&scene, VariablePorts { fragments: 0, sensors: 1 }, &libraries);
-        for variable in fmi2::VARIABLES {
-            assert!(page.contains(variable.name), "{}", variable.name);
+        let every = PackedInterface { ports: fmi2::VariablePorts::all(), outputs: OutputSet::Full };
+        let full = page(&scene, &every, &libraries);
+        for variable in fmi2::VARIABLES.iter().filter(|variable| variable.causality != Causality::Independent) {
+            assert!(full.contains(variable.name), "{}", variable.name);
         }
+        let page = page(&scene, &PackedInterface::full(&scene), &libraries);
+        assert!(!page.contains("<code>projectile.bulge_height</code>"));
+        assert!(page.contains("<code>projectile.external_force[1..3]</code>"));
         assert!(page.contains("sphere-block") && !page.contains("{x|y|z}"));
         assert!(page.contains("needs the GNU C library, version 2.4 or later"));
     }

@@ -1,0 +1,244 @@
+//! Ports: the variables that an FMU of a scene has, without those that the scene cannot use.
+
+use super::scalar::ScalarVariable;
+use super::table::{Causality, Input, Observed, Source, VARIABLES, Variable};
+use crate::scene::{BodyShape, ContactLaw, Dimension, MOST_FRAGMENTS, MOST_SENSORS, MaterialModel, Scene};
+
+/// Bodies, sensors and gel of a scene, as far as its variables depend on them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VariablePorts {
+    /// Dimension of the motion.
+    dimension: Dimension,
+    /// Bodies with variables, the projectile first.
+    bodies: Vec<BodyPorts>,
+    /// Number of sensors with variables.
+    sensors: usize,
+    /// True for a gel with a preset.
+    has_preset: bool,
+    /// True for a gel of two networks.
+    has_networks: bool,
+    /// True for a contact law with friction.
+    has_friction: bool,
+}
+
+/// Properties of a body that decide on its variables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct BodyPorts {
+    is_dome: bool,
+    is_fixed: bool,
+}
+
+impl VariablePorts {
+    /// Returns the ports of all fragments and sensors of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let bodies = (0..scene.n_bodies()).map(|body| scene.body(body));
+        let bodies = bodies
+            .map(|body| BodyPorts { is_dome: matches!(body.shape, BodyShape::Dome { .. }), is_fixed: body.fixed });
+        Self {
+            dimension: scene.freedom(),
+            bodies: bodies.collect(),
+            sensors: scene.sensor.len(),
+            has_preset: scene.gel.preset.is_some(),
+            has_networks: scene.gel.material == MaterialModel::TwoNetwork,
+            has_friction: scene.contact.law == ContactLaw::Moreau,
+        }
+    }
+
+    /// Returns the ports of any scene: every variable, for as many fragments and sensors as a scene can have.
+    #[must_use]
+    pub fn all() -> Self {
+        Self {
+            dimension: Dimension::Spatial,
+            bodies: vec![BodyPorts { is_dome: true, is_fixed: false }; 1 + MOST_FRAGMENTS],
+            sensors: MOST_SENSORS,
+            has_preset: true,
+            has_networks: true,
+            has_friction: true,
+        }
+    }
+
+    /// Returns the ports of the first fragments and sensors alone.
+    #[must_use]
+    pub fn limited_to(mut self, fragments: usize, sensors: usize) -> Self {
+        self.bodies.truncate(1 + fragments);
+        self.sensors = self.sensors.min(sensors);
+        self
+    }
+
+    /// Returns the number of fragments.
+    #[must_use]
+    pub fn fragments(&self) -> usize {
+        self.bodies.len() - 1
+    }
+
+    /// Returns the number of sensors.
+    #[must_use]
+    pub fn sensors(&self) -> usize {
+        self.sensors
+    }
+
+    /// Returns true if the scene can use a variable of a body or sensor.
+    #[must_use]
+    pub fn include(&self, scalar: &ScalarVariable) -> bool {
+        let ScalarVariable { variable, component, body } = *scalar;
+        if variable.is_of_sensors() {
+            return body < self.sensors;
+        }
+        let Some(ports) = self.bodies.get(body).filter(|_| body == 0 || variable.each) else { return false };
+        match variable.source {
+            Source::Input(input) => match input_group(input) {
+                InputGroup::Motion | InputGroup::Wrench => {
+                    !ports.is_fixed && !excluded_components(input, self.dimension).contains(&component)
+                }
+                InputGroup::Activity => true,
+                InputGroup::Bulge => ports.is_dome,
+            },
+            Source::Observed(Observed::ContactBulgeHeightImpulse | Observed::ContactBulgeRadiusImpulse) => {
+                ports.is_dome
+            }
+            Source::Scene => self.include_parameter(variable),
+            Source::Setting(_) | Source::Observed(_) => true,
+        }
+    }
+
+    /// Returns true if the scene can use a parameter.
+    fn include_parameter(&self, parameter: &Variable) -> bool {
+        match parameter.name {
+            "gel.preset" => self.has_preset,
+            "gel.strength_scale" => self.has_networks,
+            "contact.friction" => self.has_friction,
+            _ => true,
+        }
+    }
+
+    /// Returns every scalar of an FMU with these ports, by ascending value reference.
+    pub fn scalars(&self) -> impl Iterator<Item = ScalarVariable> + '_ {
+        let block = |body: usize| VARIABLES.iter().flat_map(move |variable| ScalarVariable::of(variable, body));
+        let blocks = self.bodies.len().max(self.sensors);
+        (0..blocks).flat_map(block).filter(|scalar| self.include(scalar))
+    }
+
+    /// Returns the first port of another scene that these ports lack.
+    pub(super) fn missing_port(&self, other: &Self) -> Option<ScalarVariable> {
+        let is_port =
+            |scalar: &ScalarVariable| matches!(scalar.variable.causality, Causality::Input | Causality::Output);
+        other.scalars().filter(is_port).find(|scalar| !self.include(scalar))
+    }
+}
+
+/// Group of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum InputGroup {
+    /// Position and motion.
+    Motion,
+    /// External force and torque.
+    Wrench,
+    /// Activity.
+    Activity,
+    /// Size of the bulge of a dome, and its rates.
+    Bulge,
+}
+
+/// Returns the group of an input.
+pub(super) fn input_group(input: Input) -> InputGroup {
+    match input {
+        Input::ProjectilePosition
+        | Input::ProjectileVelocity
+        | Input::ProjectileOrientation
+        | Input::ProjectileAngularVelocity => InputGroup::Motion,
+        Input::ProjectileExternalForce | Input::ProjectileExternalTorque => InputGroup::Wrench,
+        Input::ProjectileActive => InputGroup::Activity,
+        Input::ProjectileBulgeHeight
+        | Input::ProjectileBulgeRadius
+        | Input::ProjectileBulgeHeightRate
+        | Input::ProjectileBulgeRadiusRate => InputGroup::Bulge,
+    }
+}
+
+/// Returns the components out of the plane or off the axis.
+pub(super) fn excluded_components(input: Input, dimension: Dimension) -> &'static [usize] {
+    let is_translational =
+        [Input::ProjectilePosition, Input::ProjectileVelocity, Input::ProjectileExternalForce].contains(&input);
+    let is_rotational = [Input::ProjectileAngularVelocity, Input::ProjectileExternalTorque].contains(&input);
+    match (dimension, input) {
+        (Dimension::Planar, Input::ProjectileOrientation) => &[1, 3],
+        (Dimension::Axisymmetric, Input::ProjectileOrientation) => &[1, 2, 3],
+        (Dimension::Planar, _) if is_translational => &[1],
+        (Dimension::Planar, _) if is_rotational => &[0, 2],
+        (Dimension::Axisymmetric, _) if is_translational => &[0, 1],
+        (Dimension::Axisymmetric, _) if is_rotational => &[0, 1, 2],
+        _ => &[],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fmi2::table::OutputSet;
+    use crate::scene;
+
+    #[test]
+    fn every_reference_finds_its_own_scalar() {
+        let mut last = 0;
+        for scalar in VariablePorts::all().limited_to(3, 5).scalars() {
+            assert_eq!(ScalarVariable::find(scalar.reference()), Some(scalar));
+            assert!(scalar.reference() > last);
+            last = scalar.reference();
+        }
+        assert_eq!([0, 9_999, 10_001].map(ScalarVariable::find), [None; 3]);
+    }
+
+    #[test]
+    fn no_more_sensors_are_there_than_asked_for() {
+        let count = |sensors| {
+            let ports = VariablePorts::all().limited_to(0, sensors);
+            ports.scalars().filter(|scalar| scalar.variable.is_of_sensors()).count()
+        };
+        assert_eq!([0, 1, 3].map(count), [0, 7, 21]);
+    }
+
+    fn inputs(scene: &str, set: &[&str]) -> Vec<String> {
+        let text = scene::builtin(scene).unwrap();
+        let set: Vec<scene::Override> = set.iter().map(|set| set.parse().unwrap()).collect();
+        let ports = VariablePorts::of(&scene::read_with(text, &set, &|_| unreachable!()).unwrap().scene);
+        let inputs = ports.scalars().filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
+        inputs.map(|scalar| scalar.name()).collect()
+    }
+
+    #[test]
+    fn inputs_that_a_scene_cannot_use_are_absent() {
+        assert_eq!(inputs("sphere-block", &[]).len(), 3 + 3 + 4 + 3 + 3 + 3 + 1);
+        let on_axis = ["position[3]", "velocity[3]", "orientation[1]", "external_force[3]", "active"];
+        assert_eq!(inputs("fbi-bb", &[]), on_axis.map(|name| format!("projectile.{name}")));
+    }
+
+    #[test]
+    fn a_dome_has_its_bulge_and_nothing_that_would_move_it() {
+        let sphere = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
+        let dome = BodyShape::Dome { height: 0.0, radius: 0.01 };
+        let fragment = scene::ProjectileSpec { shape: dome, fixed: true, ..sphere.projectile.clone() };
+        let with_dome = VariablePorts::of(&Scene { fragment: vec![fragment], ..sphere.clone() });
+        let own = with_dome.scalars().filter(|scalar| scalar.body == 1);
+        let inputs = own.filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
+        let names: Vec<String> = inputs.map(|scalar| scalar.name()).collect();
+        let expected = ["active", "bulge_height", "bulge_radius", "bulge_height_rate", "bulge_radius_rate"];
+        assert_eq!(names, expected.map(|name| format!("fragment[1].{name}")));
+        let plain = VariablePorts::of(&sphere);
+        assert_eq!(plain.missing_port(&plain), None);
+        assert_eq!(with_dome.missing_port(&plain), None);
+        let missing = plain.missing_port(&with_dome).map(|scalar| scalar.name());
+        assert_eq!(missing.as_deref(), Some("fragment[1].active"));
+    }
+
+    #[test]
+    fn each_set_offers_sixteen_outputs_of_a_body_at_most() {
+        let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
+        let ports = VariablePorts::of(&scene);
+        let count = |set| {
+            let is_output = |scalar: &ScalarVariable| scalar.variable.causality_in(set) == Causality::Output;
+            ports.scalars().filter(is_output).count()
+        };
+        assert_eq!([OutputSet::Integrated, OutputSet::Corrected, OutputSet::Full].map(count), [16, 14, 46]);
+    }
+}
