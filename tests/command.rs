@@ -319,7 +319,9 @@ fn colour_is_used_when_asked_for_and_never_in_a_pipe() {
 
 #[test]
 fn version_is_that_of_the_package() {
-    assert_eq!(gelfmu(&["--version"]).out, format!("gelfmu {}\n", env!("CARGO_PKG_VERSION")));
+    let version = format!("gelfmu {}\n", env!("CARGO_PKG_VERSION"));
+    assert_eq!(gelfmu(&["-V"]).out, version);
+    assert!(gelfmu(&["--version"]).out.starts_with(&(version + "libraries of the FMU: ")));
 }
 
 /// A run that takes a moment.

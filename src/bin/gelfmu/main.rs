@@ -23,7 +23,7 @@ mod summary;
 mod through_fmu;
 mod trade;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use console::Console;
 use failure::CommandError;
 use options::{CommandLine, GelfmuCommand, RunOptions};
@@ -31,7 +31,8 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     interrupt::ignore_file_size_signal();
-    let options = match CommandLine::try_parse() {
+    let parsed = CommandLine::command().long_version(&*pack::long_version().leak()).try_get_matches();
+    let options = match parsed.and_then(|matches| CommandLine::from_arg_matches(&matches)) {
         Ok(options) => options,
         Err(error) => return ExitCode::from(console::usage(&error)),
     };

@@ -17,7 +17,7 @@ use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use library::{INSTALLATION, PLATFORMS, check_platforms};
-pub use library::{LIBRARY_PATH, PackedLibraries, own_platform, platforms};
+pub use library::{LIBRARY_PATH, PackedLibraries, long_version, own_platform, platforms};
 use resources::SceneResources;
 use serde_json::json;
 use std::collections::BTreeMap;

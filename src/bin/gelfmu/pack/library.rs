@@ -49,6 +49,11 @@ pub fn platforms() -> Vec<String> {
     paths(&archive).iter().map(|path| platform_of(path).to_owned()).collect()
 }
 
+/// Version of this program, and the platforms whose libraries it can pack.
+pub fn long_version() -> String {
+    format!("{}\nlibraries of the FMU: {}", env!("CARGO_PKG_VERSION"), platforms().join(", "))
+}
+
 /// The compressed libraries inside this program.
 fn archive() -> Option<LibraryArchive> {
     let archive = ZipArchive::new(Cursor::new(bundled::LIBRARIES?));
