@@ -1,12 +1,13 @@
 """Run a system of FMUs (SSP) in an importer: fmpy, libcosim, Ecos, an FMU container, or a loop of our own.
 
     pip install fmpy libcosimpy ecospy tbb fmu-manipulation-toolbox
-    cargo run --release --example ssp -- gelfmu-out/systems
+    cargo run --release --manifest-path partners/Cargo.toml -- gelfmu-out/systems
     python examples/run_system.py gelfmu-out/systems/gel-and-body.ssp libcosim 1e-5 1e-2
 
-Every importer is a function of the SSP, the communication step and the end of the run (both in s), and the variables to
-return. They differ in *when* a unit sees what another one gave: all step from the same time and exchange afterwards
-(Jacobi), or one after the other, each with what those before it just gave (Gauss-Seidel).
+Every importer is a function of the SSP, the communication step and the end of the run (both in s), and the outputs to
+return: those that the system shows, if none are named. They differ in *when* a unit sees what another one gave. All
+step from the same time and exchange afterwards (Jacobi), or one after the other, each with what those before it just
+gave (Gauss-Seidel).
 """
 
 import contextlib
@@ -20,7 +21,7 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-WATCHED = [("gel", "contact.total_impulse[3]"), ("gel", "projectile.predicted_velocity[3]"), ("body", "velocity[3]")]
+SHOWN = ("total_impulse[3]", "velocity[3]", "projectile.depth")
 SPACE = "{http://ssp-standard.org/SSP1/SystemStructure%s}"
 
 
@@ -37,28 +38,41 @@ class System:
             ((c.get("startElement"), c.get("startConnector")), (c.get("endElement"), c.get("endConnector")))
             for c in root.iter(description + "Connection")
         ]
+        self.outputs = [
+            (each.get("name"), connector.get("name"))
+            for each in components
+            for connector in each.iter(description + "Connector")
+            if connector.get("kind") == "output"
+        ]
+
+    def shown(self):
+        """Impulse and velocity of each body along z, and the depth of the projectile in the gel."""
+        return [(unit, name) for unit, name in self.outputs if name in SHOWN]
 
 
 def count(step, stop):
     return round(stop / step)
 
 
-def with_fmpy(ssp, step, stop, watched=WATCHED):
-    """fmpy's own SSP master: Jacobi. It starts with 0 at every input, whatever the FMUs give or want; they take that as not set."""
+def with_fmpy(ssp, step, stop, watched=None):
+    """fmpy's own SSP master: Jacobi. It starts with 0 at every input, whatever the FMUs give or want; they take that as
+    not set."""
     from fmpy.ssp.simulation import simulate_ssp
 
     # Its loop adds up steps until it is at the end: aim at the middle of the last one.
+    watched = watched or System(ssp).shown()
     rows = simulate_ssp(str(ssp), stop_time=(count(step, stop) - 0.5) * step, step_size=step)
     return [float(rows[".".join(at)][-1]) for at in watched]
 
 
-def with_libcosim(ssp, step, stop, watched=WATCHED):
+def with_libcosim(ssp, step, stop, watched=None):
     """libcosim's fixed-step algorithm: Jacobi. Outputs are handed over before the first step."""
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
 
     log_output_level(CosimLogLevel.FATAL)
+    watched = watched or System(ssp).shown()
     with tempfile.TemporaryDirectory() as folder:
         with zipfile.ZipFile(ssp) as archive:
             archive.extractall(folder)
@@ -75,7 +89,7 @@ def with_libcosim(ssp, step, stop, watched=WATCHED):
         return [observer.last_real_values(index, [reference])[0] for index, reference in places]
 
 
-def with_ecos(ssp, step, stop, watched=WATCHED):
+def with_ecos(ssp, step, stop, watched=None):
     """Ecos' fixed-step algorithm: Jacobi. Outputs are handed over before the first step."""
     if sys.platform == "linux":
         # Its library wants that of the package tbb, which lies where the loader does not look.
@@ -87,6 +101,7 @@ def with_ecos(ssp, step, stop, watched=WATCHED):
     from ecospy.lib import EcosLib
 
     EcosLib.set_log_level("off")
+    watched = watched or System(ssp).shown()
     with EcosSimulation(ssp_path=str(ssp), step_size=step) as simulation:
         simulation.init()
         simulation.step(count(step, stop))
@@ -95,7 +110,7 @@ def with_ecos(ssp, step, stop, watched=WATCHED):
     return values
 
 
-def with_container(ssp, step, stop, watched=WATCHED, sequential=False):
+def with_container(ssp, step, stop, watched=None, sequential=False):
     """One FMU around all of them (fmu-manipulation-toolbox), run by fmpy: Jacobi, or `sequential` Gauss-Seidel in the
     order of the SSP."""
     from fmpy import simulate_fmu
@@ -103,6 +118,7 @@ def with_container(ssp, step, stop, watched=WATCHED, sequential=False):
 
     logging.disable(logging.ERROR)  # it reports every variable that is wired to nothing
     system = System(ssp)
+    watched = watched or system.shown()
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(ssp, Path(folder) / "system.ssp")
         assembly = Assembly("system.ssp", default_step_size=step, fmu_directory=Path(folder))
@@ -118,49 +134,90 @@ def with_container(ssp, step, stop, watched=WATCHED, sequential=False):
     return [float(rows[".".join(at)][-1]) for at in watched]
 
 
-def with_sequential_container(ssp, step, stop, watched=WATCHED):
+def with_sequential_container(ssp, step, stop, watched=None):
     """The container, one unit after the other."""
     return with_container(ssp, step, stop, watched, sequential=True)
 
 
-class Loop:
-    """A master in a few lines, for any order of the units."""
+class FmuUnit:
+    """A unit of the loop that is an FMU. A unit in Python has the same methods: see templates/partner.py."""
 
-    def __init__(self, ssp):
+    def __init__(self, name, file):
         from fmpy import extract, read_model_description
         from fmpy.fmi2 import FMU2Slave
 
-        self.system, self.folder, self.units, self.variables = System(ssp), extract(str(ssp)), {}, {}
-        for unit, file in self.system.files.items():
-            folder = extract(str(Path(self.folder) / file))
-            description = read_model_description(folder)
-            self.variables[unit] = {v.name: v for v in description.modelVariables}
-            self.units[unit] = FMU2Slave(
-                guid=description.guid,
-                unzipDirectory=folder,
-                modelIdentifier=description.coSimulation.modelIdentifier,
-                instanceName=unit,
-            )
+        self.folder = extract(str(file))
+        self.description = read_model_description(self.folder)
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        self.fmu = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
 
-    def start(self):
-        for unit, fmu in self.units.items():
-            fmu.instantiate()
-            fmu.setupExperiment(startTime=0.0)
-        for fmu in self.units.values():
-            fmu.enterInitializationMode()
-            fmu.exitInitializationMode()
+    def instantiate(self):
+        self.fmu.instantiate()
+        self.fmu.setupExperiment(startTime=0.0)
+
+    def initialise(self):
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def get(self, name):
+        return self.fmu.getReal([self.variables[name].valueReference])[0]
+
+    def set(self, name, value):
+        variable = self.variables[name]
+        if variable.type == "Real":
+            self.fmu.setReal([variable.valueReference], [float(value)])
+        else:
+            self.fmu.setInteger([variable.valueReference], [int(value)])
+
+    def step(self, time, step):
+        self.fmu.doStep(time, step)
+
+    def free(self):
+        from fmpy.fmi1 import FMICallException
+
+        if self.fmu.component is not None:
+            with contextlib.suppress(FMICallException):  # after an error there is nothing to terminate
+                self.fmu.terminate()
+            self.fmu.freeInstance()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class Loop:
+    """A master in a few lines, for any order of the units. `partners` are units in Python in place of FMUs."""
+
+    def __init__(self, ssp, partners=None):
+        from fmpy import extract
+
+        self.system, self.folder, self.units = System(ssp), extract(str(ssp)), {}
+        for unit, file in self.system.files.items():
+            own = (partners or {}).get(unit)
+            self.units[unit] = own or FmuUnit(unit, Path(self.folder) / file)
+
+    def stop_time(self, unit):
+        """End of the run that the FMU of a unit suggests, s."""
+        return float(self.units[unit].description.defaultExperiment.stopTime)
+
+    def start(self, parameters=()):
+        """Initialise all units; `parameters` are pairs of a variable of a unit and its value."""
+        for unit in self.units.values():
+            unit.instantiate()
+        for at, value in parameters:
+            self.set(at, value)
+        for unit in self.units.values():
+            unit.initialise()
 
     def get(self, at):
         unit, name = at
-        return self.units[unit].getReal([self.variables[unit][name].valueReference])[0]
+        return self.units[unit].get(name)
 
     def set(self, at, value):
         unit, name = at
-        variable = self.variables[unit][name]
-        if variable.type == "Real":
-            self.units[unit].setReal([variable.valueReference], [float(value)])
-        else:
-            self.units[unit].setInteger([variable.valueReference], [int(value)])
+        self.units[unit].set(name, value)
 
     def exchange(self, units):
         """Hand over what these units take."""
@@ -173,39 +230,33 @@ class Loop:
         for group in order:
             self.exchange(group)
             for unit in group:
-                self.units[unit].doStep(time, step)
+                self.units[unit].step(time, step)
 
     def free(self):
-        from fmpy.fmi1 import FMICallException
-
-        for fmu in self.units.values():
-            if fmu.component is not None:
-                with contextlib.suppress(FMICallException):  # after an error there is nothing to terminate
-                    fmu.terminate()
-                fmu.freeInstance()
-            shutil.rmtree(fmu.unzipDirectory, ignore_errors=True)
+        for unit in self.units.values():
+            unit.free()
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def with_loop(ssp, step, stop, watched=WATCHED, order=None):
-    """A loop of our own: by default Jacobi; `order` = [["gel"], ["body"]] is Gauss-Seidel with the gel first. Outputs are
-    handed over before the first step."""
-    loop = Loop(ssp)
+def with_loop(ssp, step, stop, watched=None, order=None, partners=None):
+    """A loop of our own: by default Jacobi; `order` = [["gel"], ["body"]] is Gauss-Seidel with the gel first. Outputs
+    are handed over before the first step. `partners` are units in Python in place of FMUs."""
+    loop = Loop(ssp, partners)
     try:
         loop.start()
         for k in range(count(step, stop)):
             loop.step(k * step, step, order or [list(loop.units)])
-        return [loop.get(at) for at in watched]
+        return [loop.get(at) for at in watched or loop.system.shown()]
     finally:
         loop.free()
 
 
-def with_sequential_loop(ssp, step, stop, watched=WATCHED):
+def with_sequential_loop(ssp, step, stop, watched=None, partners=None):
     """The loop, one unit after the other in the order of the SSP."""
-    return with_loop(ssp, step, stop, watched, order=[[unit] for unit in System(ssp).files])
+    return with_loop(ssp, step, stop, watched, [[unit] for unit in System(ssp).files], partners)
 
 
-def with_reversed_loop(ssp, step, stop, watched=WATCHED):
+def with_reversed_loop(ssp, step, stop, watched=None):
     """The loop, one unit after the other against the order of the SSP."""
     return with_loop(ssp, step, stop, watched, order=[[unit] for unit in reversed(System(ssp).files)])
 
@@ -237,7 +288,7 @@ def main(arguments):
     except Exception as error:  # whatever an importer raises
         print(f"error: {importer}: {error}", file=sys.stderr)
         return 1
-    for at, value in zip(WATCHED, values, strict=True):
+    for at, value in zip(System(ssp).shown(), values, strict=True):
         print(f"{'.'.join(at)} = {value!r}")
     return 0
 

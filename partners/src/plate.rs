@@ -1,27 +1,34 @@
 //! A plate in front of the gel that the projectile must defeat, and the bulge on its back: two masses on one axis.
 //!
-//! Along the flight, −z, with the advance s of the projectile's nose below the strike face, the height h of the bulge, and
-//! the penetration p = s − (h − h₀) of the nose into the material:
+//! Along the flight, −z, with the advance s of the projectile's nose below the strike face, the height h of the
+//! bulge, and the penetration p = s − (h − h₀) of the nose into the material:
 //!
 //! ```text
 //! M s̈ = −R     m ḧ = R − B + Q     R = clip(k (p − pₚ), 0, Y)     B = clip(b (h − hₚ), −Z, Z)
 //! ```
 //!
-//! R is the resistance of the plate, elastic up to its yield force Y, and pₚ the part of p that stays; B is that of the
-//! membrane behind it, with hₚ; Q = (bulge impulse of the gel)/H is conjugate to h. The base radius follows the height,
-//! r = r₀ + c (h − h₀), so Q takes the impulses on both. Once pₚ is the thickness, the plate is perforated and R is 0 for
-//! good: the elastic rest is booked as plastic. The bulge never goes back behind the plate, h ≥ 0. Friction, tilt and offset
-//! are not modelled, and every number is illustrative: a plate that a 33 g ball at 20 m/s perforates.
+//! R is the resistance of the plate, elastic up to its yield force Y, and pₚ the part of p that stays; B is that of
+//! the membrane behind it, with hₚ; Q = (bulge impulse of the gel)/H is conjugate to h. The base radius follows the
+//! height, r = r₀ + c (h − h₀), so Q takes the impulses on both. Once pₚ is the thickness, the plate is perforated
+//! and R is 0 for good: the elastic rest is booked as plastic. The bulge never goes back behind the plate, h ≥ 0.
+//! Friction, tilt and offset are not modelled. The default values are illustrative: a plate that a 33 g ball at 20
+//! m/s perforates.
 //!
-//! A plate that is perforated has taken E = Y T and what its bulge has: where that is heavy beside the projectile, what is left of the
-//! speed is v² = v₀² − 2YT/M, the energy law of a plate without a plug (Recht & Ipson 1963).
+//! A soft armour moves with the bulge up to its base: m = m₀ + μ π (r² − r₀²), with the areal density μ, 0 for a
+//! plate whose bulge has one mass. The bulge picks up armour at rest, so d(m ḣ)/dt is the sum of the forces. The
+//! inelastic impact on that armour takes ½ ṁ ḣ² of its energy, booked as plastic. A bulge that goes back drops no
+//! mass.
 //!
-//! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows of
-//! it, and the mean of R over the step is the force that it gives back. What it gives belongs to the step that it has just
-//! made: mean force, bulge at the start, mean rates. So it steps first, if the importer has an order; else the gel is a
-//! step behind with all of it alike.
+//! A plate that is perforated has taken E = Y T and what its bulge has: where that is heavy beside the projectile,
+//! what is left of the speed is v² = v₀² − 2YT/M, the energy law of a plate without a plug (Recht & Ipson 1963).
+//!
+//! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows
+//! of it, and the mean of R over the step is the force that it gives back. What it gives belongs to the step that it
+//! has just made: mean force, bulge at the start, mean rates. So it steps first, if the importer has an order; else
+//! the gel is a step behind with all of it alike.
 
 use super::table::{Model, Variable, place};
+use std::f64::consts::PI;
 
 /// The partner.
 pub const MODEL: Model = Model {
@@ -32,7 +39,7 @@ pub const MODEL: Model = Model {
     step,
 };
 
-const VARIABLES: [Variable; 37] = [
+const VARIABLES: [Variable; 39] = [
     Variable::parameter("projectile_mass", "kg", &[0.033], "Mass of the projectile, M"),
     Variable::parameter("nose", "m", &[0.010], "Distance of the projectile's nose from its centre of mass"),
     Variable::parameter("thickness", "m", &[5e-3], "Thickness of the plate"),
@@ -44,7 +51,8 @@ const VARIABLES: [Variable; 37] = [
     ),
     Variable::parameter("yield_force", "N", &[400.0], "Resistance of the plate to perforation, Y (illustrative)"),
     Variable::parameter("stiffness", "N/m", &[1e6], "Elastic stiffness of the plate under the nose, k (illustrative)"),
-    Variable::parameter("bulge_mass", "kg", &[0.020], "Mass that moves with the bulge, m (illustrative)"),
+    Variable::parameter("bulge_mass", "kg", &[0.020], "Mass that moves with the bulge at the start, m₀ (illustrative)"),
+    Variable::parameter("areal_density", "kg/m2", &[0.0], "Mass of the armour per area, which the bulge picks up, μ"),
     Variable::parameter("membrane_yield_force", "N", &[150.0], "Yield force of the membrane, Z (illustrative)"),
     Variable::parameter("membrane_stiffness", "N/m", &[1e6], "Elastic stiffness of the membrane, b (illustrative)"),
     Variable::parameter("initial_height", "m", &[0.0], "Height of the bulge at the start, h₀"),
@@ -64,20 +72,26 @@ const VARIABLES: [Variable; 37] = [
     Variable::output("height_rate", "m/s", 1, "Rate of the height"),
     Variable::output("penetration", "m", 1, "Depth of the hole in the plate, pₚ"),
     Variable::output("perforated", "1", 1, "1 once the projectile has gone through the thickness, else 0"),
+    Variable::output("moving_mass", "kg", 1, "Mass that moves with the bulge, m"),
     Variable::output("momentum", "N.s", 1, "Momentum of the bulge, along −z"),
     Variable::output("impulse.projectile", "N.s", 1, "Sum of the impulses of the projectile on the plate, along −z"),
     Variable::output("impulse.gel", "N.s", 1, "Sum of the impulses of the gel on the bulge, along −z"),
     Variable::output("impulse.support", "N.s", 1, "Sum of the impulses of the frame on the bulge, along −z"),
     Variable::output("energy.kinetic", "J", 1, "Kinetic energy of the bulge"),
     Variable::output("energy.elastic", "J", 1, "Elastic energy of plate and membrane"),
-    Variable::output("energy.plastic", "J", 1, "Work that was spent in yielding and rupture"),
+    Variable::output(
+        "energy.plastic",
+        "J",
+        1,
+        "Work that was spent in yielding, rupture, and impact on armour at rest",
+    ),
     Variable::output("energy.projectile", "J", 1, "Work of the projectile on the plate"),
     Variable::output("energy.gel", "J", 1, "Work of the gel on the bulge"),
     Variable::output(
         "energy.imbalance",
         "J",
         1,
-        "Kinetic + elastic + plastic - work of projectile and gel: what the substep, and jumps of the projectile between steps, leave",
+        "Kinetic + elastic + plastic - work of projectile and gel: left by substeps, and by jumps of the projectile",
     ),
     Variable::local("membrane_set", "m", 1, "Part of the height that stays, hₚ"),
 ];
@@ -89,6 +103,7 @@ const STAND_OFF: usize = place(&VARIABLES, "stand_off");
 const YIELD_FORCE: usize = place(&VARIABLES, "yield_force");
 const STIFFNESS: usize = place(&VARIABLES, "stiffness");
 const BULGE_MASS: usize = place(&VARIABLES, "bulge_mass");
+const AREAL_DENSITY: usize = place(&VARIABLES, "areal_density");
 const MEMBRANE_YIELD_FORCE: usize = place(&VARIABLES, "membrane_yield_force");
 const MEMBRANE_STIFFNESS: usize = place(&VARIABLES, "membrane_stiffness");
 const INITIAL_HEIGHT: usize = place(&VARIABLES, "initial_height");
@@ -108,6 +123,7 @@ const HEIGHT: usize = place(&VARIABLES, "height");
 const HEIGHT_RATE: usize = place(&VARIABLES, "height_rate");
 const PENETRATION: usize = place(&VARIABLES, "penetration");
 const PERFORATED: usize = place(&VARIABLES, "perforated");
+const MOVING_MASS: usize = place(&VARIABLES, "moving_mass");
 const MOMENTUM: usize = place(&VARIABLES, "momentum");
 const PROJECTILE_IMPULSE: usize = place(&VARIABLES, "impulse.projectile");
 const GEL_IMPULSE: usize = place(&VARIABLES, "impulse.gel");
@@ -132,9 +148,9 @@ const POSITIVE: [usize; 8] = [
     LONGEST_SUBSTEP,
 ];
 /// Parameters that must not be negative.
-const NOT_NEGATIVE: [usize; 5] = [NOSE, STAND_OFF, INITIAL_HEIGHT, INITIAL_RADIUS, SPREAD];
+const NOT_NEGATIVE: [usize; 6] = [NOSE, STAND_OFF, AREAL_DENSITY, INITIAL_HEIGHT, INITIAL_RADIUS, SPREAD];
 
-/// Most substeps of a communication step: they take a quarter of a second. The default substep makes 10⁴ of a step of 1 ms.
+/// Most substeps of a communication step: they take a quarter of a second. The default makes 10⁴ of a step of 1 ms.
 const MOST_SUBSTEPS: f64 = 1e7;
 
 /// Where the two masses are on their axis, and how fast.
@@ -162,6 +178,7 @@ fn start(values: &mut [f64]) -> Result<(), String> {
     }
     values[FORCE..].fill(0.0);
     values[MEMBRANE_SET] = values[INITIAL_HEIGHT];
+    values[MOVING_MASS] = values[BULGE_MASS];
     values[HEIGHT] = values[INITIAL_HEIGHT];
     (values[BULGE_HEIGHT], values[BULGE_RADIUS]) = (values[INITIAL_HEIGHT], values[INITIAL_RADIUS]);
     Ok(())
@@ -210,13 +227,14 @@ fn check_substeps(values: &[f64], n: f64, h: f64) -> Result<(), String> {
     ))
 }
 
-/// Kick, drift, yield, kick, break, and what each did to the books.
+/// Kick, drift, yield, kick, break, and the effect of each on the accounts.
 fn substep(values: &mut [f64], from: Motion, gel_force: f64, dt: f64) -> Motion {
     let first = forces(values, from);
     let half = kick(values, from, first, (gel_force, dt / 2.0));
     let drifted =
         Motion { advance: half.advance + dt * half.advance_rate, height: half.height + dt * half.height_rate, ..half };
     give_way(values, drifted);
+    let drifted = pick_up(values, drifted);
     let second = forces(values, drifted);
     let plate = f64::midpoint(first.plate, second.plate);
     let membrane = f64::midpoint(first.membrane, second.membrane);
@@ -234,7 +252,7 @@ fn kick(values: &[f64], motion: Motion, forces: Forces, (gel_force, dt): (f64, f
     let on_bulge = forces.plate - forces.membrane + gel_force;
     Motion {
         advance_rate: motion.advance_rate - forces.plate / values[PROJECTILE_MASS] * dt,
-        height_rate: motion.height_rate + on_bulge / values[BULGE_MASS] * dt,
+        height_rate: motion.height_rate + on_bulge / values[MOVING_MASS] * dt,
         ..motion
     }
 }
@@ -267,7 +285,27 @@ fn give_way(values: &mut [f64], motion: Motion) {
     values[PLASTIC] += y * plate;
 }
 
-/// The plate breaks once the hole is as deep as it is thick; after the kicks of a substep, so that both have the same force.
+/// The bulge picks up the armour that its base has reached: momentum is kept, and the energy of the impact is lost.
+fn pick_up(values: &mut [f64], motion: Motion) -> Motion {
+    let (first, mass) = (values[INITIAL_RADIUS], values[MOVING_MASS]);
+    let area = PI * (base_radius(values, motion.height).powi(2) - first.powi(2));
+    let grown = values[BULGE_MASS] + values[AREAL_DENSITY] * area;
+    if grown <= mass {
+        return motion;
+    }
+    let height_rate = motion.height_rate * mass / grown;
+    values[PLASTIC] += mass * motion.height_rate * (motion.height_rate - height_rate) / 2.0;
+    values[MOVING_MASS] = grown;
+    Motion { height_rate, ..motion }
+}
+
+/// Base radius of a bulge of this height, m.
+fn base_radius(values: &[f64], height: f64) -> f64 {
+    values[INITIAL_RADIUS] + values[SPREAD] * (height - values[INITIAL_HEIGHT])
+}
+
+/// The plate breaks once the hole is as deep as it is thick: after the kicks of a substep, so that both have the same
+/// force.
 fn rupture(values: &mut [f64]) {
     if values[PERFORATED] == 0.0 && values[PENETRATION] >= values[THICKNESS] {
         values[PERFORATED] = 1.0;
@@ -280,12 +318,12 @@ fn stop(values: &mut [f64], motion: Motion) -> Motion {
     let stopped = Motion { height: 0.0, height_rate: motion.height_rate.max(0.0), ..motion };
     let lost = |values: &[f64], motion| kinetic(values, motion) + elastic(values, motion);
     values[PLASTIC] += lost(values, motion) - lost(values, stopped);
-    values[SUPPORT_IMPULSE] += values[BULGE_MASS] * (stopped.height_rate - motion.height_rate);
+    values[SUPPORT_IMPULSE] += values[MOVING_MASS] * (stopped.height_rate - motion.height_rate);
     stopped
 }
 
 fn kinetic(values: &[f64], motion: Motion) -> f64 {
-    values[BULGE_MASS] * motion.height_rate.powi(2) / 2.0
+    values[MOVING_MASS] * motion.height_rate.powi(2) / 2.0
 }
 
 fn elastic(values: &[f64], motion: Motion) -> f64 {
@@ -297,11 +335,11 @@ fn elastic(values: &[f64], motion: Motion) -> f64 {
 fn show_bulge(values: &mut [f64], end: Motion, h: f64) {
     let (start, spread) = (values[HEIGHT], values[SPREAD]);
     let rate = (end.height - start) / h;
-    let radius = values[INITIAL_RADIUS] + spread * (start - values[INITIAL_HEIGHT]);
+    let radius = base_radius(values, start);
     (values[BULGE_HEIGHT], values[BULGE_RADIUS]) = (start, radius);
     (values[BULGE_HEIGHT_RATE], values[BULGE_RADIUS_RATE]) = (rate, spread * rate);
     (values[HEIGHT], values[HEIGHT_RATE]) = (end.height, end.height_rate);
-    values[MOMENTUM] = values[BULGE_MASS] * end.height_rate;
+    values[MOMENTUM] = values[MOVING_MASS] * end.height_rate;
 }
 
 fn show_energy(values: &mut [f64], motion: Motion) {

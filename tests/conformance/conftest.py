@@ -1,6 +1,7 @@
 """The packed FMUs that the driver in tests/conformance.rs made, unpacked once."""
 
 import os
+import platform
 import sys
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 from fmpy import extract
 
 ROOT = Path(__file__).resolve().parents[2]
+ON_LINUX = sys.platform == "linux" and platform.machine() == "x86_64"
 sys.path.insert(0, str(ROOT / "examples"))
 
 from own_body import Gel  # noqa: E402

@@ -17,9 +17,15 @@ def test_fmpy_finds_no_problem(fragments_fmu):
 def test_every_fragment_of_the_scene_has_variables_and_no_other(variables):
     bodies = {name.split(".")[0] for name in variables if name.startswith("fragment")}
     assert bodies == {"fragment[1]", "fragment[2]"}
-    own = {name.split(".", 1)[1] for name in variables if name.startswith("fragment[1].")}
-    assert own == {name.split(".", 1)[1] for name in variables if name.startswith("fragment[2].")}
-    assert {"position[3]", "contact.linear_force[3]", "coupling.energy_residual", "bulge_height", "active"} <= own
+    own, dome = [
+        {name.split(".", 1)[1] for name in variables if name.startswith(f"fragment[{i}].")} for i in (1, 2)
+    ]
+    moves = {f"{name}[{i}]" for name in ("position", "velocity", "angular_velocity") for i in (1, 2, 3)}
+    moves |= {f"orientation[{i}]" for i in (1, 2, 3, 4)}
+    forces = {f"{name}[{i}]" for name in ("external_force", "external_torque") for i in (1, 2, 3)}
+    bulges = {name for name in dome if "bulge" in name}
+    assert own - dome == moves | forces and dome - own == bulges and len(bulges) == 6
+    assert {"contact.linear_force[3]", "coupling.energy_residual", "active", "predicted_position[3]"} <= own & dome
     references = [v.valueReference for v in variables.values()]
     assert len(set(references)) == len(references)
 
@@ -34,18 +40,9 @@ def test_starts_are_those_of_each_body(variables):
     assert float(starts["fragment[2].bulge_radius"]) == 0.015 and float(starts["fragment[2].bulge_height"]) == 0.0
 
 
-def test_nothing_feeds_through_but_the_carriers_of_the_derivative_by_their_own_body(fragments_fmu):
-    carriers = 0
-    for unknown in read_model_description(fragments_fmu).outputs:
-        name, inputs = unknown.variable.name, {v.name.split("[")[0] for v in unknown.dependencies}
-        if "contact.linear_force" not in name:
-            assert inputs == set(), name
-            continue
-        carriers += 1
-        body = name.split(".")[0] if name.startswith("fragment") else "projectile"
-        own = {f"{body}.{what}[{i}]" for what in ("position", "velocity") for i in (1, 2, 3)}
-        assert {v.name for v in unknown.dependencies} == own, name
-    assert carriers == 9
+def test_nothing_that_is_offered_feeds_through(fragments_fmu):
+    outputs = read_model_description(fragments_fmu).outputs
+    assert {unknown.variable.name for unknown in outputs if unknown.dependencies} == set() and len(outputs) > 40
 
 
 def test_the_first_outputs_of_a_fragment_come_from_the_parameters_alone(fragments_fmu):

@@ -45,7 +45,7 @@ def test_texts_are_short_and_quantities_have_units_for_display_and_magnitudes(fm
     assert model.defaultExperiment.tolerance is not None
     assert all(len(v.description) < 100 for v in model.modelVariables)
     shown = {v.unit: v.displayUnit for v in model.modelVariables if v.displayUnit}
-    assert shown == {"m": "mm", "kg": "g", "Pa": "kPa"}
+    assert shown == {"s": "ms", "m": "mm", "kg": "g", "Pa": "kPa"}
     assert all(float(v.nominal) > 0.0 for v in model.modelVariables if v.type == "Real")
     factors = {d.name: d.factor for unit in model.unitDefinitions for d in unit.displayUnits}
     assert factors == {"mm": 1e3, "ms": 1e3, "g": 1e3, "kPa": 1e-3}

@@ -212,3 +212,34 @@ def test_a_bulge_that_is_there_from_the_start_is_at_rest_and_spreads_from_there(
     assert height > 3e-3 and rate > 0.1
     assert one(plate, "bulge_radius") == pytest.approx(0.02 + 0.5 * (height - 3e-3), rel=1e-14)
     assert one(plate, "bulge_radius_rate") == pytest.approx(0.5 * rate, rel=1e-14)
+
+
+def test_a_bulge_that_spreads_picks_up_armour_and_keeps_its_momentum(partner):
+    for step in (5e-6, 2e-5):
+        plate, body = partner("Armour"), partner("RigidBody")
+        for name, value in (("areal_density", 5.0), ("bulge_mass", 2e-3), ("membrane_yield_force", 1e-6)):
+            plate.set(name, value)
+        strike(plate, body, step, 1e-3)
+        radius = 0.015 + one(plate, "height")
+        grown = 2e-3 + 5.0 * np.pi * (radius**2 - 0.015**2)
+        assert one(plate, "moving_mass") == pytest.approx(grown, rel=1e-9) and grown > 5e-3
+        pushed, pulled = one(plate, "impulse.projectile"), one(plate, "impulse.support")
+        assert one(plate, "momentum") == pytest.approx(pushed + pulled, rel=1e-11)
+        assert MASS * (SPEED + body.get("velocity")[2]) == pytest.approx(pushed, rel=1e-12)
+        assert abs(one(plate, "energy.imbalance")) < 1e-3 * MASS * SPEED**2 / 2
+
+
+def test_a_bulge_that_goes_back_drops_no_armour(partner):
+    plate = partner("Armour")
+    for name, value in (("areal_density", 5.0), ("bulge_mass", 2e-3)):
+        plate.set(name, value)
+    far_from_the_projectile(plate)
+    plate.set("bulge_height_impulse", 5e-3)
+    for k in range(4):
+        plate.fmu.doStep(k * 1e-5, 1e-5)
+    plate.set("bulge_height_impulse", -5e-3)
+    masses = []
+    for k in range(4, 40):
+        plate.fmu.doStep(k * 1e-5, 1e-5)
+        masses.append(one(plate, "moving_mass"))
+    assert one(plate, "height") == 0.0 and masses[-1] == max(masses) > 2e-3

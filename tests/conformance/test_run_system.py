@@ -37,13 +37,13 @@ def test_the_loop_frees_its_fmus_after_an_error(systems, monkeypatch, fault):
     made = []
 
     class Kept(run_system.Loop):
-        def __init__(self, ssp):
-            super().__init__(ssp)
+        def __init__(self, *options):
+            super().__init__(*options)
             made.append(self)
 
     monkeypatch.setattr(run_system, "Loop", Kept)
     with pytest.raises(Exception, match="no such variable|fmi2DoStep failed with status 3"):
         run_system.with_loop(systems.folder / "gel-and-body.ssp", 1e-5, 1e-5, **fault)
     [loop] = made
-    folders = [loop.folder, *(fmu.unzipDirectory for fmu in loop.units.values())]
+    folders = [loop.folder, *(unit.folder for unit in loop.units.values())]
     assert len(folders) == 3 and not any(Path(folder).exists() for folder in folders)

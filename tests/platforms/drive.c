@@ -1,9 +1,10 @@
 /* Drives a packed library as an importer does, and prints impulses and hashes of states, which are the same on every platform.
  *
- *     drive LIBRARY GUID RESOURCES STEP STEPS THREADS_REFERENCE IMPULSE_REFERENCE
+ *     drive LIBRARY GUID RESOURCES STEP STEPS CYCLES THREADS_REFERENCE IMPULSE_REFERENCE
  *
  * The run is made in each of four floating-point environments on two threads, with a state saved, serialised and gone back to
- * in its middle; then the library is loaded, run for a step and freed again, many times. */
+ * in its middle; then the library is loaded, run for a step and freed again, CYCLES times. The memory of the process after a
+ * quarter of the cycles and after all of them is printed, in the end. */
 #include <fenv.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -12,6 +13,8 @@
 
 #ifdef _WIN32
 #include <windows.h>
+/* After windows.h, which it needs. */
+#include <psapi.h>
 #define open_library(path) ((void *)LoadLibraryA(path))
 #define symbol(library, name) ((void *)GetProcAddress((HMODULE)(library), name))
 #define close_library(library) (FreeLibrary((HMODULE)(library)) ? 0 : 1)
@@ -24,7 +27,7 @@
 #define last_error() dlerror()
 #endif
 
-enum { OK = 0, CO_SIMULATION = 1, CYCLES = 20, MOST_STEPS = 1000 };
+enum { OK = 0, CO_SIMULATION = 1, MOST_STEPS = 1000 };
 
 struct callbacks {
     void (*logger)(void *, const char *, int, const char *, const char *, ...);
@@ -47,7 +50,7 @@ static int (*state_size)(void *, void *, size_t *), (*serialise)(void *, void *,
 static const char *guid, *resources;
 static unsigned threads_reference, impulse_reference;
 static double length;
-static int steps;
+static int steps, cycles;
 /* Beginnings of the steps, s: products of the same rounding in every environment. */
 static double times[MOST_STEPS];
 
@@ -154,9 +157,43 @@ static void run(const char *name, int environment) {
     printf("%s impulse %016llx %.17g state %016llx\n", name, (unsigned long long)bits, impulse, (unsigned long long)sum);
 }
 
+/* Memory of this process, bytes. */
+static long long memory(void) {
+#ifdef _WIN32
+    PROCESS_MEMORY_COUNTERS counters = {0};
+    if (!K32GetProcessMemoryInfo(GetCurrentProcess(), &counters, sizeof counters))
+        fail("K32GetProcessMemoryInfo");
+    return (long long)counters.WorkingSetSize;
+#else
+    long long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (!file || fscanf(file, "%*d %lld", &pages) != 1)
+        fail("/proc/self/statm");
+    fclose(file);
+    return pages * 4096;
+#endif
+}
+
+/* Loads the library, runs a step and frees everything, many times. */
+static void load_and_free(const char *path) {
+    long long early = 0;
+    for (int i = 0; i < cycles; i++) {
+        void *library = load(path);
+        void *instance = begin(2);
+        advance(instance, 0, 1);
+        release_instance(instance);
+        if (close_library(library))
+            fail("unloading");
+        if (i + 1 == cycles / 4)
+            early = memory();
+    }
+    printf("%d cycles of load, run and unload\n", cycles);
+    printf("memory %lld bytes after %d cycles, %lld after all\n", early, cycles / 4, memory());
+}
+
 int main(int count, char **arguments) {
-    if (count != 8)
-        fail("expected LIBRARY GUID RESOURCES STEP STEPS THREADS_REFERENCE IMPULSE_REFERENCE");
+    if (count != 9)
+        fail("expected LIBRARY GUID RESOURCES STEP STEPS CYCLES THREADS_REFERENCE IMPULSE_REFERENCE");
     guid = arguments[2];
     resources = arguments[3];
     length = atof(arguments[4]);
@@ -165,22 +202,15 @@ int main(int count, char **arguments) {
         fail("STEPS");
     for (int i = 0; i < steps; i++)
         times[i] = i * length;
-    threads_reference = (unsigned)atoi(arguments[6]);
-    impulse_reference = (unsigned)atoi(arguments[7]);
+    cycles = atoi(arguments[6]);
+    threads_reference = (unsigned)atoi(arguments[7]);
+    impulse_reference = (unsigned)atoi(arguments[8]);
     void *library = load(arguments[1]);
     run("nearest", FE_TONEAREST);
     run("upward", FE_UPWARD);
     run("downward", FE_DOWNWARD);
     run("towards zero", FE_TOWARDZERO);
     close_library(library);
-    for (int i = 0; i < CYCLES; i++) {
-        library = load(arguments[1]);
-        void *instance = begin(2);
-        advance(instance, 0, 1);
-        release_instance(instance);
-        if (close_library(library))
-            fail("unloading");
-    }
-    printf("%d cycles of load, run and unload\n", CYCLES);
+    load_and_free(arguments[1]);
     return 0;
 }

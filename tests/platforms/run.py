@@ -1,10 +1,11 @@
 """Runs one packed FMU on every platform that can run here, and compares bits.
 
-    python3 tests/platforms/run.py GELFMU ZIG
+    python3 tests/platforms/run.py GELFMU ZIG [CYCLES]
 
 Packs scenes with all libraries inside GELFMU, compiles drive.c for each platform with ZIG, and runs it: linux64 directly,
 win64 under wine, aarch64-linux under qemu. Impulse and state must be equal in each of four floating-point environments and
-on every platform. darwin64 cannot be run here. Prints what each library needs of its system.
+on every platform, and the memory of a process that loads, runs and unloads the library must stay flat. darwin64 cannot be run
+here. Prints what each library needs of its system. With CYCLES of load and unload, 1000 say, only a coarse scene is run.
 """
 
 import os
@@ -20,8 +21,12 @@ from pathlib import Path
 HERE = Path(__file__).parent
 TARGETS = {"linux64": "x86_64-linux-gnu.2.17", "win64": "x86_64-windows-gnu", "aarch64-linux": "aarch64-linux-gnu.2.17"}
 LIBRARIES = {"linux64": "BallisticGel.so", "win64": "BallisticGel.dll", "aarch64-linux": "BallisticGel.so"}
-# Scene: communication step, s, and steps.
-SCENES = {"sphere-block": (1e-4, 12), "fbi-bb": (2e-5, 4)}
+# Scene: options of `gelfmu pack`, communication step, s, and steps.
+SCENES = {"sphere-block": ([], 1e-4, 12), "fbi-bb": ([], 2e-5, 4)}
+COARSE = {"sphere-block": (["--set", "mesh.size=10e-3"], 1e-4, 12)}
+CYCLES = 20
+# Growth of the memory that the allocators of the systems may show over three quarters of the cycles, bytes.
+GROWTH = 4 << 20
 NEWEST_GLIBC = (2, 17)
 SYSTEM_DLLS = re.compile(
     r"(api-ms-win-[a-z0-9-]+|advapi32|bcrypt|bcryptprimitives|kernel32|ntdll|ole32|oleaut32|pdh|powrprof|psapi|shell32"
@@ -66,10 +71,10 @@ def uri(platform, folder):
     return f"file:///Z:{folder}" if platform == "win64" else f"file://{folder}"
 
 
-def packed(gelfmu, scene, folder):
+def packed(gelfmu, scene, options, folder):
     """Unpacks a new FMU of a scene; returns its folder, GUID and value references."""
     archive, unpacked = folder / f"{scene}.fmu", folder / scene
-    output(gelfmu, "pack", scene, "--out", archive)
+    output(gelfmu, "pack", scene, *options, "--out", archive)
     print(f"{archive.name}: {archive.stat().st_size} bytes")
     with zipfile.ZipFile(archive) as zipped:
         zipped.extractall(unpacked)
@@ -94,14 +99,22 @@ def check_needs(library):
     print(f"{library.parent.name}: {library.stat().st_size} bytes, needs glibc {'.'.join(map(str, newest))}")
 
 
+def check_memory(scene, platform, text):
+    """Refuses a process that grew with the cycles of load and unload."""
+    early, late = map(int, re.search(r"memory (\d+) bytes after \d+ cycles, (\d+) after all", text).groups())
+    if late - early > GROWTH:
+        raise SystemExit(f"{scene} on {platform}: found {late} bytes after {early}, expected at most {GROWTH} more")
+
+
 def main():
     gelfmu, zig = (Path(argument).resolve() for argument in sys.argv[1:3])
+    scenes, cycles = (COARSE, int(sys.argv[3])) if len(sys.argv) > 3 else (SCENES, CYCLES)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ["HOME"] = name
         drivers, passed = {}, 0
-        for scene, (step, steps) in SCENES.items():
-            unpacked, guid, references = packed(gelfmu, scene, folder)
+        for scene, (options, step, steps) in scenes.items():
+            unpacked, guid, references = packed(gelfmu, scene, options, folder)
             seen = {}
             for platform in TARGETS:
                 library = unpacked / "binaries" / platform / LIBRARIES[platform]
@@ -117,12 +130,13 @@ def main():
                     continue
                 command, environment = found
                 seen[platform] = output(
-                    *command, drivers[platform], library, guid, uri(platform, unpacked / "resources"), step, steps,
+                    *command, drivers[platform], library, guid, uri(platform, unpacked / "resources"), step, steps, cycles,
                     references["threads"], references["contact.total_impulse[3]"], env=os.environ | environment)
             passed += len(seen)
-            results = set(seen.values())
             for platform, text in seen.items():
                 print(f"{scene} on {platform}:\n{text.strip()}", flush=True)
+                check_memory(scene, platform, text)
+            results = {text.split("memory ")[0] for text in seen.values()}
             runs = [line.split(" impulse ")[1] for line in next(iter(results)).splitlines() if " impulse " in line]
             if len(results) != 1 or len(set(runs)) != 1 or len(runs) != 4:
                 raise SystemExit(f"{scene}: the bits differ between platforms or floating-point environments")

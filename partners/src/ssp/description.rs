@@ -9,9 +9,10 @@ use std::io;
 pub type Xml = Writer<Vec<u8>>;
 
 /// A unit and its exponents of kg, m, s and rad.
-const UNITS: [(&str, [i32; 4]); 14] = [
+const UNITS: [(&str, [i32; 4]); 15] = [
     ("1", [0, 0, 0, 0]),
     ("kg", [1, 0, 0, 0]),
+    ("kg/m2", [1, -2, 0, 0]),
     ("kg.m2", [1, 2, 0, 0]),
     ("m", [0, 1, 0, 0]),
     ("m/s", [0, 1, -1, 0]),

@@ -1,12 +1,39 @@
-//! The command of the gel, `gelfmu`: what it says of a scene, and the FMUs that it packs.
+//! The command of the gel, `gelfmu`: bodies of a scene, and the FMUs that it packs.
 
 use crate::run;
+use quick_xml::events::Event;
+use quick_xml::{Reader, XmlVersion};
 use serde_json::Value;
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use zip::ZipArchive;
 
 /// Path of the command.
 pub struct GelCommand(pub PathBuf);
+
+/// Options of a packed gel.
+#[derive(Debug)]
+pub struct GelOptions {
+    /// Built-in name or path of the scene.
+    pub scene: String,
+    /// Coupling mode.
+    pub mode: &'static str,
+    /// Set of outputs.
+    pub outputs: &'static str,
+}
+
+/// Names of the inputs and outputs of a packed gel.
+#[derive(Debug, Default)]
+pub struct GelPorts {
+    /// Scalars that the gel takes.
+    pub inputs: BTreeSet<String>,
+    /// Scalars that the gel offers.
+    pub outputs: BTreeSet<String>,
+}
 
 impl GelCommand {
     /// Returns the bodies of a scene, the projectile first, as `gelfmu check --json` describes them.
@@ -28,15 +55,57 @@ impl GelCommand {
         })
     }
 
-    /// Packs the gel with a scene and a coupling mode into a file.
-    pub fn pack(&self, scene: &str, mode: &str, file: &Path) -> Result<(), String> {
+    /// Packs the gel into a file, and returns the ports that it has.
+    pub fn pack(&self, options: &GelOptions, file: &Path) -> Result<GelPorts, String> {
+        let GelOptions { scene, mode, outputs } = options;
         let set = format!("coupling.mode={mode}");
-        run(self.command().args(["pack", "--scene", scene, "--set", &set, "--out"]).arg(file))
+        let mut command = self.command();
+        command.args(["pack", "--scene", scene, "--set", &set, "--outputs", outputs, "--out"]).arg(file);
+        run(&mut command)?;
+        GelPorts::of(file).map_err(|error| format!("{}: {error}", file.display()))
     }
 
     fn command(&self) -> Command {
         let mut command = Command::new(&self.0);
         command.arg("--quiet");
         command
+    }
+}
+
+impl GelPorts {
+    /// Reads the ports in the description of an FMU.
+    fn of(file: &Path) -> Result<Self, String> {
+        let file = File::open(file).map_err(|error| error.to_string())?;
+        let mut archive = ZipArchive::new(file).map_err(|error| error.to_string())?;
+        let mut entry = archive.by_name("modelDescription.xml").map_err(|error| error.to_string())?;
+        let mut text = String::new();
+        entry.read_to_string(&mut text).map_err(|error| error.to_string())?;
+        Self::read(&text)
+    }
+
+    /// Reads the ports in the text of a description.
+    fn read(text: &str) -> Result<Self, String> {
+        let mut ports = Self::default();
+        let mut reader = Reader::from_str(text);
+        loop {
+            let element = match reader.read_event().map_err(|error| error.to_string())? {
+                Event::Eof => return Ok(ports),
+                Event::Start(element) | Event::Empty(element) if element.name().as_ref() == "ScalarVariable" => element,
+                _ => continue,
+            };
+            let value = |name: &str| -> Result<String, String> {
+                let attribute = element.try_get_attribute(name).map_err(|error| error.to_string())?;
+                let attribute = attribute.ok_or_else(|| format!("a ScalarVariable has no {name}"))?;
+                attribute
+                    .normalized_value(XmlVersion::Explicit1_0)
+                    .map(Cow::into_owned)
+                    .map_err(|error| error.to_string())
+            };
+            match value("causality").as_deref() {
+                Ok("input") => ports.inputs.insert(value("name")?),
+                Ok("output") => ports.outputs.insert(value("name")?),
+                _ => continue,
+            };
+        }
     }
 }

@@ -11,13 +11,12 @@ type Starts = Vec<(String, f64)>;
 /// A nose may be this much inside the plate, m: positions and lengths in a scene are rounded numbers.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Start values of the body: the projectile of the scene, as the gel takes it.
-pub fn body_starts(bodies: &[Value]) -> Result<Vec<f64>, String> {
-    let projectile = &bodies[0];
-    if projectile["fixed"] == true {
-        return Err(
-            "projectile.fixed: found true, expected a projectile that moves: the body owns its motion".to_owned()
-        );
+/// Start values of a rigid body: a body of the scene, the projectile first, as the gel takes it.
+pub fn body_starts(bodies: &[Value], body: usize) -> Result<Vec<f64>, String> {
+    let described = &bodies[body];
+    if described["fixed"] == true {
+        let name = if body == 0 { "projectile".to_owned() } else { format!("fragment[{body}]") };
+        return Err(format!("{name}.fixed: found true, expected a body that moves: its partner owns the motion"));
     }
     let mut starts = vec![];
     for (name, key) in [
@@ -28,13 +27,13 @@ pub fn body_starts(bodies: &[Value]) -> Result<Vec<f64>, String> {
         ("initial_orientation", "orientation"),
         ("initial_angular_velocity", "angular_velocity"),
     ] {
-        starts.extend(scalars(name, &numbers(&projectile[key])));
+        starts.extend(scalars(name, &numbers(&described[key])));
     }
-    starts_with(&body::MODEL, &starts)
+    starts_with(&body::MODEL, body::MODEL.values(), &starts)
 }
 
-/// Start values of the armour: the projectile that it meets, and the dome that is its back face.
-pub fn armour_starts(bodies: &[Value]) -> Result<Vec<f64>, String> {
+/// Start values of an armour with these parameters: the projectile that it meets, and the dome that is its back face.
+pub fn armour_starts(bodies: &[Value], parameters: Vec<f64>) -> Result<Vec<f64>, String> {
     let (height, radius) = back_face(bodies)?;
     let projectile = &bodies[0];
     let position = numbers(&projectile["position"]);
@@ -50,7 +49,7 @@ pub fn armour_starts(bodies: &[Value]) -> Result<Vec<f64>, String> {
     ] {
         starts.extend(scalars(name, values));
     }
-    let starts = starts_with(&plate::MODEL, &starts)?;
+    let starts = starts_with(&plate::MODEL, parameters, &starts)?;
     let thickness = starts[place(plate::MODEL.variables, "thickness")];
     let lowest = position[2] - nose;
     if lowest < thickness - ROUND_OFF {
@@ -97,8 +96,7 @@ fn scalars(name: &str, values: &[f64]) -> Starts {
 }
 
 /// Start values of all components of a partner with these among them, if it takes them.
-fn starts_with(model: &Model, starts: &Starts) -> Result<Vec<f64>, String> {
-    let mut values = model.values();
+fn starts_with(model: &Model, mut values: Vec<f64>, starts: &Starts) -> Result<Vec<f64>, String> {
     for ((variable, at), value) in model.scalars().zip(&mut values) {
         let name = scalar_name(variable.name, variable.start.len(), at);
         if let Some((_, start)) = starts.iter().find(|(known, _)| *known == name) {

@@ -1,71 +1,181 @@
-//! The systems: gel and body, and gel, armour and body.
+//! The systems: a gel, its partners, and the wires between them.
 
-use crate::structure::{Unit, Wire};
+use crate::gel::{GelCommand, GelOptions};
+use crate::partner::Partner;
+use crate::structure::{GEL, Port, Unit, Wire};
+use crate::wires::{self, ARMOUR, BodyUnit};
+use crate::{body, plate, scene, starts};
+use serde_json::Value;
+use std::fs;
 
-/// File of the body of `gel-and-body`.
-pub const BODY: &str = "RigidBody.fmu";
-/// File of the body of `gel-armour-body`.
-pub const BODY_BEHIND_ARMOUR: &str = "RigidBodyBehindArmour.fmu";
-/// File of the armour.
-pub const ARMOUR: &str = "Armour.fmu";
+/// Set of outputs of the gel in every system: impulses on the bodies and on the bulge of a dome.
+const OUTPUTS: &str = "corrected";
+/// Scene of the system with three fragments.
+const FRAGMENTS_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fragments-block.toml");
+/// Scene of the system with a soft armour.
+const SOFT_ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/soft-armour.toml");
+/// Parameters of the soft armour.
+const SOFT_ARMOUR_PLATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/soft-armour-plate.toml");
 
-/// Units of a gel and a body, their FMUs in these files.
-pub fn gel_and_body(gel: &'static str, body: &'static str) -> Vec<Unit> {
-    let watched = vec![("contact.total_impulse", 3, "N.s"), ("projectile.predicted_velocity", 3, "m/s")];
-    let gel = Unit { name: "gel", file: gel, watched };
-    vec![gel, Unit { name: "body", file: body, watched: vec![("total_impulse", 3, "N.s")] }]
+/// A system before it is packed.
+#[derive(Debug)]
+pub struct SystemPlan {
+    /// Name of the system and of its file.
+    pub name: &'static str,
+    /// Options of its gel.
+    pub gel: GelOptions,
+    /// Name of the file of its gel.
+    pub gel_file: &'static str,
+    /// FMUs beside the gel.
+    pub partners: Vec<Partner>,
+    /// Units, in the order of their steps.
+    pub units: Vec<Unit>,
+    /// Wires between the units.
+    pub wires: Vec<Wire>,
 }
 
-/// Units of armour, gel and body. The plate steps first: what it gives belongs to the step that it has just made.
-pub fn gel_armour_and_body(gel: &'static str) -> Vec<Unit> {
-    let mut units = gel_and_body(gel, BODY_BEHIND_ARMOUR);
-    let watched = vec![
-        ("height", 1, "m"),
-        ("penetration", 1, "m"),
-        ("perforated", 1, "1"),
-        ("impulse.projectile", 1, "N.s"),
-        ("impulse.gel", 1, "N.s"),
-        ("energy.imbalance", 1, "J"),
+/// Returns the systems with a scene for gel and body, and with a scene for gel, armour and body.
+pub fn plans(command: &GelCommand, scene: &str, armour_scene: &str) -> Result<Vec<SystemPlan>, String> {
+    let bodies = command.bodies(scene)?;
+    Ok(vec![
+        gel_and_body(scene, &bodies)?,
+        gel_and_body_corrected(scene, &bodies)?,
+        gel_armour_body(armour_scene, &command.bodies(armour_scene)?)?,
+        gel_fragments(&command.bodies(FRAGMENTS_SCENE)?)?,
+        gel_soft_armour(&command.bodies(SOFT_ARMOUR_SCENE)?)?,
+    ])
+}
+
+/// The gel integrates the body, and the body follows: nothing goes back to the gel.
+fn gel_and_body(scene: &str, bodies: &[Value]) -> Result<SystemPlan, String> {
+    let unit = body_unit("body", 0);
+    let body = rigid_body(scene, bodies, &unit, "RigidBody.fmu")?;
+    let gel_file = "BallisticGel.fmu";
+    Ok(SystemPlan {
+        name: "gel-and-body",
+        gel: gel_options(scene, "integrated"),
+        gel_file,
+        units: vec![gel_unit(gel_file, &[&unit]), unit_of_body(&unit, &body)],
+        partners: vec![body],
+        wires: wires::impulses(&unit),
+    })
+}
+
+/// The body owns its state, and gives it to the gel.
+fn gel_and_body_corrected(scene: &str, bodies: &[Value]) -> Result<SystemPlan, String> {
+    let plan = gel_and_body(scene, bodies)?;
+    let (unit, gel_file) = (body_unit("body", 0), "BallisticGelCorrected.fmu");
+    Ok(SystemPlan {
+        name: "gel-and-body-corrected",
+        gel: gel_options(scene, "corrected"),
+        gel_file,
+        units: vec![gel_unit(gel_file, &[&unit]), unit_of_body(&unit, &plan.partners[0])],
+        wires: [wires::impulses(&unit), wires::motion(&unit)].concat(),
+        ..plan
+    })
+}
+
+fn gel_armour_body(scene: &str, bodies: &[Value]) -> Result<SystemPlan, String> {
+    let body = rigid_body(scene, bodies, &body_unit("body", 0), "RigidBodyBehindArmour.fmu")?;
+    let armour = armour(scene, bodies, plate::MODEL.values(), "Armour.fmu")?;
+    Ok(armour_plan("gel-armour-body", scene, "BallisticGelBehindArmour.fmu", [armour, body]))
+}
+
+fn gel_soft_armour(bodies: &[Value]) -> Result<SystemPlan, String> {
+    let scene = SOFT_ARMOUR_SCENE;
+    let text = fs::read_to_string(SOFT_ARMOUR_PLATE).map_err(|error| format!("{SOFT_ARMOUR_PLATE}: {error}"))?;
+    let parameters = starts::read(&plate::MODEL, &text).map_err(|error| format!("{SOFT_ARMOUR_PLATE}: {error}"))?;
+    let body = rigid_body(scene, bodies, &body_unit("body", 0), "RigidBodyBehindSoftArmour.fmu")?;
+    let armour = armour(scene, bodies, parameters, "SoftArmour.fmu")?;
+    let mut plan = armour_plan("gel-soft-armour", scene, "BallisticGelBehindSoftArmour.fmu", [armour, body]);
+    let gel = plan.units.iter_mut().find(|unit| unit.name == GEL).ok_or("the system has no gel")?;
+    gel.watched.extend([port("sensor[2].pressure", 1, "Pa"), port("sensor[3].pressure", 1, "Pa")]);
+    Ok(plan)
+}
+
+/// Returns the system of armour, gel and body. The plate steps first: its outputs belong to the step it has just made.
+fn armour_plan(name: &'static str, scene: &str, gel_file: &'static str, [armour, body]: [Partner; 2]) -> SystemPlan {
+    let unit = body_unit("body", 0);
+    let watched = [
+        ("height", "m"),
+        ("height_rate", "m/s"),
+        ("penetration", "m"),
+        ("perforated", "1"),
+        ("moving_mass", "kg"),
+        ("momentum", "N.s"),
+        ("impulse.projectile", "N.s"),
+        ("impulse.gel", "N.s"),
+        ("impulse.support", "N.s"),
+        ("energy.kinetic", "J"),
+        ("energy.elastic", "J"),
+        ("energy.plastic", "J"),
+        ("energy.projectile", "J"),
+        ("energy.gel", "J"),
+        ("energy.imbalance", "J"),
     ];
-    units.insert(0, Unit { name: "armour", file: ARMOUR, watched });
-    units
+    let watched = watched.map(|(name, quantity)| port(name, 1, quantity)).to_vec();
+    let plate = Unit { name: ARMOUR.to_owned(), file: armour.file.clone(), watched };
+    SystemPlan {
+        name,
+        gel: gel_options(scene, "integrated"),
+        gel_file,
+        units: vec![plate, gel_unit(gel_file, &[&unit]), unit_of_body(&unit, &body)],
+        partners: vec![armour, body],
+        wires: [wires::impulses(&unit), wires::armour_wires(&unit)].concat(),
+    }
 }
 
-/// File of the gel among these units.
-pub fn gel_file(units: &[Unit]) -> &'static str {
-    units.iter().find(|unit| unit.name == "gel").map_or("", |unit| unit.file)
+/// The gel integrates three bodies, and each of them is followed by a partner of its own.
+fn gel_fragments(bodies: &[Value]) -> Result<SystemPlan, String> {
+    let (scene, gel_file) = (FRAGMENTS_SCENE, "BallisticGelFragments.fmu");
+    let mut units = vec![];
+    let (mut partners, mut followers, mut wires) = (vec![], vec![], vec![]);
+    for body in 0..bodies.len() {
+        let unit = body_unit(&format!("fragment{}", body + 1), body);
+        let partner = rigid_body(scene, bodies, &unit, &format!("RigidBodyFragment{}.fmu", body + 1))?;
+        followers.push(unit_of_body(&unit, &partner));
+        wires.extend(wires::impulses(&unit));
+        partners.push(partner);
+        units.push(unit);
+    }
+    let gel = gel_unit(gel_file, &units.iter().collect::<Vec<_>>());
+    let units = [vec![gel], followers].concat();
+    let gel = gel_options(scene, "integrated");
+    Ok(SystemPlan { name: "gel-fragments", gel, gel_file, partners, units, wires })
 }
 
-/// Wires between gel and body.
-pub fn gel_and_body_wires() -> Vec<Wire> {
-    let wire = |from, to, size, unit| Wire { from, to, size, unit };
-    vec![
-        wire(("gel", "contact.impulse"), ("body", "impulse"), 3, "N.s"),
-        wire(("gel", "contact.angular_impulse"), ("body", "angular_impulse"), 3, "N.m.s"),
-        wire(("gel", "contact.impulse_moment"), ("body", "impulse_moment"), 3, "N.s2"),
-        wire(("gel", "projectile.predicted_orientation"), ("body", "predicted_orientation"), 4, "1"),
-        wire(("body", "position"), ("gel", "projectile.position"), 3, "m"),
-        wire(("body", "velocity"), ("gel", "projectile.velocity"), 3, "m/s"),
-        wire(("body", "orientation"), ("gel", "projectile.orientation"), 4, "1"),
-        wire(("body", "angular_velocity"), ("gel", "projectile.angular_velocity"), 3, "rad/s"),
-    ]
+fn gel_options(scene: &str, mode: &'static str) -> GelOptions {
+    GelOptions { scene: scene.to_owned(), mode, outputs: OUTPUTS }
 }
 
-/// Wires between armour, gel and body. The dome is the gel's first fragment.
-pub fn gel_armour_and_body_wires() -> Vec<Wire> {
-    let wire = |from, to, size, unit| Wire { from, to, size, unit };
-    let mut wires = gel_and_body_wires();
-    wires.extend([
-        wire(("gel", "projectile.predicted_position"), ("armour", "projectile.position"), 3, "m"),
-        wire(("gel", "projectile.predicted_velocity"), ("armour", "projectile.velocity"), 3, "m/s"),
-        wire(("armour", "force"), ("gel", "projectile.external_force"), 3, "N"),
-        wire(("armour", "force"), ("body", "force"), 3, "N"),
-        wire(("armour", "bulge_height"), ("gel", "fragment[1].bulge_height"), 1, "m"),
-        wire(("armour", "bulge_radius"), ("gel", "fragment[1].bulge_radius"), 1, "m"),
-        wire(("armour", "bulge_height_rate"), ("gel", "fragment[1].bulge_height_rate"), 1, "m/s"),
-        wire(("armour", "bulge_radius_rate"), ("gel", "fragment[1].bulge_radius_rate"), 1, "m/s"),
-        wire(("gel", "fragment[1].contact.bulge_height_impulse"), ("armour", "bulge_height_impulse"), 1, "N.s"),
-        wire(("gel", "fragment[1].contact.bulge_radius_impulse"), ("armour", "bulge_radius_impulse"), 1, "N.s"),
-    ]);
-    wires
+fn body_unit(name: &str, body: usize) -> BodyUnit {
+    BodyUnit { name: name.to_owned(), body }
+}
+
+fn rigid_body(scene: &str, bodies: &[Value], unit: &BodyUnit, file: &str) -> Result<Partner, String> {
+    let starts = scene::body_starts(bodies, unit.body).map_err(named(scene))?;
+    Ok(Partner { model: &body::MODEL, library: "rigid_body", file: file.to_owned(), starts })
+}
+
+fn armour(scene: &str, bodies: &[Value], parameters: Vec<f64>, file: &str) -> Result<Partner, String> {
+    let starts = scene::armour_starts(bodies, parameters).map_err(named(scene))?;
+    Ok(Partner { model: &plate::MODEL, library: "armour", file: file.to_owned(), starts })
+}
+
+fn gel_unit(file: &str, bodies: &[&BodyUnit]) -> Unit {
+    let watched = bodies.iter().map(|body| port(&body.depth(), 1, "m")).collect();
+    Unit { name: GEL.to_owned(), file: file.to_owned(), watched }
+}
+
+fn unit_of_body(unit: &BodyUnit, partner: &Partner) -> Unit {
+    let watched = vec![port("position", 3, "m"), port("velocity", 3, "m/s"), port("total_impulse", 3, "N.s")];
+    Unit { name: unit.name.clone(), file: partner.file.clone(), watched }
+}
+
+fn port(name: &str, size: usize, unit: &'static str) -> Port {
+    Port { name: name.to_owned(), size, unit }
+}
+
+fn named(scene: &str) -> impl Fn(String) -> String {
+    move |error| format!("scene {scene}: {error}")
 }

@@ -208,20 +208,19 @@ fn table(interface: &PackedInterface) -> String {
 /// Makes the row of a variable; empty if no body or sensor has it.
 fn row(variable: &'static Variable, interface: &PackedInterface) -> String {
     let bodies = 0..=interface.ports.fragments();
-    let mut scalars = bodies.flat_map(|body| ScalarVariable::of(variable, body));
-    let is_absent = variable.causality == Causality::Independent || !scalars.any(|own| interface.ports.include(&own));
-    if is_absent {
+    let is_there = |component| {
+        let mut scalars = bodies.clone().map(|body| ScalarVariable { variable, component, body });
+        scalars.any(|own| interface.ports.include(&own))
+    };
+    let components: Vec<usize> = (0..variable.size()).filter(|component| is_there(*component)).collect();
+    if components.is_empty() || variable.causality == Causality::Independent {
         return String::new();
     }
-    let last = variable.reference + variable.size() as u32 - 1;
-    let (name, reference) = match variable.length {
-        0 => (variable.name.to_owned(), variable.reference.to_string()),
-        n => (format!("{}[1..{n}]", variable.name), format!("{}&ndash;{last}", variable.reference)),
-    };
+    let (name, reference) = name_and_reference(variable, &components);
     let star = if interface.ports.fragments() > 0 && variable.each { " *" } else { "" };
     let description = variable.description().replace(['{', '}'], "").replace('|', ", ");
     let details = if variable.details.is_empty() { String::new() } else { format!(". {}", variable.details) };
-    let items = variable.items().iter().map(|item| format!("; {} {}: {}", item.value, item.name, item.description));
+    let items = variable.items().iter().map(|item| format!("; {}: {}", item.name, item.description));
     format!(
         "<tr><td><code>{name}</code>{star}</td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
         causality(variable.causality_in(interface.outputs)),
@@ -229,6 +228,19 @@ fn row(variable: &'static Variable, interface: &PackedInterface) -> String {
         variable.unit.unwrap_or_default(),
         escaped(&(description + &details + &items.collect::<String>())),
     )
+}
+
+/// Formats name and reference of a variable of these components: as a range if it has all.
+fn name_and_reference(variable: &Variable, components: &[usize]) -> (String, String) {
+    let Variable { name, reference: first, length, .. } = *variable;
+    if length == 0 {
+        return (name.to_owned(), first.to_string());
+    }
+    if components.len() == length as usize {
+        return (format!("{name}[1..{length}]"), format!("{first}&ndash;{}", first + length - 1));
+    }
+    let list = |offset: u32| components.iter().map(|i| (offset + *i as u32).to_string()).collect::<Vec<_>>().join(", ");
+    (format!("{name}[{}]", list(1)), list(first))
 }
 
 fn causality(causality: Causality) -> &'static str {
@@ -272,6 +284,9 @@ mod tests {
         let page = page(&scene, &PackedInterface::full(&scene), &libraries);
         assert!(!page.contains("<code>projectile.bulge_height</code>"));
         assert!(page.contains("<code>projectile.external_force[1..3]</code>"));
+        let on_axis = scene::read(scene::builtin("fbi-bb").unwrap()).unwrap();
+        let on_axis = super::page(&on_axis, &PackedInterface::full(&on_axis), &libraries);
+        assert!(on_axis.contains("<code>projectile.position[3]</code></td><td>102</td>"));
         assert!(page.contains("sphere-block") && !page.contains("{x|y|z}"));
         assert!(page.contains("needs the GNU C library, version 2.4 or later"));
     }
