@@ -66,14 +66,14 @@ sources() {
     rm -rf "$apt"
 }
 
-# library PLATFORM TARGET FILE EXTENSION [OPTION...]: builds the library of one target.
+# library PLATFORM TARGET FILE EXTENSION [OPTION...]: builds the library of one target, with the options of rustc in RUST_OPTIONS.
 library() {
     local platform=$1 target=$2 file=$3 extension=$4 folder=$OUT/target/$1 cargo_home
     shift 4
     cargo_home=${CARGO_HOME:-$HOME/.cargo}
     # No folder of this machine in the library.
     local flags=("--remap-path-prefix=$cargo_home=/cargo" "--remap-path-prefix=$PWD=/ballistic-gel"
-        "--remap-path-prefix=$SOURCES=/rust" "--remap-path-prefix=$folder=/build")
+        "--remap-path-prefix=$SOURCES=/rust" "--remap-path-prefix=$folder=/build" ${RUST_OPTIONS:-})
     CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && printf '%s' "${flags[*]}") cargo zigbuild --quiet --locked --profile fmu --lib \
         --no-default-features --target "$target" --target-dir "$folder" "$@"
     mkdir -p "$OUT/binaries/$platform"
@@ -89,7 +89,9 @@ library_with_std() {
 platform() {
     case $1 in
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
-    win64) library_with_std win64 x86_64-pc-windows-gnu ballistic_gel.dll dll ;;
+    # Without native thread-local storage each load of the library takes indices that Windows has 1088 of, and that none gives back:
+    # a process that loads and frees it a hundred times would end.
+    win64) RUST_OPTIONS=-Zhas-thread-local=yes library_with_std win64 x86_64-pc-windows-gnu ballistic_gel.dll dll ;;
     aarch64-linux) library_with_std aarch64-linux aarch64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
     darwin64) MACOSX_DEPLOYMENT_TARGET=11.0 library_with_std darwin64 universal2-apple-darwin libballistic_gel.dylib dylib ;;
     *)

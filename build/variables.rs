@@ -34,7 +34,6 @@ struct DisplayUnit {
 #[serde(deny_unknown_fields)]
 struct Enumeration {
     name: String,
-    description: String,
     items: Vec<Item>,
 }
 
@@ -151,8 +150,9 @@ fn check_items(variable: &Variable, enumerations: &[Enumeration]) -> Result<(), 
 fn check_description(text: &str) -> Result<(), String> {
     let (before, rest) = text.split_once('{').unwrap_or((text, ""));
     let (choice, after) = rest.split_once('}').unwrap_or(("", rest));
-    let choice = choice.split('|').map(str::len).max().unwrap_or(0);
-    match before.len() + choice + after.len() {
+    let length = |text: &str| text.chars().count();
+    let choice = choice.split('|').map(length).max().unwrap_or(0);
+    match length(before) + choice + length(after) {
         0 => Err("a variable needs a description".to_string()),
         length if length >= LONG_DESCRIPTION => Err(format!(
             "the description has {length} characters, expected less than {LONG_DESCRIPTION}: move the rest to details"
@@ -266,8 +266,8 @@ fn types(out: &mut String, enumerations: &[Enumeration]) {
             .iter()
             .map(|i| format!("Item {{ name: {:?}, value: {}, description: {:?} }}", i.name, i.value, i.description))
             .collect();
-        let (name, text, items) = (&e.name, &e.description, items.join(", "));
-        let _ = writeln!(out, "Enumeration {{ name: {name:?}, description: {text:?}, items: &[{items}] }},");
+        let (name, items) = (&e.name, items.join(", "));
+        let _ = writeln!(out, "Enumeration {{ name: {name:?}, items: &[{items}] }},");
     }
     out.push_str("];\n");
 }

@@ -79,9 +79,11 @@ pub enum CallError {
         /// Number of sensors in the scene.
         there: usize,
     },
-    /// Port of another scene that the FMU lacks.
-    #[error("scene {path}: it needs the port {name}, which this FMU lacks; gelfmu pack {path:?} makes one that has it")]
-    MissingPort {
+    /// Input of another scene that the FMU lacks.
+    #[error(
+        "scene {path}: it needs the input {name}, which this FMU lacks; gelfmu pack '{path}' makes one that has it"
+    )]
+    MissingInput {
         /// Name of the variable.
         name: String,
         /// Path of the scene.
@@ -165,7 +167,7 @@ impl CallError {
             | Self::NotSettable { .. }
             | Self::NoBody { .. }
             | Self::NoSensor { .. }
-            | Self::MissingPort { .. }
+            | Self::MissingInput { .. }
             | Self::Value { .. }
             | Self::Resources(_)
             | Self::NoScene { .. }

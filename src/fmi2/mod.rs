@@ -43,7 +43,7 @@ pub use reading::{read_limited_text, read_scene_text, scene_file_reader};
 pub use recording::instance_folder_name;
 pub use scalar::{ScalarVariable, table_of};
 pub use status::CallStatus;
-pub use table::{Causality, DisplayUnit, Enumeration, Item, Kind, OutputSet, Start, UNITS, Unit, VARIABLES, Variable};
+pub use table::{Causality, DisplayUnit, Item, Kind, OutputSet, Start, UNITS, Unit, VARIABLES, Variable};
 
 /// Name of the model and of its library inside the archive.
 pub const MODEL: &str = "BallisticGel";

@@ -28,7 +28,7 @@ pub(super) struct PackedScene {
     manifest: ArchiveManifest,
     /// Scene as the source of the starts in `modelDescription.xml`; empty without a readable scene.
     pub starts: toml::Table,
-    /// Ports of the scene; absent without a readable scene.
+    /// Ports of the scene, those included that were not packed; absent without a readable scene.
     ports: Option<VariablePorts>,
 }
 
@@ -68,7 +68,7 @@ impl PackedScene {
         } else {
             let no_scene = |e| CallError::NoScene { reason: format!("cannot read {path}: {e}") };
             let other = self.read_scene(path.to_owned(), read_scene_text(Path::new(path)).map_err(no_scene)?)?;
-            self.expect_ports(path, &other.scene)?;
+            self.expect_inputs(path, &other.scene)?;
             other
         };
         let overrides = changed_overrides(overrides, &self.starts, &table_of(&base.scene))?;
@@ -87,11 +87,11 @@ impl PackedScene {
         }
     }
 
-    /// Refuses another scene with a port that the packed scene lacks.
-    fn expect_ports(&self, path: &str, scene: &Scene) -> Result<(), CallError> {
-        let missing = self.ports.as_ref().and_then(|ports| ports.missing_port(&VariablePorts::of(scene)));
+    /// Refuses another scene with an input that the packed scene cannot use.
+    fn expect_inputs(&self, path: &str, scene: &Scene) -> Result<(), CallError> {
+        let missing = self.ports.as_ref().and_then(|ports| ports.missing_input(&VariablePorts::of(scene)));
         let Some(missing) = missing else { return Ok(()) };
-        Err(CallError::MissingPort { name: missing.name(), path: path.to_owned() })
+        Err(CallError::MissingInput { name: missing.name(), path: path.to_owned() })
     }
 
     /// Parses the scene of an origin and a text, with the files in its folder.

@@ -87,6 +87,8 @@ impl VariablePorts {
         }
         let Some(ports) = self.bodies.get(body).filter(|_| body == 0 || variable.each) else { return false };
         match variable.source {
+            // What remains of a quaternion about the axis is 1.
+            Source::Input(Input::ProjectileOrientation) if self.dimension == Dimension::Axisymmetric => false,
             Source::Input(input) => match input_group(input) {
                 InputGroup::Motion | InputGroup::Wrench => {
                     !ports.is_fixed && !excluded_components(input, self.dimension).contains(&component)
@@ -119,11 +121,10 @@ impl VariablePorts {
         (0..blocks).flat_map(block).filter(|scalar| self.include(scalar))
     }
 
-    /// Returns the first port of another scene that these ports lack.
-    pub(super) fn missing_port(&self, other: &Self) -> Option<ScalarVariable> {
-        let is_port =
-            |scalar: &ScalarVariable| matches!(scalar.variable.causality, Causality::Input | Causality::Output);
-        other.scalars().filter(is_port).find(|scalar| !self.include(scalar))
+    /// Returns the first input of another scene that these ports lack.
+    pub(super) fn missing_input(&self, other: &Self) -> Option<ScalarVariable> {
+        let is_input = |scalar: &ScalarVariable| scalar.variable.causality == Causality::Input;
+        other.scalars().filter(is_input).find(|scalar| !self.include(scalar))
     }
 }
 
@@ -209,8 +210,16 @@ mod tests {
     #[test]
     fn inputs_that_a_scene_cannot_use_are_absent() {
         assert_eq!(inputs("sphere-block", &[]).len(), 3 + 3 + 4 + 3 + 3 + 3 + 1);
-        let on_axis = ["position[3]", "velocity[3]", "orientation[1]", "external_force[3]", "active"];
+        let on_axis = ["position[3]", "velocity[3]", "external_force[3]", "active"];
         assert_eq!(inputs("fbi-bb", &[]), on_axis.map(|name| format!("projectile.{name}")));
+    }
+
+    #[test]
+    fn a_planar_scene_moves_in_the_plane() {
+        let in_plane = ["position[1]", "position[3]", "velocity[1]", "velocity[3]", "orientation[1]", "orientation[3]"];
+        let rest = ["angular_velocity[2]", "external_force[1]", "external_force[3]", "external_torque[2]", "active"];
+        let expected: Vec<String> = in_plane.iter().chain(&rest).map(|name| format!("projectile.{name}")).collect();
+        assert_eq!(inputs("ball-square", &[]), expected);
     }
 
     #[test]
@@ -225,14 +234,14 @@ mod tests {
         let expected = ["active", "bulge_height", "bulge_radius", "bulge_height_rate", "bulge_radius_rate"];
         assert_eq!(names, expected.map(|name| format!("fragment[1].{name}")));
         let plain = VariablePorts::of(&sphere);
-        assert_eq!(plain.missing_port(&plain), None);
-        assert_eq!(with_dome.missing_port(&plain), None);
-        let missing = plain.missing_port(&with_dome).map(|scalar| scalar.name());
+        assert_eq!(plain.missing_input(&plain), None);
+        assert_eq!(with_dome.missing_input(&plain), None);
+        let missing = plain.missing_input(&with_dome).map(|scalar| scalar.name());
         assert_eq!(missing.as_deref(), Some("fragment[1].active"));
     }
 
     #[test]
-    fn each_set_offers_sixteen_outputs_of_a_body_at_most() {
+    fn the_sets_of_a_coupling_mode_offer_sixteen_outputs_of_a_sphere_at_most() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
         let ports = VariablePorts::of(&scene);
         let count = |set| {

@@ -1,6 +1,6 @@
 //! Scalar variables: one component of a row of the variable table, for one body, with its start in a scene.
 
-use super::table::{BLOCK, Item, Source, Start, VARIABLES, Variable};
+use super::table::{BLOCK, Source, Start, VARIABLES, Variable};
 use crate::scene::{Scene, body_name, numbered};
 use std::collections::BTreeMap;
 
@@ -107,20 +107,15 @@ impl ScalarVariable {
     fn value_of(&self, value: &toml::Value) -> Option<f64> {
         match value {
             toml::Value::String(name) => {
-                self.items().iter().find(|item| item.name == name).map(|item| item.value.into())
+                self.variable.items().iter().find(|item| item.name == name).map(|item| item.value.into())
             }
             other => to_number(other, self.component),
         }
     }
 
-    /// Returns the items of an Enumeration; empty for other types.
-    pub(super) fn items(&self) -> &'static [Item] {
-        self.variable.items()
-    }
-
     /// Formats a value as TOML.
     pub(super) fn toml(&self, value: f64) -> String {
-        let item = self.items().iter().find(|item| f64::from(item.value) == value);
+        let item = self.variable.items().iter().find(|item| f64::from(item.value) == value);
         item.map_or_else(|| format!("{value:?}"), |item| format!("{:?}", item.name))
     }
 }

@@ -136,8 +136,6 @@ pub struct DisplayUnit {
 pub struct Enumeration {
     /// Name.
     pub name: &'static str,
-    /// Description of the choice.
-    pub description: &'static str,
     /// Items of the type.
     pub items: &'static [Item],
 }

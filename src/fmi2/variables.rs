@@ -194,7 +194,7 @@ pub(super) fn find_scalar(reference: u32, kind: Kind) -> Result<ScalarVariable, 
 
 /// Refuses a number without an item in the Enumeration.
 fn check_item(scalar: &ScalarVariable, value: i32) -> Result<(), CallError> {
-    let items = scalar.items();
+    let items = scalar.variable.items();
     if items.iter().any(|item| item.value == value) {
         return Ok(());
     }

@@ -61,7 +61,14 @@ def test_the_terminals_follow_the_schema_and_hold_every_port(fragments_fmu):
     assert [t.get("name") for t in root.iter("Terminal")] == ["projectile", "fragment[1]", "fragment[2]"]
     members = [m.get("variableName") for m in root.iter("TerminalMemberVariable")]
     ports = variables(fragments_fmu, "input") | variables(fragments_fmu, "output")
-    assert set(members) == {name for name in ports if not name.startswith("cavity.")} and len(members) == len(set(members))
+    assert set(members) == ports and len(members) == len(set(members))
+
+
+def test_the_cavity_belongs_to_no_terminal(archives):
+    with zipfile.ZipFile(archives["full"]) as archive:
+        root = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+    members = {m.get("variableName") for m in root.iter("TerminalMemberVariable")}
+    assert variables(archives["full"], "output") - members == {"cavity.diameter", "cavity.depth"}
 
 
 def test_a_dome_offers_its_bulge_and_nothing_that_would_move_it(fragments_fmu):

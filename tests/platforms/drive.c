@@ -157,7 +157,7 @@ static void run(const char *name, int environment) {
     printf("%s impulse %016llx %.17g state %016llx\n", name, (unsigned long long)bits, impulse, (unsigned long long)sum);
 }
 
-/* Memory of this process, bytes. */
+/* Memory of this process, bytes: on Linux what is mapped to be written, without what an emulator needs for itself. */
 static long long memory(void) {
 #ifdef _WIN32
     PROCESS_MEMORY_COUNTERS counters = {0};
@@ -165,12 +165,19 @@ static long long memory(void) {
         fail("K32GetProcessMemoryInfo");
     return (long long)counters.WorkingSetSize;
 #else
-    long long pages = 0;
-    FILE *file = fopen("/proc/self/statm", "r");
-    if (!file || fscanf(file, "%*d %lld", &pages) != 1)
-        fail("/proc/self/statm");
+    long long sum = 0;
+    char line[4096];
+    FILE *file = fopen("/proc/self/maps", "r");
+    if (!file)
+        fail("/proc/self/maps");
+    while (fgets(line, sizeof line, file)) {
+        unsigned long long from, to;
+        char rights[5];
+        if (sscanf(line, "%llx-%llx %4s", &from, &to, rights) == 3 && rights[1] == 'w')
+            sum += (long long)(to - from);
+    }
     fclose(file);
-    return pages * 4096;
+    return sum;
 #endif
 }
 

@@ -34,7 +34,12 @@ const USAGE: &str = "usage: ssp [--gelfmu FILE] OUT_DIR [SCENE [ARMOUR_SCENE]]; 
 const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/armour-block.toml");
 
 fn main() -> ExitCode {
-    match pack_systems(std::env::args().skip(1).collect()) {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
+        println!("{USAGE}");
+        return ExitCode::SUCCESS;
+    }
+    match pack_systems(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("error: {message}");
@@ -51,6 +56,9 @@ fn pack_systems(mut arguments: Vec<String>) -> Result<(), String> {
         gelfmu = arguments.drain(option..(option + 2).min(arguments.len())).nth(1).ok_or(USAGE)?.into();
     }
     let gel = GelCommand(gelfmu);
+    if let Some(unknown) = arguments.iter().find(|argument| argument.starts_with('-')) {
+        return Err(format!("{unknown}: no such option; {USAGE}"));
+    }
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let (out, plans) = match arguments.as_slice() {
         [out] => (out, systems::plans(&gel, "sphere-block", ARMOUR_SCENE)?),

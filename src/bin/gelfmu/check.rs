@@ -75,12 +75,13 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
 
 /// Describes the largest memory that a run needs, and the available memory.
 fn describe_memory(memory: &MemoryEstimate) -> String {
-    let available = AmountOfMemory(fmi2::available_memory().bytes);
+    let available = fmi2::available_memory().map(|available| AmountOfMemory(available.bytes));
+    let available = available.map_or(String::new(), |available| format!("; {available} are available"));
     let remeshing = match memory.remeshing {
         0 => String::new(),
         bytes => format!(", and {} more during remeshing", AmountOfMemory(bytes)),
     };
-    format!("The run needs up to {} of memory{remeshing}; {available} are available", AmountOfMemory(memory.building))
+    format!("The run needs up to {} of memory{remeshing}{available}", AmountOfMemory(memory.building))
 }
 
 fn fact_json(fact: &PresetValue) -> Value {

@@ -58,7 +58,7 @@ pub enum GelfmuCommand {
     Check(CheckOptions),
     /// Measure the element updates per second of this machine, the memory of an element and the FMI calls, and print a table
     Bench(BenchOptions),
-    /// Write the FMU for the platform of this host
+    /// Write the FMU of a scene, for every platform whose library is inside this gelfmu
     Pack(PackOptions),
     /// Draw the stages of a remesh: run a planar or axisymmetric scene until its mesh is distorted, and write a page of
     /// pictures
@@ -388,7 +388,7 @@ pub struct PackOptions {
     /// Number of sensors with FMU variables (all of the scene if absent)
     #[arg(long, value_name = "N")]
     pub sensors: Option<usize>,
-    /// Variables that are outputs (those of the coupling mode of the scene if absent); all others are locals
+    /// Variables that are outputs (those of the coupling mode of the scene if absent); other results are locals
     #[arg(long, value_name = "SET", value_enum)]
     pub outputs: Option<OutputChoice>,
     /// Platforms whose libraries are packed, e.g. linux64,win64 (all that are inside this gelfmu if absent)

@@ -119,8 +119,8 @@ pub struct PackedFmu {
 /// Path and bytes of each file in the archive, sorted.
 type ArchiveEntries = BTreeMap<String, Vec<u8>>;
 
-/// Writes the FMU of a scene with this interface for platforms that this program [can pack](platforms). The same scene gives the same
-/// bytes.
+/// Writes the FMU of a scene with this interface for platforms that this program [can pack](platforms). The same scene
+/// and interface give the same bytes.
 pub fn write_fmu(
     source: &SceneSource,
     interface: &PackedInterface,

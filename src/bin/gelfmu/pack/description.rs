@@ -176,11 +176,15 @@ fn kind(xml: &mut Xml, scalar: &ScalarVariable, scene: &toml::Table) -> io::Resu
 }
 
 fn start(scalar: &ScalarVariable, scene: &toml::Table) -> Option<String> {
-    match scalar.variable.start {
-        Some(Start::Integer(_)) => scalar.start(scene).map(|value| format!("{value:.0}")),
-        Some(Start::Text(value)) => Some(value.to_owned()),
-        Some(Start::Boolean(_)) => scalar.start(scene).map(|value| (value != 0.0).to_string()),
-        Some(Start::Real(_)) | None => scalar.start(scene).map(number),
+    let value = scalar.start(scene);
+    match scalar.variable.kind {
+        Kind::Real => value.map(number),
+        Kind::Integer | Kind::Enumeration => value.map(|value| format!("{value:.0}")),
+        Kind::Boolean => value.map(|value| (value != 0.0).to_string()),
+        Kind::String => match scalar.variable.start {
+            Some(Start::Text(text)) => Some(text.to_owned()),
+            _ => None,
+        },
     }
 }
 

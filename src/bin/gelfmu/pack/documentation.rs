@@ -33,8 +33,7 @@ L<sub>1</sub> = L<sub>0</sub> + T H + A</p>
 <p>The kinematic inputs prescribe the motion: x(s) = x<sub>0</sub> + v<sub>0</sub> s + &frac12; a s&sup2; within a step,
 where a is the first derivative of the velocity input (<code>fmi2SetRealInputDerivatives</code>), or 0.</p>
 <h3>Fixed projectile</h3>
-<p>If the scene fixes the projectile (<code>projectile.fixed = true</code>), an input that is read in the mode and
-would move it is refused with <code>fmi2Error</code>: leave position and orientation as the scene has them, all else 0.</p>
+<p>If the scene fixes a body (<code>projectile.fixed = true</code>), it has no inputs that would move it.</p>
 <h3>Inactive bodies, and domes</h3>
 <p>An inactive body (<code>active</code> is false) keeps its position, has no contact and is in no account. When activated,
 it starts from its kinematic inputs, in every mode; inside the gel it is refused. A body with the shape <code>dome</code> is the back
@@ -69,7 +68,7 @@ gives the element, the time and the remedy. Outputs, states and reset remain ava
 A step that brings a body back then is refused with <code>fmi2Error</code>; <code>scene.stop_after_exit</code> of <code>never</code>
 keeps the gel active.</li>
 <li>Times in the log, in <code>history.csv</code>, in the frames and in <code>summary.json</code> count from the start
-of the simulation, whatever <code>startTime</code> is; the variable <code>time</code> and the last successful time
+of the simulation, whatever <code>startTime</code> is; the last successful time
 begin with <code>startTime</code>.</li>
 <li>A step so short, or so far from time 0, that double precision loses a millionth of it is refused with
 <code>fmi2Error</code>.</li>
@@ -91,7 +90,7 @@ standard error of the process.</li>
 files. An instance is refused where the folder is not given or <code>manifest.json</code> in it has another GUID, and where
 one of the files was changed: pack the scene anew instead of editing the unpacked archive. Files that a tool adds are ignored,
 and the model description may be rewritten as long as it keeps its GUID. To run another scene without packing it, set the
-parameter <code>scene</code> to its absolute path.</li>
+parameter <code>scene</code> to its absolute path; one that needs an input that is not listed below is refused.</li>
 <li>A parameter is fixed once initialization is over. One that differs from its start overrides the scene; one that is
 equal to its start leaves another <code>scene</code> as it is.</li>
 <li>A state can be restored in another process. It does not hold <code>threads</code> and
@@ -149,11 +148,11 @@ pub fn external_dependencies(libraries: &BTreeMap<String, Vec<u8>>) -> String {
 fn packed(scene: &Scene) -> String {
     let space = match scene.scene.dimension {
         Dimension::Planar => {
-            "planar: the x-z plane; masses, forces and impulses are for the thickness of the gel. Motion out of the \
-             plane is refused"
+            "planar: the x-z plane; masses, forces and impulses are for the thickness of the gel. There are no inputs \
+             out of the plane"
         }
         Dimension::Axisymmetric => {
-            "axisymmetric about z: x is the radius, totals are for the full revolution. Motion off the axis is refused"
+            "axisymmetric about z: x is the radius, totals are for the full revolution. There are no inputs off the axis"
         }
         Dimension::Spatial => "spatial",
     };
@@ -184,7 +183,7 @@ fn table(interface: &PackedInterface) -> String {
         let _ = writeln!(
             rows,
             "<p>This FMU has variables for {fragments} of the fragments of its scene. Fragment i has those that are marked \
-             with *, named <code>fragment[i].&hellip;</code> without the <code>projectile.</code>, such as \
+             with * and that it can use, named <code>fragment[i].&hellip;</code> without the <code>projectile.</code>, such as \
              <code>fragment[1].depth</code> and <code>fragment[1].contact.impulse[3]</code>; their references are \
              higher by 10000 i.</p>"
         );
@@ -205,18 +204,14 @@ fn table(interface: &PackedInterface) -> String {
     rows + "</table>\n"
 }
 
-/// Makes the row of a variable; empty if no body or sensor has it.
+/// Makes the row of a variable, as the first body or sensor has it; empty if none has it.
 fn row(variable: &'static Variable, interface: &PackedInterface) -> String {
-    let bodies = 0..=interface.ports.fragments();
-    let is_there = |component| {
-        let mut scalars = bodies.clone().map(|body| ScalarVariable { variable, component, body });
-        scalars.any(|own| interface.ports.include(&own))
+    let components = |body: usize| -> Vec<ScalarVariable> {
+        ScalarVariable::of(variable, body).filter(|own| interface.ports.include(own)).collect()
     };
-    let components: Vec<usize> = (0..variable.size()).filter(|component| is_there(*component)).collect();
-    if components.is_empty() || variable.causality == Causality::Independent {
-        return String::new();
-    }
-    let (name, reference) = name_and_reference(variable, &components);
+    let scalars = (0..=interface.ports.fragments()).map(components).find(|scalars| !scalars.is_empty());
+    let Some(scalars) = scalars.filter(|_| variable.causality != Causality::Independent) else { return String::new() };
+    let (name, reference) = name_and_reference(&scalars);
     let star = if interface.ports.fragments() > 0 && variable.each { " *" } else { "" };
     let description = variable.description().replace(['{', '}'], "").replace('|', ", ");
     let details = if variable.details.is_empty() { String::new() } else { format!(". {}", variable.details) };
@@ -230,17 +225,23 @@ fn row(variable: &'static Variable, interface: &PackedInterface) -> String {
     )
 }
 
-/// Formats name and reference of a variable of these components: as a range if it has all.
-fn name_and_reference(variable: &Variable, components: &[usize]) -> (String, String) {
-    let Variable { name, reference: first, length, .. } = *variable;
-    if length == 0 {
-        return (name.to_owned(), first.to_string());
+/// Formats name and reference of the components of a variable: as a range if it has all.
+fn name_and_reference(scalars: &[ScalarVariable]) -> (String, String) {
+    let variable = scalars[0].variable;
+    // The rows of sensors stand for each of them.
+    let name = if variable.is_of_sensors() { variable.name.to_owned() } else { scalars[0].row_name() };
+    let (first, last) = (scalars[0].reference(), scalars[scalars.len() - 1].reference());
+    if variable.length == 0 {
+        return (name, first.to_string());
     }
-    if components.len() == length as usize {
-        return (format!("{name}[1..{length}]"), format!("{first}&ndash;{}", first + length - 1));
+    if scalars.len() == variable.size() {
+        return (format!("{name}[1..{}]", variable.length), format!("{first}&ndash;{last}"));
     }
-    let list = |offset: u32| components.iter().map(|i| (offset + *i as u32).to_string()).collect::<Vec<_>>().join(", ");
-    (format!("{name}[{}]", list(1)), list(first))
+    let list = |part: &dyn Fn(&ScalarVariable) -> u32| {
+        scalars.iter().map(|scalar| part(scalar).to_string()).collect::<Vec<_>>().join(", ")
+    };
+    let components = list(&|scalar| scalar.component as u32 + 1);
+    (format!("{name}[{components}]"), list(&ScalarVariable::reference))
 }
 
 fn causality(causality: Causality) -> &'static str {
@@ -281,13 +282,13 @@ mod tests {
         for variable in fmi2::VARIABLES.iter().filter(|variable| variable.causality != Causality::Independent) {
             assert!(full.contains(variable.name), "{}", variable.name);
         }
-        let page = page(&scene, &PackedInterface::full(&scene), &libraries);
-        assert!(!page.contains("<code>projectile.bulge_height</code>"));
-        assert!(page.contains("<code>projectile.external_force[1..3]</code>"));
+        let own = page(&scene, &PackedInterface::full(&scene), &libraries);
+        assert!(!own.contains("<code>projectile.bulge_height</code>"));
+        assert!(own.contains("<code>projectile.external_force[1..3]</code>"));
         let on_axis = scene::read(scene::builtin("fbi-bb").unwrap()).unwrap();
-        let on_axis = super::page(&on_axis, &PackedInterface::full(&on_axis), &libraries);
+        let on_axis = page(&on_axis, &PackedInterface::full(&on_axis), &libraries);
         assert!(on_axis.contains("<code>projectile.position[3]</code></td><td>102</td>"));
-        assert!(page.contains("sphere-block") && !page.contains("{x|y|z}"));
-        assert!(page.contains("needs the GNU C library, version 2.4 or later"));
+        assert!(own.contains("sphere-block") && !own.contains("{x|y|z}"));
+        assert!(own.contains("needs the GNU C library, version 2.4 or later"));
     }
 }

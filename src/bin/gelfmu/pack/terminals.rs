@@ -14,7 +14,8 @@ pub const ICON: &str = "terminalsAndIcons/icon.png";
 /// Makes the file of an interface: a partner with members of the same names can be connected to a terminal at once.
 pub fn xml(interface: &PackedInterface) -> io::Result<String> {
     let is_port = |scalar: &ScalarVariable| {
-        matches!(scalar.variable.causality_in(interface.outputs), Causality::Input | Causality::Output)
+        let belongs = scalar.variable.each || scalar.variable.is_of_sensors();
+        belongs && matches!(scalar.variable.causality_in(interface.outputs), Causality::Input | Causality::Output)
     };
     let mut terminals: BTreeMap<TerminalKey, Vec<ScalarVariable>> = BTreeMap::new();
     for scalar in interface.ports.scalars().filter(is_port) {
