@@ -90,7 +90,7 @@ platform() {
     case $1 in
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
     # Without native thread-local storage each load of the library takes indices that Windows has 1088 of, and that none gives back:
-    # a process that loads and frees it a hundred times would end.
+    # a process that loads and frees it some hundred times would end.
     win64) RUST_OPTIONS=-Zhas-thread-local=yes library_with_std win64 x86_64-pc-windows-gnu ballistic_gel.dll dll ;;
     aarch64-linux) library_with_std aarch64-linux aarch64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
     darwin64) MACOSX_DEPLOYMENT_TARGET=11.0 library_with_std darwin64 universal2-apple-darwin libballistic_gel.dylib dylib ;;

@@ -25,8 +25,10 @@ LIBRARIES = {"linux64": "BallisticGel.so", "win64": "BallisticGel.dll", "aarch64
 SCENES = {"sphere-block": ([], 1e-4, 12), "fbi-bb": ([], 2e-5, 4)}
 COARSE = {"sphere-block": (["--set", "mesh.size=10e-3"], 1e-4, 12)}
 CYCLES = 20
-# Growth of the memory that the allocators of the systems may show over three quarters of the cycles, bytes.
+# Memory by which a process may grow, bytes: once, and with each cycle. A load leaves behind the queue of freed memory that the
+# threads of rayon share (crossbeam-epoch), 11 kB in static variables that no unloading frees; an instance is a hundred times that.
 GROWTH = 4 << 20
+GROWTH_PER_CYCLE = 64 << 10
 NEWEST_GLIBC = (2, 17)
 SYSTEM_DLLS = re.compile(
     r"(api-ms-win-[a-z0-9-]+|advapi32|bcrypt|bcryptprimitives|kernel32|ntdll|ole32|oleaut32|pdh|powrprof|psapi|shell32"
@@ -99,11 +101,12 @@ def check_needs(library):
     print(f"{library.parent.name}: {library.stat().st_size} bytes, needs glibc {'.'.join(map(str, newest))}")
 
 
-def check_memory(scene, platform, text):
+def check_memory(scene, platform, text, cycles):
     """Refuses a process that grew with the cycles of load and unload."""
     early, late = map(int, re.search(r"memory (\d+) bytes after \d+ cycles, (\d+) after all", text).groups())
-    if late - early > GROWTH:
-        raise SystemExit(f"{scene} on {platform}: found {late} bytes after {early}, expected at most {GROWTH} more")
+    most = GROWTH + cycles * GROWTH_PER_CYCLE
+    if late - early > most:
+        raise SystemExit(f"{scene} on {platform}: found {late} bytes after {early}, expected at most {most} more")
 
 
 def main():
@@ -135,7 +138,7 @@ def main():
             passed += len(seen)
             for platform, text in seen.items():
                 print(f"{scene} on {platform}:\n{text.strip()}", flush=True)
-                check_memory(scene, platform, text)
+                check_memory(scene, platform, text, cycles)
             results = {text.split("memory ")[0] for text in seen.values()}
             runs = [line.split(" impulse ")[1] for line in next(iter(results)).splitlines() if " impulse " in line]
             if len(results) != 1 or len(set(runs)) != 1 or len(runs) != 4:
