@@ -25,9 +25,9 @@ LIBRARIES = {"linux64": "BallisticGel.so", "win64": "BallisticGel.dll", "aarch64
 SCENES = {"sphere-block": ([], 1e-4, 12), "fbi-bb": ([], 2e-5, 4)}
 COARSE = {"sphere-block": (["--set", "mesh.size=10e-3"], 1e-4, 12)}
 CYCLES = 20
-# Memory by which a process may grow, bytes: once, and with each cycle. A load leaves behind the queue of freed memory that the
-# threads of rayon share (crossbeam-epoch), 11 kB in static variables that no unloading frees; an instance is a hundred times that.
-GROWTH = 4 << 20
+# Memory by which a process may grow, bytes: once, by what allocators keep, and with each cycle. A load leaves behind the queue of freed memory that the
+# threads of rayon share (crossbeam-epoch), 11 kB in static variables that no unloading frees; an instance has tens of megabytes.
+GROWTH = 16 << 20
 GROWTH_PER_CYCLE = 64 << 10
 NEWEST_GLIBC = (2, 17)
 SYSTEM_DLLS = re.compile(
