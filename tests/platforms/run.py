@@ -88,7 +88,11 @@ def packed(gelfmu, scene, options, folder):
 def check_needs(library):
     """Prints what a library needs, and refuses what old systems lack."""
     if library.suffix == ".dll":
-        needs = re.findall(r"DLL Name: (\S+)", output("objdump", "-p", library))
+        imports = output("objdump", "-p", library)
+        # Windows has 1088 indices of thread-local storage, and unloading gives none back: some hundred loads would end the process.
+        if re.search(r"\bTlsAlloc\b", imports):
+            raise SystemExit(f"{library}: found an import of TlsAlloc, expected native thread-local storage")
+        needs = re.findall(r"DLL Name: (\S+)", imports)
         strange = [name for name in needs if not SYSTEM_DLLS.fullmatch(name)]
         if strange:
             raise SystemExit(f"{library}: found imports of {strange}, expected only those of the system")
