@@ -93,7 +93,11 @@ platform() {
     # a process that loads and frees it some hundred times would end.
     win64) RUST_OPTIONS=-Zhas-thread-local=yes library_with_std win64 x86_64-pc-windows-gnu ballistic_gel.dll dll ;;
     aarch64-linux) library_with_std aarch64-linux aarch64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
-    darwin64) MACOSX_DEPLOYMENT_TARGET=11.0 library_with_std darwin64 universal2-apple-darwin libballistic_gel.dylib dylib ;;
+    # Without a name of its own the library would name the folder that it was built in.
+    darwin64)
+        MACOSX_DEPLOYMENT_TARGET=11.0 RUST_OPTIONS=-Clink-arg=-Wl,-install_name,@rpath/BallisticGel.dylib \
+            library_with_std darwin64 universal2-apple-darwin libballistic_gel.dylib dylib
+        ;;
     *)
         printf '%s: no platform; expected linux64, win64, aarch64-linux or darwin64\n' "$1" >&2
         return 2
