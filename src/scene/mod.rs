@@ -19,8 +19,11 @@ mod physics;
 mod places;
 mod preset;
 mod projectile;
+mod quantity;
 mod read;
 mod remesh;
+#[cfg(feature = "cli")]
+mod schema;
 mod shape;
 mod stl;
 mod tables;
@@ -44,7 +47,10 @@ pub use physics::{modelled_physics, switched_off};
 pub(crate) use places::numbered;
 pub use preset::{ApplicableModels, Preset, PresetValue, ShotRange};
 pub use projectile::*;
+pub use quantity::{QuantityKind, radians};
 pub use read::{MOST_BYTES, OverriddenScene, OverrideError, read, read_with, read_with_files};
 pub use remesh::{RemeshMethod, RemeshSpec};
+#[cfg(feature = "cli")]
+pub use schema::schema;
 pub use tables::*;
 pub use validate::MOST_STEPS;

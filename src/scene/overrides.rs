@@ -1,7 +1,7 @@
 //! Overrides: single values written over those of a scene text.
 
 use super::former_keys::{key_in_document, present_key};
-use super::{FidelityKind, FidelityLevel, Scene, SceneError, explain};
+use super::{FidelityKind, FidelityLevel, QuantityKind, Scene, SceneError, explain};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -194,11 +194,18 @@ fn parse_value(change: &Override) -> Result<Value, SceneError> {
     match text.parse::<Value>() {
         Ok(value) => Ok(value),
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::from(text.as_str())),
+        Err(_) if is_quantity(change) => Ok(Value::from(text.as_str())),
         Err(_) => {
             let found = if text.is_empty() { "no value".to_owned() } else { format!("`{text}`") };
             Err(SceneError::value(&change.key, found, "a TOML value, such as 2e-3, [0, 0, -2], true or \"text\""))
         }
     }
+}
+
+/// Returns true for a number with a unit, such as 124 gr, of a key with a unit.
+fn is_quantity(change: &Override) -> bool {
+    let name = change.key.rsplit('.').next().unwrap_or_default();
+    QuantityKind::of_key(name).is_some_and(|kind| kind.parse(&change.value).is_ok())
 }
 
 fn implicit_table() -> Item {

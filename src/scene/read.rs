@@ -3,6 +3,7 @@
 use super::former_keys::{refuse_removed_keys, rename_keys};
 use super::overrides::{Override, apply_level, keys_overlap, level_error};
 use super::places::{KeyLocations, join, numbered};
+use super::quantity::si_text;
 use super::validate::validate;
 use super::{FileSource, Scene, SceneError, explain, files, fill, no_files, resolve};
 use serde::Deserialize;
@@ -120,6 +121,7 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
+    let text = &*si_text(text)?;
     let parsed = parse_table(text);
     let table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     let places = KeyLocations::of(text, table.get_ref());

@@ -350,19 +350,3 @@ impl Scene {
         if self.output.force_window > 0.0 { self.output.force_window } else { self.scene.end_time / 100.0 }
     }
 }
-
-/// JSON schema of a scene file, with which editors complete and check scenes.
-///
-/// # Examples
-/// ```
-/// let schema = ballistic_gel::scene::schema();
-/// assert_eq!(schema["properties"]["mesh"]["$ref"], "#/$defs/MeshSpec");
-/// ```
-#[cfg(feature = "cli")]
-#[must_use]
-pub fn schema() -> serde_json::Value {
-    let mut schema = schemars::schema_for!(Scene).to_value();
-    // A preset may supply all other keys of a gel.
-    schema["$defs"]["GelSpec"]["required"] = serde_json::json!(["shape"]);
-    schema
-}
