@@ -16,4 +16,4 @@ pub(crate) use spatial::{
     BoundingBox, Bvh, CellContact, CellDivision, FaceNeighbour, OrthCell, OrthTree, cell_indices, morton_code,
     morton_order, subdivide,
 };
-pub use trimesh::{SurfaceError, TriangleSurface, TriangulatedBody};
+pub use trimesh::{ChiselCylinder, SurfaceError, TriangleSurface, TriangulatedBody};

@@ -37,17 +37,23 @@ fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
         | BodyShape::Capsule { .. }
         | BodyShape::Bullet(_)
         | BodyShape::Plate { .. }
+        | BodyShape::Chisel(_)
         | BodyShape::HalfSpace { .. }
         | BodyShape::Dome { .. } => None,
     }
 }
 
-/// Reads the files that a scene names.
+/// Reads the files that a scene names, and builds the solids that are made of triangles.
 pub(super) fn attach_files(scene: &mut Scene, files: &FileSource<'_>) -> Result<(), SceneError> {
     for (i, body) in scene.bodies_mut().enumerate() {
-        if let BodyShape::Stl(stl) = &mut body.shape {
-            let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
-            stl.content = Some(read_stl(stl, files).map_err(named)?);
+        match &mut body.shape {
+            BodyShape::Stl(stl) => {
+                let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
+                stl.content = Some(read_stl(stl, files).map_err(named)?);
+            }
+            // Lengths that make no solid are refused with their keys, later.
+            BodyShape::Chisel(chisel) => chisel.solid = chisel.outline().solid().ok().map(Arc::new),
+            _ => {}
         }
     }
     Ok(())

@@ -116,6 +116,9 @@ fn describe_balance(scene: &Scene, i: usize) -> Option<String> {
         ShapeGeometry::Profile(profile) => {
             format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z)
         }
+        ShapeGeometry::Solid(solid) if matches!(scene.body(i).shape, BodyShape::Chisel(_)) => {
+            format!(", centre of mass {:.6} m behind the front face", solid.reach(&-Vector3::z()))
+        }
         ShapeGeometry::Solid(solid) => describe_surface(&solid),
         ShapeGeometry::Sphere(_) | ShapeGeometry::Plate(_) | ShapeGeometry::HalfSpace(_) | ShapeGeometry::Dome(_) => {
             String::new()

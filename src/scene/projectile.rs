@@ -1,6 +1,7 @@
 //! Tables of a rigid body. The field docs are the descriptions that an editor shows; units are SI.
 
-use crate::geometry::TriangulatedBody;
+use super::radians;
+use crate::geometry::{ChiselCylinder, TriangulatedBody};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -89,6 +90,9 @@ pub enum BodyShape {
         #[serde(default)]
         edge_radius: f64,
     },
+    /// Chisel-nosed cylinder about the z axis of the body, as of a fragment simulating projectile, its nose towards
+    /// -z and the edges of its front face along y; in `spatial` only.
+    Chisel(ChiselSpec),
     /// Closed triangulated surface from an STL file; in `spatial` only.
     Stl(StlSpec),
     /// Half-space on the far side of a plane through the body's origin.
@@ -104,6 +108,34 @@ pub enum BodyShape {
         /// Base radius of the cap, m.
         radius: f64,
     },
+}
+
+/// Chisel-nosed cylinder: a flat front face across the diameter, and a flat that slopes back at each side of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct ChiselSpec {
+    /// Radius, m.
+    pub radius: f64,
+    /// Overall length, m.
+    pub length: f64,
+    /// Width of the front face, m.
+    pub face_width: f64,
+    /// Angle between each sloping flat and the plane of the front face, degrees.
+    pub face_angle: f64,
+    /// Solid body, once the scene is read.
+    #[serde(skip)]
+    pub solid: Option<Arc<TriangulatedBody>>,
+}
+
+impl ChiselSpec {
+    /// Outline of the body.
+    #[must_use]
+    pub fn outline(&self) -> ChiselCylinder {
+        let &Self { radius, length, face_width, face_angle, .. } = self;
+        let (sin, cos) = libm::sincos(radians(face_angle));
+        ChiselCylinder { radius, length, face_width, slope: sin / cos }
+    }
 }
 
 /// Rigid body from an STL file: oriented as in the file, its origin moved to the centre of mass of the homogeneous

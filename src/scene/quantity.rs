@@ -111,8 +111,24 @@ impl QuantityKind {
         }
     }
 
+    /// Name of the quantity.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Length => "length",
+            Self::Mass => "mass",
+            Self::Time => "time",
+            Self::Speed => "speed",
+            Self::AngularVelocity => "angular velocity",
+            Self::Density => "density",
+            Self::Pressure => "pressure",
+            Self::Angle => "angle",
+        }
+    }
+
     /// Value with a unit, as an example.
-    fn example(self) -> &'static str {
+    #[must_use]
+    pub fn example(self) -> &'static str {
         match self {
             Self::Length => "9.02 mm",
             Self::Mass => "124 gr",
@@ -180,8 +196,8 @@ pub fn radians(degrees: f64) -> f64 {
 /// Splits a text at the first character of its unit; an exponent belongs to the number.
 fn split_unit(text: &str) -> (&str, &str) {
     let is_exponent = |at: usize| {
-        let rest = text[at + 1..].trim_start_matches(['+', '-']);
-        text[at..].starts_with(['e', 'E']) && rest.starts_with(|c: char| c.is_ascii_digit())
+        let rest = text[at..].strip_prefix(['e', 'E']).map(|rest| rest.trim_start_matches(['+', '-']));
+        rest.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
     };
     let is_unit = |(at, c): &(usize, char)| !(c.is_ascii_digit() || "+-._ ".contains(*c)) && !is_exponent(*at);
     let at = text.char_indices().find(is_unit).map_or(text.len(), |(at, _)| at);

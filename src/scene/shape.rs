@@ -27,6 +27,9 @@ impl Scene {
             &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
             BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
             &BodyShape::Plate { size, edge_radius } => ShapeGeometry::Plate(plate(size, edge_radius, sweep)),
+            BodyShape::Chisel(chisel) => {
+                ShapeGeometry::Solid(chisel.solid.clone().expect("the solid of a scene that was read is built"))
+            }
             BodyShape::Stl(stl) => {
                 ShapeGeometry::Solid(stl.solid().expect("the file of a scene that was read is read"))
             }

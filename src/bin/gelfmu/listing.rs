@@ -2,8 +2,9 @@
 
 use crate::console::Console;
 use crate::failure::CommandError;
+use crate::new::named_projectile;
 use crate::{completions, source};
-use ballistic_gel::scene;
+use ballistic_gel::scene::{self, LibraryProjectile};
 use clap_complete::Shell;
 use comfy_table::{Table, presets};
 use serde_json::{Value, json};
@@ -40,6 +41,30 @@ fn unknown_scene(name: &str) -> CommandError {
         "scene {name}: found no built-in scene of this name{hint}, expected one of {}",
         known.join(", ")
     ))
+}
+
+/// Lists the projectiles of the library, or prints the named one with its sources.
+pub fn projectiles(name: Option<&str>, console: &Console) -> Result<(), CommandError> {
+    let Some(name) = name else {
+        list_projectiles(console);
+        return Ok(());
+    };
+    let projectile = named_projectile(name)?;
+    let text = scene::library().find(|(known, _)| *known == name).map_or("", |(_, text)| text);
+    console.document(&json!(projectile), text);
+    Ok(())
+}
+
+fn list_projectiles(console: &Console) {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    let mut rows = Vec::new();
+    for projectile in scene::library().filter_map(|(name, _)| LibraryProjectile::named(name)) {
+        let LibraryProjectile { name, title, kind, speed, mass, .. } = projectile;
+        table.add_row([name.clone(), format!("{:.2} g", 1e3 * mass), format!("{speed:.0} m/s"), title.clone()]);
+        rows.push(json!({ "name": name, "title": title, "kind": kind, "speed": speed, "mass": mass }));
+    }
+    console.document(&Value::Array(rows), &table.to_string());
 }
 
 /// Prints the JSON schema of scene files.

@@ -11,6 +11,7 @@ mod interrupt;
 mod job;
 mod level;
 mod listing;
+mod new;
 mod options;
 mod pack;
 mod progress;
@@ -22,6 +23,7 @@ mod source;
 mod summary;
 mod through_fmu;
 mod trade;
+mod validate;
 
 use clap::{CommandFactory, FromArgMatches};
 use console::Console;
@@ -57,6 +59,9 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::Check(options) => check::check(&options, console)?,
         GelfmuCommand::Pack(options) => pack::pack(&options, console)?,
         GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
+        GelfmuCommand::New(options) => new::new(&options, console)?,
+        GelfmuCommand::Projectiles { name } => listing::projectiles(name.as_deref(), console)?,
+        GelfmuCommand::Validate(options) => return validate::validate(&options, console),
         GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
         GelfmuCommand::Schema => listing::schema(console),
         GelfmuCommand::Completions { shell } => listing::completions(shell, console),

@@ -1,8 +1,11 @@
 //! Command-line interface: subcommands, their options and the parsers of the values.
 
+use crate::bench::BenchOptions;
+use crate::new::NewOptions;
 use crate::trade::CouplingVariant;
+use crate::validate::ValidateOptions;
 use ballistic_gel::fmi2::{self, OutputSet};
-use ballistic_gel::scene::{self, FidelityKind, Override};
+use ballistic_gel::scene::{self, FidelityKind, Override, QuantityKind};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, Parser, Subcommand, ValueEnum};
@@ -77,6 +80,20 @@ pub enum GelfmuCommand {
     /// Run one scene of a trade ladder and print its row as JSON
     #[command(hide = true)]
     TradeRow(TradeRowOptions),
+    /// Write the scene of a shot: a projectile of the library, a speed, a yaw and a block of gel
+    ///
+    /// The scene is complete and commented: mesh and remeshing from the calibre, end time from an estimate of the path.
+    New(NewOptions),
+    /// List the projectiles of the library, or print one with the source of each value
+    Projectiles {
+        /// Name of the projectile to print
+        #[arg(value_parser = ProjectileNameParser, hide_possible_values = true)]
+        name: Option<String>,
+    },
+    /// Run the measured shots of the library and print computed beside measured depths
+    ///
+    /// Finished shots are kept in the folder: the same command continues an interrupted validation.
+    Validate(ValidateOptions),
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
@@ -238,83 +255,6 @@ pub struct RemeshDemoOptions {
     pub threads: usize,
 }
 
-/// Options of `gelfmu bench`.
-#[derive(Debug, Args)]
-pub struct BenchOptions {
-    /// Small meshes and short measurements: seconds instead of minutes
-    #[arg(long)]
-    pub quick: bool,
-    /// Number of threads to compare with one thread, 0 for all cores
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_threads, allow_hyphen_values = true)]
-    pub threads: usize,
-    /// Approximate numbers of elements of the meshes, e.g. 26000,165000,1000000 (the default; 7000 if quick)
-    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = parse_elements, allow_hyphen_values = true)]
-    pub elements: Vec<usize>,
-    /// Measure this kind of element only
-    #[arg(long, value_name = "KIND", value_enum)]
-    pub element: Option<ElementName>,
-    /// Measure this section only; may be repeated
-    #[arg(long, value_name = "NAME", value_enum)]
-    pub only: Vec<SectionName>,
-}
-
-/// Kinds of elements, named like `mesh.element` in a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ElementName {
-    /// Single triangles or tetrahedra
-    Plain,
-    /// F-bar patches: pairs of triangles, groups of four tetrahedra
-    Patch,
-}
-
-impl ElementName {
-    /// Returns the value of `mesh.element` in a scene.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Plain => "plain",
-            Self::Patch => "patch",
-        }
-    }
-}
-
-/// Sections of the benchmark.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SectionName {
-    /// Memory per element, bytes
-    Memory,
-    /// Whole step with contact, on one and more threads
-    Steps,
-    /// FMI calls of the packed FMU
-    Calls,
-}
-
-impl SectionName {
-    /// Returns the name on the command line and in JSON.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Memory => "memory",
-            Self::Steps => "steps",
-            Self::Calls => "calls",
-        }
-    }
-
-    /// Describes the figures of the section and their measurement.
-    pub fn about(self) -> &'static str {
-        match self {
-            Self::Memory => {
-                "bytes per element: counted by the engine, and growth of the resident set of a separate process while a gel is \
-                 built and first stepped"
-            }
-            Self::Steps => {
-                "the whole step of sphere-block in mid-contact, all of the gel moving (at 0.01 m/s): the same steps from the \
-                 same state, repeated by each number of threads in turn; cores are free if no thread waits for a core: a \
-                 step then takes the CPU time of the caller and of the busiest thread"
-            }
-            Self::Calls => "calls through the packed FMU, as an importer makes them, one thread",
-        }
-    }
-}
-
 /// Options of `gelfmu trade`.
 #[derive(Debug, Args)]
 pub struct TradeOptions {
@@ -436,23 +376,47 @@ impl TypedValueParser for SceneNameParser {
     }
 }
 
+/// Parser of a projectile's name: the names of the library are completed.
+#[derive(Debug, Clone, Copy)]
+pub struct ProjectileNameParser;
+
+impl TypedValueParser for ProjectileNameParser {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(scene::library().map(|(name, _)| PossibleValue::new(name))))
+    }
+}
+
 /// Parses a level by its name, which shells complete, or by its number.
-fn level_parser() -> impl TypedValueParser<Value = FidelityKind> {
+pub fn level_parser() -> impl TypedValueParser<Value = FidelityKind> {
     let numbered = FidelityKind::ALL.iter().zip(["0", "1", "2", "3", "4"]);
     let names = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
     PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|text| text.parse::<FidelityKind>())
 }
 
 fn parse_time(text: &str) -> Result<f64, String> {
-    parse_positive(text, "time, s")
+    parse_quantity(text, QuantityKind::Time)
 }
 
 fn parse_length(text: &str) -> Result<f64, String> {
-    parse_positive(text, "length, m")
+    parse_quantity(text, QuantityKind::Length)
 }
 
-fn parse_speed(text: &str) -> Result<f64, String> {
-    parse_positive(text, "speed, m/s")
+/// Parses a positive speed with or without a unit.
+pub fn parse_speed(text: &str) -> Result<f64, String> {
+    parse_quantity(text, QuantityKind::Speed)
+}
+
+fn parse_quantity(text: &str, kind: QuantityKind) -> Result<f64, String> {
+    let expected = || {
+        format!("expected a positive {}, {}, or with a unit, such as \"{}\"", kind.name(), kind.unit(), kind.example())
+    };
+    kind.parse(text).ok().filter(|value| *value > 0.0).ok_or_else(expected)
 }
 
 fn parse_positive(text: &str, what: &str) -> Result<f64, String> {
@@ -462,25 +426,13 @@ fn parse_positive(text: &str, what: &str) -> Result<f64, String> {
     }
 }
 
-/// Least and greatest number of elements of a benchmark mesh: cells of a fifth of the height of the block; the memory
-/// of a process.
-const ELEMENT_RANGE: (usize, usize) = (7000, 20_000_000);
-
-fn parse_elements(text: &str) -> Result<usize, String> {
-    let (least, most) = ELEMENT_RANGE;
-    match text.parse::<usize>() {
-        Ok(n) if (least..=most).contains(&n) => Ok(n),
-        _ => Err(format!("expected a number of elements from {least} to {most}")),
-    }
-}
-
 /// Parses an error in percent as a fraction.
 fn parse_error(text: &str) -> Result<f64, String> {
     parse_positive(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%")
         .map(|percent| 0.01 * percent)
 }
 
-fn parse_jobs(text: &str) -> Result<usize, String> {
+pub fn parse_jobs(text: &str) -> Result<usize, String> {
     let most = fmi2::most_threads();
     match text.parse::<usize>() {
         Ok(n) if (1..=most).contains(&n) => Ok(n),
@@ -488,7 +440,7 @@ fn parse_jobs(text: &str) -> Result<usize, String> {
     }
 }
 
-fn parse_threads(text: &str) -> Result<usize, String> {
+pub fn parse_threads(text: &str) -> Result<usize, String> {
     let most = fmi2::most_threads();
     match text.parse::<usize>() {
         Ok(n) if n <= most => Ok(n),

@@ -1,6 +1,7 @@
 //! Rigid bodies bounded by a closed triangulated surface.
 
 mod body;
+mod chisel;
 mod closest;
 mod crossing;
 mod exact;
@@ -14,4 +15,5 @@ mod tree;
 mod winding;
 
 pub use body::TriangulatedBody;
+pub use chisel::ChiselCylinder;
 pub use surface::{SurfaceError, TriangleSurface};

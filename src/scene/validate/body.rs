@@ -70,6 +70,7 @@ fn check_moving(body: &ProjectileSpec) -> CheckResult {
             | BodyShape::Capsule { .. }
             | BodyShape::Bullet(_)
             | BodyShape::Plate { .. }
+            | BodyShape::Chisel(_)
             | BodyShape::Stl(_),
         ) => Ok(()),
     }

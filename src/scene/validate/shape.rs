@@ -2,7 +2,7 @@
 
 use super::domain::{CheckResult, positive, require, within};
 use crate::math::Vector3;
-use crate::scene::{BodyShape, BulletNose, BulletSpec, Dimension, SceneError};
+use crate::scene::{BodyShape, BulletNose, BulletSpec, ChiselSpec, Dimension, SceneError};
 
 const LENGTH: &str = "a positive length, m";
 const IN_SPACE: &str = "another shape: only a scene with dimension = \"spatial\" takes any closed surface";
@@ -24,6 +24,7 @@ pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> CheckResult {
         }
         BodyShape::Bullet(bullet) => check_bullet(bullet),
         BodyShape::Plate { size, edge_radius } => check_plate(size, *edge_radius, dimension),
+        BodyShape::Chisel(chisel) => check_chisel(chisel, dimension),
         BodyShape::Stl(stl) => {
             let found = || format!("{:?}, a body in space", stl.file);
             require(dimension == Dimension::Spatial, "projectile.shape.stl", found, IN_SPACE)
@@ -44,6 +45,22 @@ pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> CheckResult {
             )
         }
     }
+}
+
+fn check_chisel(chisel: &ChiselSpec, dimension: Dimension) -> CheckResult {
+    let found = || format!("a chisel of radius {:?}, a body in space", chisel.radius);
+    require(dimension == Dimension::Spatial, "projectile.shape.chisel", found, IN_SPACE)?;
+    positive("projectile.shape.chisel.radius", chisel.radius, LENGTH)?;
+    positive("projectile.shape.chisel.length", chisel.length, LENGTH)?;
+    let (least, most) = (0.02 * chisel.radius, 1.9 * chisel.radius);
+    within("projectile.shape.chisel.face_width", chisel.face_width, least..=most)?;
+    within("projectile.shape.chisel.face_angle", chisel.face_angle, 1.0..=85.0)?;
+    let flats = chisel.outline().flat_length();
+    let expected = format!("more than the sloping flats, {flats:?} m");
+    let found = || format!("{:?}", chisel.length);
+    require(chisel.length > flats, "projectile.shape.chisel.length", found, &expected)?;
+    let found = || format!("{:?}", chisel.outline());
+    require(chisel.solid.is_some(), "projectile.shape.chisel", found, "lengths of a body that can be meshed")
 }
 
 fn check_plate(size: &[f64; 3], edge_radius: f64, dimension: Dimension) -> CheckResult {

@@ -1,12 +1,12 @@
 //! Cost of the FMI calls of the packed FMU, made like those of an importer.
 
 use super::Measurement;
+use super::options::SectionName;
 use super::scenes::{cell_size, drifting_gel, new_override};
 use super::settings::BenchSettings;
 use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::BenchRow;
 use crate::failure::{CommandError, RunError};
-use crate::options::SectionName;
 use crate::source;
 use crate::through_fmu::FmuImporter;
 use ballistic_gel::fmi2::LoadedState;

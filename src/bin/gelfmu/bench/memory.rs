@@ -3,12 +3,12 @@
 //! Memory freed by an earlier gel would hide the growth, so each of several gels is built in a separate process.
 
 use super::Measurement;
+use super::options::SectionName;
 use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_simulation, step_to};
 use super::settings::{BenchMesh, BenchSettings};
 use super::spent::MeasuredTime;
 use super::table::BenchRow;
 use crate::failure::{CommandError, RunError};
-use crate::options::SectionName;
 use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;

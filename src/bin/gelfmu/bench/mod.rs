@@ -2,6 +2,7 @@
 
 mod calls;
 mod memory;
+mod options;
 mod scenes;
 mod settings;
 mod spent;
@@ -12,10 +13,11 @@ mod threads;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::interrupt;
-use crate::options::{BenchOptions, SectionName};
 use crate::pack::{PackedLibraries, own_platform};
 use crate::progress::ProgressDisplay;
 use ballistic_gel::fmi2;
+pub use options::BenchOptions;
+use options::SectionName;
 use serde_json::{Map, Value, json};
 use settings::BenchSettings;
 use table::BenchRow;

@@ -1,7 +1,7 @@
 //! Scenes of the benchmark: built-in scenes with some keys replaced.
 
+use super::options::ElementName;
 use crate::failure::{CommandError, RunError};
-use crate::options::ElementName;
 use crate::source;
 use ballistic_gel::scene::{Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};

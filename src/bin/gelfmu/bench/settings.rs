@@ -1,8 +1,8 @@
 //! Settings of the benchmark: sizes, kinds of elements, threads and repetitions.
 
 use super::n_threads;
+use super::options::{BenchOptions, ElementName, SectionName};
 use super::spent::RepeatPolicy;
-use crate::options::{BenchOptions, ElementName, SectionName};
 use fearless_simd::Level;
 use serde_json::{Value, json};
 

@@ -1,13 +1,13 @@
 //! Whole step with contact: a block that moves everywhere while the ball presses into timing.
 
 use super::Measurement;
+use super::options::{ElementName, SectionName};
 use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_simulation, step_to};
 use super::settings::{BenchMesh, BenchSettings};
 use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::BenchRow;
 use super::threads::ThreadTimes;
 use crate::failure::CommandError;
-use crate::options::{ElementName, SectionName};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Simulation;
 

@@ -15,6 +15,7 @@ mod work;
 
 pub use importer::CouplingVariant;
 pub use row::print_row;
+pub use work::file_failure;
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};

@@ -1,0 +1,50 @@
+//! `gelfmu new`: the scene of a shot with a projectile of the library.
+
+mod block;
+mod options;
+mod shot;
+mod sizes;
+mod text;
+
+pub use block::BlockSize;
+pub use options::NewOptions;
+pub use shot::{Shot, named_projectile};
+pub use text::scene_text;
+
+use crate::console::Console;
+use crate::failure::{CommandError, RunError};
+use serde_json::json;
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+/// Prints the scene of a shot, or writes it to a file that does not exist.
+pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> {
+    let shot = Shot::of(options)?;
+    let text = scene_text(&shot)?;
+    let Some(path) = &options.out else {
+        console.document(&json!({ "text": text }), &text);
+        return Ok(());
+    };
+    write_new(path, &text)?;
+    let shown = path.display();
+    let estimate = json!({ "longest_path": shot.longest_path(), "longest_time": shot.longest_time() });
+    let told = format!(
+        "{shown}: {}. Run it with: gelfmu run {shown} --fidelity draft (coarse, standard and fine cost more)",
+        shot.projectile.title
+    );
+    console.result(&json!({ "file": shown.to_string(), "estimate": estimate }), &told);
+    Ok(())
+}
+
+fn write_new(path: &Path, text: &str) -> Result<(), CommandError> {
+    let mut file = File::create_new(path).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => CommandError::BadInput(format!(
+            "--out {}: found a file of this name, which is not replaced; expected a new name",
+            path.display()
+        )),
+        _ => CommandError::BadInput(format!("--out {}: {error}, expected a file that can be written", path.display())),
+    })?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+    written.map_err(|source| RunError::File { verb: "write", path: path.to_path_buf(), source }.into())
+}

@@ -1,0 +1,51 @@
+//! Options of `gelfmu new`.
+
+use super::block::BlockSize;
+use crate::options::{ProjectileNameParser, parse_speed};
+use ballistic_gel::scene::{Preset, QuantityKind};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options of `gelfmu new`.
+#[derive(Debug, Args)]
+pub struct NewOptions {
+    /// Projectile of the library, e.g. 9mm-fmj; `gelfmu projectiles` lists them
+    #[arg(long, value_name = "NAME", value_parser = ProjectileNameParser, hide_possible_values = true)]
+    pub projectile: String,
+    /// Speed at the gel, m/s or with a unit, e.g. "1150 ft/s" (the usual speed of the projectile if absent)
+    #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
+    pub speed: Option<f64>,
+    /// Angle between the axis of the projectile and its path, degrees (2 for service bullets, else 0, if absent)
+    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true)]
+    pub yaw: Option<f64>,
+    /// Angle of the plane of the yaw about the path, degrees; other than a multiple of 90 the whole block is meshed
+    #[arg(long, value_name = "ANGLE", default_value_t = 0.0, value_parser = parse_angle, allow_hyphen_values = true)]
+    pub roll: f64,
+    /// Block: width, height and length along the path, e.g. 15x15x40cm; m without a unit
+    #[arg(long, value_name = "AxBxC", default_value = "15x15x40cm", value_parser = BlockSize::parse)]
+    pub block: BlockSize,
+    /// Gel: 10%, 20%, clear, or the name of a preset
+    #[arg(long, value_name = "GEL", default_value = "10%", value_parser = parse_gel)]
+    pub gel: Preset,
+    /// File to write, which must not exist (the scene is printed if absent)
+    #[arg(long, value_name = "FILE.toml")]
+    pub out: Option<PathBuf>,
+}
+
+/// Parses an angle in degrees, or with a unit.
+fn parse_angle(text: &str) -> Result<f64, String> {
+    let parsed = QuantityKind::Angle.parse(text).map_err(|expected| format!("expected {expected}"))?;
+    if parsed.abs() <= 180.0 { Ok(parsed) } else { Err("expected an angle from -180 to 180 degrees".to_owned()) }
+}
+
+fn parse_gel(text: &str) -> Result<Preset, String> {
+    match text {
+        "10%" | "10 %" => Ok(Preset::Gelatin10),
+        "20%" | "20 %" => Ok(Preset::Gelatin20),
+        "clear" => Ok(Preset::SyntheticClear),
+        name => Preset::named(name).ok_or_else(|| {
+            let names = Preset::ALL.map(Preset::name);
+            format!("expected 10%, 20%, clear, or a preset: {}", names.join(", "))
+        }),
+    }
+}

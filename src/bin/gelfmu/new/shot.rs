@@ -1,0 +1,193 @@
+//! Shot: a projectile of the library, its speed and attitude, and a block of gel.
+
+use super::block::BlockSize;
+use super::options::NewOptions;
+use crate::failure::CommandError;
+use ballistic_gel::scene::{self, BodyShape, BulletNose, LibraryProjectile, Preset, ProjectileKind};
+
+/// Yaw of a service bullet at the gel where none is given, degrees.
+const USUAL_YAW: f64 = 2.0;
+/// Drag coefficient of a sphere with an open cavity behind it (May 1975).
+const DRAG: f64 = 0.30;
+/// Resisting pressure of 10 % gelatin in Poncelet's law, Pa: a BB of 179.8 m/s then stops at 85 mm with this drag.
+const RESISTANCE: f64 = 2.32e6;
+/// Density of gelatin, kg/m³.
+const DENSITY: f64 = 1030.0;
+
+/// Shot into a block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shot {
+    /// Projectile.
+    pub projectile: LibraryProjectile,
+    /// Speed, m/s.
+    pub speed: f64,
+    /// Angle between axis and path, degrees.
+    pub yaw: f64,
+    /// Angle of the plane of the yaw about the path, degrees.
+    pub roll: f64,
+    /// Block.
+    pub block: BlockSize,
+    /// Gel.
+    pub gel: Preset,
+}
+
+/// Part of the gel that is meshed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshedPart {
+    /// Meridian plane of a cylinder.
+    Meridian,
+    /// Quarter of a block, between two planes of symmetry.
+    Quarter,
+    /// Half of a block, on one side of the plane of the yaw.
+    Half,
+    /// Whole block.
+    Whole,
+}
+
+impl Shot {
+    /// Shot of the options of `gelfmu new`.
+    pub fn of(options: &NewOptions) -> Result<Self, CommandError> {
+        let projectile = find_projectile(&options.projectile)?;
+        let usual_yaw = if projectile.kind == ProjectileKind::Service { USUAL_YAW } else { 0.0 };
+        let yaw = options.yaw.unwrap_or(usual_yaw);
+        if yaw != 0.0 && matches!(projectile.shape, BodyShape::Sphere { .. }) {
+            return Err(CommandError::BadInput(format!(
+                "--yaw {yaw}: a sphere has no axis that could yaw; leave it out"
+            )));
+        }
+        let speed = options.speed.unwrap_or(projectile.speed);
+        Ok(Self { projectile, speed, yaw, roll: options.roll, block: options.block, gel: options.gel })
+    }
+
+    /// Part of the gel that has to be meshed.
+    pub fn meshed_part(&self) -> MeshedPart {
+        let is_round = matches!(self.projectile.shape, BodyShape::Sphere { .. });
+        match (self.yaw == 0.0, self.projectile.kind) {
+            (true, ProjectileKind::Recovered) => MeshedPart::Meridian,
+            (true, _) if is_round => MeshedPart::Meridian,
+            (true, _) if self.is_square_on() => MeshedPart::Quarter,
+            (false, _) if self.is_square_on() => MeshedPart::Half,
+            _ => MeshedPart::Whole,
+        }
+    }
+
+    /// Returns true if the plane of the yaw is parallel to a side of the block.
+    fn is_square_on(&self) -> bool {
+        self.roll.rem_euclid(90.0) == 0.0
+    }
+
+    /// Block in the frame of a scene, whose x axis lies in the plane of the yaw if that is parallel to a side.
+    pub fn block_in_scene(&self) -> [f64; 3] {
+        let BlockSize { width, height, length } = self.block;
+        let is_turned = self.is_square_on() && self.roll.rem_euclid(180.0) != 0.0;
+        if is_turned { [height, width, length] } else { [width, height, length] }
+    }
+
+    /// Greatest radius of the projectile, m.
+    pub fn radius(&self) -> f64 {
+        match &self.projectile.shape {
+            BodyShape::Sphere { radius } | BodyShape::Cylinder { radius, .. } | BodyShape::Capsule { radius, .. } => {
+                *radius
+            }
+            BodyShape::Bullet(bullet) => bullet.radius,
+            BodyShape::Chisel(chisel) => chisel.radius,
+            BodyShape::Plate { size, .. } => 0.5 * size[0].max(size[1]),
+            BodyShape::Stl(_) | BodyShape::HalfSpace { .. } | BodyShape::Dome { .. } => {
+                unreachable!("the library has bodies of finite size")
+            }
+        }
+    }
+
+    /// Radius of the tip of a slender nose, m; `None` for a blunt body.
+    pub fn tip_radius(&self) -> Option<f64> {
+        let BodyShape::Bullet(bullet) = &self.projectile.shape else { return None };
+        match bullet.nose {
+            BulletNose::Ogive { meplat_radius, .. } | BulletNose::Cone { meplat_radius, .. } => {
+                Some(meplat_radius.max(bullet.edge_radius))
+            }
+            BulletNose::Round | BulletNose::Flat => None,
+        }
+    }
+
+    /// Angular position of the body: Hamilton quaternion of the yaw about y, then of the roll about z.
+    pub fn orientation(&self) -> [f64; 4] {
+        let half = |degrees: f64| (0.5 * scene::radians(degrees)).sin_cos();
+        let roll = if self.is_square_on() { 0.0 } else { self.roll };
+        let ((sin, cos), (roll_sin, roll_cos)) = (half(self.yaw), half(roll));
+        // Adding 0 turns a negative zero into a zero.
+        [roll_cos * cos, 0.0 - roll_sin * sin, roll_cos * sin, roll_sin * cos]
+    }
+
+    /// Product of drag coefficient, density and half of the cross-section, kg/m, and of resisting pressure and
+    /// cross-section, N, of Poncelet's law for a sphere of the calibre.
+    fn poncelet(&self) -> (f64, f64) {
+        let area = std::f64::consts::PI * self.radius().powi(2);
+        (0.5 * DRAG * DENSITY * area, RESISTANCE * area)
+    }
+
+    /// Depth at which a sphere of the same calibre and mass stops in 10 % gelatin by Poncelet's law, m: the longest
+    /// path of the projectile, as yaw shortens it.
+    pub fn longest_path(&self) -> f64 {
+        let (drag, force) = self.poncelet();
+        self.projectile.mass / (2.0 * drag) * (drag * self.speed.powi(2) / force).ln_1p()
+    }
+
+    /// Time of that path, s.
+    pub fn longest_time(&self) -> f64 {
+        let (drag, force) = self.poncelet();
+        self.projectile.mass / (drag * force).sqrt() * (self.speed * (drag / force).sqrt()).atan()
+    }
+}
+
+fn find_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
+    LibraryProjectile::named(name).ok_or_else(|| {
+        let known = || scene::library().map(|(known, _)| known);
+        let hint = scene::did_you_mean(name, known());
+        CommandError::BadInput(format!(
+            "projectile {name}: found no projectile of this name in the library{hint}, expected one of {}",
+            known().collect::<Vec<_>>().join(", ")
+        ))
+    })
+}
+
+/// Projectile of the library by its name, for the other subcommands.
+pub fn named_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
+    find_projectile(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MeshedPart, Shot};
+    use crate::new::block::BlockSize;
+    use ballistic_gel::scene::{LibraryProjectile, Preset};
+
+    pub fn shot(name: &str, yaw: f64, roll: f64) -> Shot {
+        let projectile = LibraryProjectile::named(name).unwrap();
+        let speed = projectile.speed;
+        let block = BlockSize::parse("15x20x40cm").unwrap();
+        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10 }
+    }
+
+    #[test]
+    fn the_calibration_shot_stops_at_85_mm_by_the_law_of_the_estimate() {
+        let bb = shot("bb", 0.0, 0.0);
+        assert!((bb.longest_path() / 85e-3 - 1.0).abs() < 0.02, "{}", bb.longest_path());
+        assert!((1e-3..2e-3).contains(&bb.longest_time()));
+    }
+
+    #[test]
+    fn no_more_of_the_gel_is_meshed_than_the_shot_needs() {
+        for (name, yaw, roll, part) in [
+            ("bb", 0.0, 0.0, MeshedPart::Meridian),
+            ("45acp-230-xtp-recovered", 0.0, 0.0, MeshedPart::Meridian),
+            ("fsp-1.1g", 0.0, 0.0, MeshedPart::Quarter),
+            ("9mm-fmj", 2.0, 90.0, MeshedPart::Half),
+            ("9mm-fmj", 2.0, 45.0, MeshedPart::Whole),
+        ] {
+            assert_eq!(shot(name, yaw, roll).meshed_part(), part, "{name}");
+        }
+        assert_eq!(shot("9mm-fmj", 2.0, 90.0).block_in_scene(), [0.2, 0.15, 0.4]);
+        let [w, x, y, z] = shot("9mm-fmj", 2.0, 45.0).orientation();
+        assert!((w * w + x * x + y * y + z * z - 1.0).abs() < 1e-15 && x < 0.0 && z > 0.0);
+    }
+}

@@ -1,0 +1,53 @@
+//! Cases of a measured shot: level, yaw and roll.
+
+use super::measured::MeasuredShot;
+use crate::failure::CommandError;
+use crate::new::{Shot, scene_text};
+use ballistic_gel::scene;
+
+/// Case: one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShotCase {
+    /// Measured shot.
+    pub measured: MeasuredShot,
+    /// Yaw, degrees.
+    pub yaw: f64,
+    /// Roll of the plane of the yaw, degrees.
+    pub roll: f64,
+    /// Level.
+    pub level: &'static str,
+}
+
+/// Yaws and rolls of the scatter of a service bullet, degrees.
+const SCATTER: [(f64, f64); 4] = [(1.0, 0.0), (2.0, 0.0), (4.0, 0.0), (2.0, 45.0)];
+
+/// Returns the cases of a shot: a bullet that yaws has its scatter at `draft`, and its usual yaw at `coarse`; all others
+/// are run at `coarse`.
+pub fn cases_of(measured: &MeasuredShot) -> Vec<ShotCase> {
+    let case = |yaw: f64, roll: f64, level| ShotCase { measured: measured.clone(), yaw, roll, level };
+    let usual = case(measured.yaw, 0.0, "coarse");
+    if !measured.is_of_service_bullet() {
+        return vec![usual];
+    }
+    SCATTER.iter().map(|(yaw, roll)| case(*yaw, *roll, "draft")).chain([usual]).collect()
+}
+
+impl ShotCase {
+    /// Shot of the case.
+    pub fn shot(&self) -> Shot {
+        self.measured.shot(self.yaw, self.roll)
+    }
+
+    /// Scene of the case at its level.
+    pub fn scene_text(&self) -> Result<String, CommandError> {
+        let level = format!("scene.fidelity={}", self.level).parse().expect("a key and a value");
+        let resolved = scene::resolve(&scene_text(&self.shot())?, &[level]);
+        resolved.map_err(|error| CommandError::BadInput(format!("{}: {error}", self.label())))
+    }
+
+    /// Label for the progress.
+    pub fn label(&self) -> String {
+        let roll = if self.roll == 0.0 { String::new() } else { format!(" roll {}°", self.roll) };
+        format!("{} {} yaw {}°{roll}", self.measured.name, self.level, self.yaw)
+    }
+}

@@ -1,0 +1,103 @@
+//! Measured shots: `projectiles/validation.csv`.
+
+use crate::new::{BlockSize, Shot, named_projectile};
+use ballistic_gel::scene::{Preset, ProjectileKind};
+use serde::Deserialize;
+
+/// Table of the measured shots.
+const TABLE: &str = include_str!("../../../../projectiles/validation.csv");
+
+/// Measured figure of a shot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeasuredFigure {
+    /// Depth of the nose at rest, m.
+    Depth,
+    /// Depth at which the yaw passes 30°, m.
+    Neck,
+}
+
+/// Grade of a source: shots of grade C are told and not counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub enum SourceGrade {
+    /// Read in a secondary place.
+    B,
+    /// Quoted without its source.
+    C,
+}
+
+/// Measured shot.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredShot {
+    /// Name.
+    pub name: String,
+    /// Projectile of the library.
+    pub projectile: String,
+    /// Speed, m/s.
+    pub speed: f64,
+    /// Yaw at the gel, degrees: assumed, as none was measured.
+    pub yaw: f64,
+    /// Block that is computed.
+    pub block: String,
+    /// Measured figure.
+    pub measure: MeasuredFigure,
+    /// Least measured value, m.
+    pub low: f64,
+    /// Greatest measured value, m.
+    pub high: f64,
+    /// Grade of the source.
+    pub grade: SourceGrade,
+    /// Source.
+    pub source: String,
+}
+
+/// Returns the measured shots of the table.
+pub fn measured_shots() -> Vec<MeasuredShot> {
+    let rows = csv::Reader::from_reader(TABLE.as_bytes()).into_deserialize();
+    rows.map(|row| row.expect("the table is tested")).collect()
+}
+
+impl MeasuredShot {
+    /// Shot with another yaw and roll, degrees.
+    pub fn shot(&self, yaw: f64, roll: f64) -> Shot {
+        Shot {
+            projectile: named_projectile(&self.projectile).expect("the table names projectiles of the library"),
+            speed: self.speed,
+            yaw,
+            roll,
+            block: BlockSize::parse(&self.block).expect("the table has blocks of three lengths"),
+            gel: Preset::Gelatin10,
+        }
+    }
+
+    /// Returns true if yaw decides the figure.
+    pub fn is_of_service_bullet(&self) -> bool {
+        self.shot(0.0, 0.0).projectile.kind == ProjectileKind::Service
+    }
+
+    /// Ratio of a computed value to the measured range: 1 inside it.
+    pub fn ratio(&self, value: f64) -> f64 {
+        value / value.clamp(self.low, self.high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::measured_shots;
+
+    #[test]
+    fn every_measured_shot_is_one_of_the_library_in_a_block_that_is_longer_than_its_depth() {
+        let shots = measured_shots();
+        assert!(shots.len() > 15);
+        for (i, measured) in shots.iter().enumerate() {
+            let shot = measured.shot(measured.yaw, 0.0);
+            assert!(shot.block.length > 1.15 * measured.high && measured.low <= measured.high, "{}", measured.name);
+            assert!(measured.low > 0.0 && !measured.source.is_empty());
+            assert!(shots[..i].iter().all(|other| other.name != measured.name), "{} twice", measured.name);
+            assert_eq!(measured.is_of_service_bullet(), measured.yaw != 0.0, "{}", measured.name);
+        }
+        assert_eq!(shots[0].ratio(0.08), 1.0);
+        assert!((shots[0].ratio(0.19) - 2.0).abs() < 1e-12);
+    }
+}

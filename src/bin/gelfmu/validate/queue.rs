@@ -1,0 +1,130 @@
+//! Queue of cases: concurrent runs of `gelfmu run`, and the rows kept in the folder.
+
+use super::case::ShotCase;
+use super::row::CaseRow;
+use crate::failure::{CommandError, RunError};
+use crate::interrupt;
+use crate::progress::ProgressDisplay;
+use crate::trade::file_failure;
+use ballistic_gel::output::ResultFolder;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// Name of the folder of the rows inside that of the validation.
+pub const ROWS_FOLDER: &str = "rows";
+/// Polling interval of the processes.
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
+
+/// Case with its row, or the reason why there is none.
+pub struct FinishedCase {
+    /// Case.
+    pub case: ShotCase,
+    /// Figures of the run.
+    pub row: Result<CaseRow, String>,
+}
+
+/// Run in progress.
+struct RunningCase {
+    case: ShotCase,
+    file: String,
+    folder: TempDir,
+    child: Child,
+}
+
+/// Runs all cases without a kept row, `jobs` at a time; interrupted runs are not returned.
+pub fn run_cases(
+    cases: Vec<ShotCase>,
+    jobs: usize,
+    folder: &mut ResultFolder,
+    bar: &ProgressDisplay,
+) -> Result<Vec<FinishedCase>, CommandError> {
+    let (mut finished, mut waiting) = (vec![], vec![]);
+    for case in cases {
+        let text = case.scene_text()?;
+        let file = format!("{ROWS_FOLDER}/{:032x}.json", row_hash(&text));
+        match kept_row(folder, &file) {
+            Some(row) => finished.push(FinishedCase { case, row: Ok(row) }),
+            None => waiting.push((case, text, file)),
+        }
+    }
+    let (total, mut waiting, mut running) = (waiting.len(), waiting.into_iter(), Vec::<RunningCase>::new());
+    let mut done = 0;
+    loop {
+        while running.len() < jobs && !interrupt::asked() {
+            let Some((case, text, file)) = waiting.next() else { break };
+            running.push(start(case, file, &text)?);
+        }
+        if running.is_empty() {
+            return Ok(finished);
+        }
+        std::thread::sleep(POLL_INTERVAL);
+        if interrupt::asked() {
+            running.iter_mut().for_each(|run| stop(&mut run.child));
+            return Ok(finished);
+        }
+        let labels: Vec<String> = running.iter().map(|run| run.case.label()).collect();
+        bar.show_task(&labels.join(" | "), f64::from(done) / total as f64);
+        for mut run in std::mem::take(&mut running) {
+            match run.child.try_wait().map_err(file_failure("wait for", run.folder.path()))? {
+                None => running.push(run),
+                Some(_) => {
+                    done += 1;
+                    finished.push(collect(run, folder)?);
+                }
+            }
+        }
+    }
+}
+
+/// Hashes what decides a row: the scene and the version.
+fn row_hash(text: &str) -> u128 {
+    xxhash_rust::xxh3::xxh3_128(format!("{} {text}", env!("CARGO_PKG_VERSION")).as_bytes())
+}
+
+fn kept_row(folder: &ResultFolder, file: &str) -> Option<CaseRow> {
+    let text = folder.owns(file).then(|| std::fs::read_to_string(folder.place(file)).ok()).flatten()?;
+    serde_json::from_str(&text).ok()
+}
+
+/// Starts `gelfmu run` of a case in a temporary folder.
+fn start(case: ShotCase, file: String, text: &str) -> Result<RunningCase, CommandError> {
+    let folder = tempfile::tempdir().map_err(file_failure("make", &std::env::temp_dir()))?;
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, text).map_err(file_failure("write", &scene))?;
+    let program = std::env::current_exe().map_err(file_failure("find", Path::new("gelfmu")))?;
+    let mut command = Command::new(program);
+    command.args(["run", "--quiet", "--direct", "--no-frames", "--no-report", "--threads", "1", "--out"]);
+    command.arg(results(&folder)).arg(&scene);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let child = command.spawn().map_err(file_failure("start a run of", &scene))?;
+    Ok(RunningCase { case, file, folder, child })
+}
+
+fn results(folder: &TempDir) -> PathBuf {
+    folder.path().join("results")
+}
+
+/// Reads the figures of a finished run and keeps its row.
+fn collect(run: RunningCase, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
+    let read = |name: &str| std::fs::read_to_string(results(&run.folder).join(name));
+    let table = read("shot.csv").unwrap_or_default();
+    let summary = read("summary.json").map_err(|error| format!("the run wrote no summary: {error}"));
+    let row = summary.and_then(|text| {
+        let summary = serde_json::from_str(&text).map_err(|error| error.to_string())?;
+        CaseRow::of(&run.case, &summary, &table).ok_or_else(|| "a figure is missing in the summary".to_owned())
+    });
+    if let Ok(row) = &row {
+        let text = serde_json::to_string_pretty(row).expect("numbers and text can be written");
+        let kept = folder.write(&run.file, text.as_bytes()).and_then(|()| folder.begin());
+        kept.map_err(RunError::from)?;
+    }
+    Ok(FinishedCase { case: run.case, row })
+}
+
+/// Ends a process, unless it has ended already.
+fn stop(child: &mut Child) {
+    let _ = child.kill();
+    let _ = child.wait();
+}

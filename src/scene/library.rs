@@ -1,0 +1,208 @@
+//! Library of projectiles: service and test projectiles as rigid bodies, each value with its source.
+
+use super::quantity::si_text;
+use super::{BodyShape, SceneError};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Kind of a projectile of the library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProjectileKind {
+    /// Sphere, cylinder or fragment simulator of a laboratory.
+    Test,
+    /// Bullet as it leaves the barrel.
+    Service,
+    /// Expanded bullet in the shape in which it was recovered from the gel.
+    Recovered,
+}
+
+/// Projectile of the library.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LibraryProjectile {
+    /// Name, as given to `gelfmu new --projectile`.
+    pub name: String,
+    /// Title: one line.
+    pub title: String,
+    /// Kind.
+    pub kind: ProjectileKind,
+    /// Usual speed at the gel, m/s.
+    pub speed: f64,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Inertia about the centre of mass, kg m2: xx, yy, zz, xy, xz, yz; that of the homogeneous body if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<[f64; 6]>,
+    /// Shape.
+    pub shape: BodyShape,
+    /// Behaviour of the real projectile that a rigid one does not have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_modelled: Option<String>,
+    /// Source of each value by its key, or by the beginning of several keys.
+    pub source: BTreeMap<String, String>,
+}
+
+/// Reads the files of the library at compile time, by their names.
+macro_rules! library {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!(concat!("../../projectiles/", $name, ".toml")))),*]
+    };
+}
+
+const LIBRARY: [(&str, &str); 29] = library![
+    "bb",
+    "sphere-4.8mm",
+    "sphere-5.5mm",
+    "fsp-0.16g",
+    "fsp-1.1g",
+    "fsp-2.84g",
+    "rcc-1.1g",
+    "rcc-4.15g",
+    "22lr",
+    "9mm-fmj",
+    "9mm-fmj-115gr",
+    "45acp-fmj",
+    "38-lrn",
+    "357mag-fmj",
+    "556-m193",
+    "762x39-m43",
+    "545x39-7n6",
+    "762-m80",
+    "45acp-230-xtp-recovered",
+    "45acp-200-xtp-recovered",
+    "45acp-230-black-talon-recovered",
+    "45acp-185-remington-recovered",
+    "45acp-185-silvertip-recovered",
+    "45acp-185-silvertip-later-recovered",
+    "38p-158-lswchp-recovered",
+    "9mm-115-jhp-recovered",
+    "9mm-115-jhp-clothed-recovered",
+    "40sw-165-hydra-shok-recovered",
+    "40sw-165-hydra-shok-clothed-recovered",
+];
+
+/// Names and texts of the projectiles of the library.
+pub fn library() -> impl Iterator<Item = (&'static str, &'static str)> {
+    LIBRARY.into_iter()
+}
+
+impl LibraryProjectile {
+    /// Projectile of a name, if the library has it.
+    ///
+    /// # Examples
+    /// ```
+    /// use ballistic_gel::scene::LibraryProjectile;
+    ///
+    /// let bullet = LibraryProjectile::named("9mm-fmj").unwrap();
+    /// assert!((bullet.mass / 8.04e-3 - 1.0).abs() < 1e-3);
+    /// ```
+    ///
+    /// # Panics
+    /// Never: the texts of the library are tested.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let (_, text) = library().find(|(known, _)| *known == name)?;
+        Some(Self::read(text).unwrap_or_else(|error| unreachable!("{name} of the library can be read: {error}")))
+    }
+
+    /// Reads the text of a projectile, with units.
+    ///
+    /// # Errors
+    /// [`SceneError`] for a quantity without sense, or a key that is missing or unknown.
+    pub fn read(text: &str) -> Result<Self, SceneError> {
+        let mut projectile: Self = toml::from_str(&si_text(text)?)
+            .map_err(|error| SceneError::value("", error.message(), "the keys of a projectile"))?;
+        if let BodyShape::Chisel(chisel) = &mut projectile.shape {
+            chisel.solid = chisel.outline().solid().ok().map(Into::into);
+        }
+        Ok(projectile)
+    }
+
+    /// Lines of a `[projectile]` table with the shape and the inertia, SI, each behind its source.
+    #[must_use]
+    pub fn table_lines(&self) -> Vec<String> {
+        let text = library().find(|(known, _)| *known == self.name).map_or("", |(_, text)| text);
+        let text = si_text(text).unwrap_or_default();
+        let before_sources = text.lines().take_while(|line| !line.starts_with("[source]"));
+        let lines = before_sources.filter(|line| ["shape.", "mass", "inertia"].iter().any(|key| line.starts_with(key)));
+        let with_source = |line: &str| {
+            let key = line.split(" = ").next().unwrap_or_default();
+            [self.source_of(key).map(|source| format!("# {source}")), Some(line.to_owned())]
+        };
+        lines.flat_map(with_source).flatten().collect()
+    }
+
+    /// Source of the value of a key: that of the key, or of the longest beginning of it.
+    #[must_use]
+    pub fn source_of(&self, key: &str) -> Option<&str> {
+        let covers = |known: &&String| {
+            key.strip_prefix(known.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let known = self.source.keys().filter(covers).max_by_key(|known| known.len())?;
+        self.source.get(known).map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LibraryProjectile, ProjectileKind, library};
+    use crate::scene::{builtin, read};
+    use toml::{Table, Value};
+
+    fn numbers(prefix: &str, table: &Table, into: &mut Vec<String>) {
+        for (name, value) in table {
+            let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+            match value {
+                Value::Table(inner) => numbers(&key, inner, into),
+                Value::Float(_) | Value::Integer(_) | Value::Array(_) => into.push(key),
+                _ => (),
+            }
+        }
+    }
+
+    #[test]
+    fn every_number_of_the_library_has_a_source_or_is_marked_as_estimated() {
+        for (name, text) in library() {
+            let projectile = LibraryProjectile::read(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(projectile.name, name);
+            let mut keys = vec![];
+            let mut values = Table::try_from(&projectile).unwrap();
+            values.remove("source");
+            numbers("", &values, &mut keys);
+            // A shape without a rounding is written with an edge radius of 0.
+            for key in keys.iter().filter(|key| !key.ends_with("edge_radius") || text.contains("edge_radius")) {
+                let source = projectile.source_of(key).unwrap_or_else(|| panic!("{name}: no source of {key}"));
+                assert!(source.starts_with('[') || source.starts_with("estimated:"), "{name}: {key}: {source}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_mass_of_a_service_or_test_projectile_is_that_of_metal_of_its_outline() {
+        for (name, text) in library() {
+            let projectile = LibraryProjectile::read(text).unwrap();
+            let shape =
+                toml::to_string(&Table::from_iter([("shape".to_owned(), Value::try_from(&projectile.shape).unwrap())]));
+            let scene = format!(
+                "[scene]\nname = \"x\"\ndimension = \"spatial\"\nend_time = 1e-3\ncommunication_step = 1e-4\n\
+                 [gel]\nshape.block.size = [0.1, 0.1, 0.1]\npreset = \"gelatin-10\"\n[mesh]\nsize = 0.001\n\
+                 [projectile]\nmass = {:?}\nposition = [0.0, 0.0, 0.05]\n{}",
+                projectile.mass,
+                shape.unwrap().replace("[shape", "[projectile.shape")
+            );
+            let scene = read(&scene).unwrap_or_else(|error| panic!("{name}: {error}\n{scene}"));
+            let density = projectile.mass / scene.volume(0).unwrap();
+            if projectile.kind != ProjectileKind::Recovered {
+                assert!((7600.0..11_400.0).contains(&density), "{name}: {density} kg/m3");
+            }
+        }
+    }
+
+    #[test]
+    fn the_bb_of_the_library_is_that_of_the_calibration_shot() {
+        let (bb, scene) = (LibraryProjectile::named("bb").unwrap(), read(builtin("fbi-bb").unwrap()).unwrap());
+        assert_eq!((bb.shape, Some(bb.mass)), (scene.projectile.shape, scene.projectile.mass));
+        assert_eq!(bb.speed, -scene.projectile.velocity[2]);
+    }
+}
