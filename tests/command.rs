@@ -2,6 +2,8 @@
 
 #[path = "command/check.rs"]
 mod check;
+#[path = "command/shots.rs"]
+mod shots;
 
 use ballistic_gel::output::{FolderClaim, RUN, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;

@@ -1,7 +1,7 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::preset::{NOTHING, ShotRange};
-use super::{BranchSpec, Dimension, MaterialModel, ProjectileSpec, Scene, body_name, numbered};
+use super::{BranchSpec, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, body_name, numbered};
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
 
@@ -73,12 +73,18 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     let name = body_name(body);
     let all = [
         density(scene, body),
+        not_modelled(projectile).map(|what| format!("{name} is rigid and homogeneous. {what}")),
         is_turned_away(scene, projectile)
             .then(|| format!("{name}.velocity points away from the gel: the body will not strike it")),
         held_straight(scene, &shape).map(|found| format!("{name}.shape is {found}")),
         outside_range(scene, projectile, &shape).map(|found| format!("{name} {found}")),
     ];
     all.into_iter().flatten().collect()
+}
+
+/// Behaviour of a projectile of the library that a rigid body does not have.
+fn not_modelled(body: &ProjectileSpec) -> Option<String> {
+    LibraryProjectile::named(body.library.as_deref()?)?.not_modelled
 }
 
 /// Doubt about an implausible density.

@@ -1,7 +1,7 @@
 //! Library of projectiles: service and test projectiles as rigid bodies, each value with its source.
 
 use super::quantity::si_text;
-use super::{BodyShape, SceneError};
+use super::{BodyShape, ProjectileSpec, SceneError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -131,6 +131,24 @@ impl LibraryProjectile {
             [self.source_of(key).map(|source| format!("# {source}")), Some(line.to_owned())]
         };
         lines.flat_map(with_source).flatten().collect()
+    }
+
+    /// Sources of the values of a body of this projectile by their keys in the table of the body; none of a value that
+    /// differs from that of the library.
+    #[must_use]
+    pub fn sources_of(&self, body: &ProjectileSpec) -> Vec<(String, &str)> {
+        let mut found = vec![];
+        if body.mass == Some(self.mass) {
+            found.extend(self.source_of("mass").map(|source| ("mass".to_owned(), source)));
+        }
+        if body.shape == self.shape {
+            let of_shape = self.source.iter().filter(|(key, _)| key.starts_with("shape"));
+            found.extend(of_shape.map(|(key, source)| (key.clone(), source.as_str())));
+        }
+        if body.inertia.is_some() && body.inertia == self.inertia {
+            found.extend(self.source_of("inertia").map(|source| ("inertia".to_owned(), source)));
+        }
+        found
     }
 
     /// Source of the value of a key: that of the key, or of the longest beginning of it.

@@ -34,6 +34,10 @@ pub struct ProjectileSpec {
     /// Angular velocity at the start, world frame, rad/s.
     #[serde(default)]
     pub angular_velocity: [f64; 3],
+    /// Name of the projectile of the library whose values these are: `gelfmu check` and the report give their sources,
+    /// and what the real projectile does and a rigid one does not. It sets no value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub library: Option<String>,
     /// True for a body that is held in place.
     #[serde(default)]
     pub fixed: bool,

@@ -9,7 +9,7 @@ use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{self, AmountOfMemory};
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
-use ballistic_gel::scene::{self, Preset, PresetValue, Scene};
+use ballistic_gel::scene::{self, LibraryProjectile, Preset, PresetValue, Scene};
 use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, Simulation, memory_estimate};
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde_json::{Value, json};
@@ -60,7 +60,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         bullet_list(&modelled),
         console.heading("switched off"),
         bullet_list(&off),
-        preset_section(scene.gel.preset, &preset_facts, console),
+        library_section(&scene, console) + &preset_section(scene.gel.preset, &preset_facts, console),
         section("doubtful", &doubts, console),
         cost.elements,
         cost.nodes,
@@ -101,6 +101,15 @@ fn body_json(scene: &Scene, simulation: &Simulation, body: usize) -> Value {
     value["inertia"] = json!(inertia);
     value["extent"] = json!({ "min": reach(-1.0), "max": reach(1.0) });
     value
+}
+
+/// Lists the sources of the projectile's values; empty for a projectile that is not of the library.
+fn library_section(scene: &Scene, console: &Console) -> String {
+    let Some(name) = &scene.projectile.library else { return String::new() };
+    let Some(projectile) = LibraryProjectile::named(name) else { return String::new() };
+    let sources = projectile.sources_of(&scene.projectile);
+    let lines: Vec<String> = sources.iter().map(|(key, source)| format!("projectile.{key}: {source}")).collect();
+    section(&format!("from the library: {name}, {}", projectile.title), &lines, console)
 }
 
 /// Lists the values of a preset with their sources; empty without a preset.

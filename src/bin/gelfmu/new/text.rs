@@ -114,7 +114,10 @@ fn gel(shot: &Shot) -> String {
 fn bulk_modulus(shot: &Shot) -> String {
     let value = |key: &str| {
         let facts = shot.gel.facts();
-        facts.iter().find(|fact| fact.key == key && fact.of.includes("two-network")).and_then(|fact| fact.value.parse::<f64>().ok())
+        facts
+            .iter()
+            .find(|fact| fact.key == key && fact.of.includes("two-network"))
+            .and_then(|fact| fact.value.parse::<f64>().ok())
     };
     let (Some(own), Some(density)) = (value("gel.bulk_modulus"), value("gel.density")) else { return String::new() };
     let wave = WAVE_RATIO * shot.speed;
@@ -138,9 +141,9 @@ fn projectile(shot: &Shot, height: f64) -> String {
         format!("# {}° of yaw{roll}.\norientation = [{w:?}, {x:?}, {y:?}, {z:?}]\n", shot.yaw)
     };
     format!(
-        "[projectile] # {}: {}\n{lines}\n# Touching the gel.\nposition = [0.0, 0.0, {height:?}]\n\
+        "[projectile] # {}\nlibrary = \"{}\"\n{lines}\n# Touching the gel.\nposition = [0.0, 0.0, {height:?}]\n\
          velocity = [0.0, 0.0, {:?}]\n{orientation}",
-        shot.projectile.name, shot.projectile.title, -shot.speed
+        shot.projectile.title, shot.projectile.name, -shot.speed
     )
 }
 
@@ -187,6 +190,7 @@ mod tests {
             for gel in Preset::ALL {
                 let scene = scene::read(&text(name, yaw, 0.0, gel)).unwrap();
                 assert_eq!(scene.projectile.mass, Some(projectile.mass), "{name}");
+                assert!(projectile.sources_of(&scene.projectile).len() > 1, "{name}");
                 assert!(scene.projectile.position[2] > 0.0 && scene.gel.supports == scene::SupportSpec::default());
             }
         }

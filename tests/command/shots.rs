@@ -1,0 +1,73 @@
+//! Projectiles of the library, scenes of shots, and their comparison with measured shots.
+
+use super::{folder, gelfmu, gelfmu_in, json, refused};
+use ballistic_gel::scene;
+use std::fs;
+
+#[test]
+fn projectiles_lists_the_library_and_prints_one_with_its_sources() {
+    let said = gelfmu(&["projectiles"]);
+    assert!(scene::library().all(|(name, _)| said.out.contains(name)), "{}", said.out);
+    let bullet = gelfmu(&["projectiles", "9mm-fmj"]);
+    assert!(bullet.out.contains("mass = \"124 gr\"") && bullet.out.contains("[source]"), "{}", bullet.out);
+    let value = json(&gelfmu(&["projectiles", "9mm-fmj", "--json"]).out);
+    assert_eq!(value["mass"], 0.008_035_064_84);
+    let unknown = gelfmu(&["projectiles", "9mm-fmk"]);
+    assert_eq!(unknown.status, Some(2));
+    assert!(unknown.err.contains("9mm-fmj"), "{}", unknown.err);
+}
+
+#[test]
+fn new_writes_a_scene_that_checks_and_never_over_a_file() {
+    let folder = folder();
+    let shot = ["new", "--projectile", "9mm-fmj", "--speed", "1150 ft/s", "--yaw", "2", "--block", "15x15x40cm"];
+    let with_file = [&shot[..], &["--out", "my.toml"]].concat();
+    let said = gelfmu_in(folder.path(), &with_file);
+    assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{}", said.out);
+    let text = fs::read_to_string(folder.path().join("my.toml")).unwrap();
+    let scene = scene::read(&text).unwrap();
+    assert_eq!(scene.projectile.velocity, [0.0, 0.0, -350.52]);
+    assert_eq!(text, gelfmu(&shot).out);
+    let again = gelfmu_in(folder.path(), &with_file);
+    assert_eq!(again.status, Some(2));
+    assert!(again.err.contains("which is not replaced"), "{}", again.err);
+    assert_eq!(fs::read_to_string(folder.path().join("my.toml")).unwrap(), text);
+    let checked = gelfmu_in(folder.path(), &["check", "my.toml", "--set", "scene.fidelity=draft"]);
+    assert!(checked.out.contains("The scene is valid"), "{}{}", checked.out, checked.err);
+    refused(&["new", "--projectile", "bb", "--yaw", "2"], "--yaw 2: a sphere has no axis that could yaw; leave it out");
+}
+
+#[test]
+fn a_run_takes_values_with_units() {
+    let folder = folder();
+    let set = ["--set", "projectile.mass=0.343 g", "--set", "scene.end_time=20 us", "--set", "mesh.size=0.54 mm"];
+    let arguments =
+        [&["run", "fbi-bb", "--direct", "--step", "10 us", "--no-frames", "--no-report"], &set[..]].concat();
+    let said = gelfmu_in(folder.path(), &arguments);
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    let kept = fs::read_to_string(folder.path().join("gelfmu-out/fbi-bb/scene.toml")).unwrap();
+    assert!(kept.contains("mass = \"0.343 g\""), "{kept}");
+    let length = gelfmu(&["check", "fbi-bb", "--set", "projectile.mass=9 mm"]);
+    assert_eq!(length.status, Some(2));
+    assert!(length.err.contains("projectile.mass"), "{}", length.err);
+}
+
+#[test]
+fn validate_keeps_its_rows_and_goes_on_from_them() {
+    let folder = folder();
+    let arguments = ["validate", "--only", "45acp-185-remington", "--json", "--out", "valid"];
+    let first = gelfmu_in(folder.path(), &arguments);
+    assert_eq!(first.status, Some(0), "{}", first.err);
+    let value = json(&first.out);
+    assert_eq!(value["rows"][0]["completed"], true);
+    let depth = value["rows"][0]["depth_m"].as_f64().unwrap();
+    assert!((0.1..0.4).contains(&depth), "{depth}");
+    let start = std::time::Instant::now();
+    assert_eq!(gelfmu_in(folder.path(), &arguments).out, first.out);
+    assert!(start.elapsed().as_secs_f64() < 5.0, "the kept row is used");
+    for file in ["validation.csv", "validation.md", "validation.svg"] {
+        assert!(fs::read_to_string(folder.path().join("valid").join(file)).unwrap().contains("45acp-185-remington"));
+    }
+    let unknown = gelfmu_in(folder.path(), &["validate", "--only", "x"]);
+    assert!(unknown.status == Some(2) && unknown.err.contains("bb-fbi"), "{}", unknown.err);
+}
