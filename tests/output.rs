@@ -188,15 +188,9 @@ fn frames_are_taken_at_equally_spaced_times_and_listed_in_the_collection() {
 }
 
 /// The bytes of a named array of a grid.
-fn array<'a>(file: &'a [u8], name: &str) -> &'a [u8] {
-    let mark = b"<AppendedData encoding=\"raw\">\n_";
-    let start = file.windows(mark.len()).position(|window| window == mark).unwrap();
-    let head = std::str::from_utf8(&file[..start]).unwrap();
-    let line = head.lines().find(|line| line.contains(&format!("Name=\"{name}\""))).unwrap();
-    let offset: usize = between(line, "offset=\"", "\"").parse().unwrap();
-    let place = start + mark.len() + offset;
-    let length = u64::from_le_bytes(file[place..place + 8].try_into().unwrap()) as usize;
-    &file[place + 8..place + 8 + length]
+fn array(file: &[u8], name: &str) -> Vec<u8> {
+    let named = format!("Name=\"{name}\"");
+    written::grid::arrays(file).into_iter().find(|array| array.line.contains(&named)).unwrap().bytes
 }
 
 #[test]

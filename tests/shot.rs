@@ -64,7 +64,8 @@ fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
         damage: vec![0.5, 0.5, 0.0, 0.0, 0.0],
         facets,
     };
-    MeshFrame { time: t, dimension: 2, mass: 1.0, points, velocities: rest.clone(), displacements: rest, cells, bodies }
+    let (velocities, displacements, fields) = (rest.clone(), rest, vec![]);
+    MeshFrame { time: t, dimension: 2, mass: 1.0, points, velocities, displacements, cells, fields, bodies }
 }
 
 fn record(recorder: &mut RunRecorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {

@@ -206,7 +206,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let own = records.iter().take(1).chain(&records[self.gel.first_branch()..]);
         for (k, (tensor, record)) in tensors.iter_mut().zip(own).enumerate() {
             if k > 0 || self.gel.shear_modulus() > 0.0 && 1.0 - record.damage >= NEGLIGIBLE {
-                let own = symmetric(record);
+                let own = record.tensor();
                 *tensor = at.elastic(&at.times_inverse_shape(&own), own.out);
             }
         }
@@ -263,11 +263,6 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let det_f = det(&f);
         (whole > 0.0 && det_f > 0.0 && out > 0.0).then(|| IsochoricDeformation::new(&array::rows(&f), out, det_f))
     }
-}
-
-/// Returns the tensor of a record.
-fn symmetric<const D: usize>(record: &HistoryVariables<D>) -> SymmetricTensor<D, f64> {
-    SymmetricTensor { inner: array::rows(&record.inverse), out: if D == 2 { record.out } else { 0.0 } }
 }
 
 /// Stores a tensor in a record.

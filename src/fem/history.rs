@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use crate::constitutive::TwoNetwork;
-use crate::math::{Number, SymmetricTensor, Tensor};
+use crate::math::{Number, SymmetricTensor, Tensor, array};
 
 /// Record of the history variables of a two-network element: of its elastic network, of its deformation at the last
 /// tick, or of a branch.
@@ -35,6 +35,11 @@ impl<const D: usize> HistoryVariables<D> {
     pub fn is_valid(&self) -> bool {
         let Self { inverse, out, jacobian, damage, stress } = self;
         inverse.iter().chain([out, jacobian, damage, stress]).all(|number| number.is_finite())
+    }
+
+    /// Returns the tensor of the record.
+    pub(crate) fn tensor(&self) -> SymmetricTensor<D, f64> {
+        SymmetricTensor { inner: array::rows(&self.inverse), out: if D == 2 { self.out } else { 0.0 } }
     }
 }
 

@@ -21,6 +21,7 @@ pub use history::{HistoryLanes, HistoryVariables};
 pub use inversion_time::{FORESEEN, TURNED};
 pub use potential::Potential;
 pub use response::{Dissipation, ElementResponse, ElementStates};
+pub use scalar::element_fields::StressInvariants;
 pub use scalar::simplices::Simplices;
 pub use scalar::single_element::{SingleElementLaw, SingleElementResponse};
 pub(crate) use simd::batch::on;

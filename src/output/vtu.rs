@@ -1,16 +1,22 @@
-//! VTK unstructured grids (`.vtu`): an XML header, then the arrays as raw little-endian bytes.
+//! VTK unstructured grids (`.vtu`): an XML header, then the arrays as little-endian bytes, compressed block by block.
 
 use super::body::BodySurface;
 use crate::math::Vector3;
-use crate::simulation::MeshFrame;
-use std::fmt::Write;
+use crate::simulation::{FrameField, MeshFrame};
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use std::fmt::Write as _;
+use std::io::Write as _;
 
 /// VTK cell types.
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
+/// Greatest size of a block that is compressed at once, bytes.
+const BLOCK: usize = 1 << 18;
+
 /// Returns a file of the gel: velocity and displacement of the nodes; step, level, J and energy density of the
-/// elements.
+/// elements; the fields of both.
 pub(super) fn gel_file(frame: &MeshFrame) -> Vec<u8> {
     let corners = frame.dimension + 1;
     let cells = frame.cells.nodes.iter().map(|nodes| &nodes[..corners]);
@@ -18,19 +24,23 @@ pub(super) fn gel_file(frame: &MeshFrame) -> Vec<u8> {
     let mut file = VtuBuilder::new(frame.points.len(), frame.cells.nodes.len());
     file.section("FieldData", &[DataArray::time(frame.time)]);
     file.geometry(&frame.points, cells, kind);
-    file.section(
-        "PointData",
-        &[DataArray::vectors("velocity", &frame.velocities), DataArray::vectors("displacement", &frame.displacements)],
-    );
-    file.section(
-        "CellData",
-        &[
-            DataArray::scalars("step", &frame.cells.step),
-            DataArray::bytes("step_level", step_levels(&frame.cells.step)),
-            DataArray::scalars("jacobian", &frame.cells.jacobian),
-            DataArray::scalars("energy_density", &frame.cells.energy_density),
-        ],
-    );
+    let fields = |values: fn(&FrameField) -> &[f64]| {
+        frame.fields.iter().map(move |field| DataArray::scalars(field.name, values(field)))
+    };
+    let mut points = vec![
+        DataArray::vectors("velocity", &frame.velocities),
+        DataArray::vectors("displacement", &frame.displacements),
+    ];
+    points.extend(fields(|field| &field.points));
+    file.section("PointData", &points);
+    let mut cells = vec![
+        DataArray::scalars("step", &frame.cells.step),
+        DataArray::bytes("step_level", step_levels(&frame.cells.step)),
+        DataArray::scalars("jacobian", &frame.cells.jacobian),
+        DataArray::scalars("energy_density", &frame.cells.energy_density),
+    ];
+    cells.extend(fields(|field| &field.cells));
+    file.section("CellData", &cells);
     file.finish()
 }
 
@@ -127,16 +137,14 @@ impl VtuBuilder {
         );
     }
 
-    /// Appends a section of arrays, each array preceded by its length in bytes. An array is addressed by its offset
-    /// from the first array.
+    /// Appends a section of arrays. An array is addressed by its offset from the first array.
     fn section(&mut self, name: &str, arrays: &[DataArray]) {
         let mut text = format!("<{name}>\n");
         for DataArray { attributes, bytes } in arrays {
             let offset = self.appended.len();
             writeln!(text, "<DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>")
                 .expect("a string grows");
-            self.appended.extend((bytes.len() as u64).to_le_bytes());
-            self.appended.extend(bytes);
+            append_compressed(&mut self.appended, bytes);
         }
         writeln!(text, "</{name}>").expect("a string grows");
         if name == "FieldData" { self.field += &text } else { self.piece += &text }
@@ -146,9 +154,51 @@ impl VtuBuilder {
         let Self { sizes, field, piece, appended } = self;
         let head = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-             header_type=\"UInt64\">\n<UnstructuredGrid>\n{field}<Piece {sizes}>\n{piece}</Piece>\n</UnstructuredGrid>\n\
+             header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n{field}<Piece {sizes}>\n{piece}</Piece>\n</UnstructuredGrid>\n\
              <AppendedData encoding=\"raw\">\n_"
         );
         [head.as_bytes(), &appended, b"\n</AppendedData>\n</VTKFile>\n"].concat()
+    }
+}
+
+/// Appends an array in the layout of VTK's compressed data: the number of blocks, the size of a block, that of a last
+/// block that is smaller, or 0, and the compressed size of each block; then the blocks as zlib streams.
+///
+/// Level 2: in the frames of `sphere-block` level 1 takes half of its time and leaves 62 % of the bytes, level 2 46 %,
+/// level 6 45 %.
+fn append_compressed(file: &mut Vec<u8>, bytes: &[u8]) {
+    let blocks = bytes.chunks(BLOCK).map(|block| {
+        let mut encoder = ZlibEncoder::new(Vec::with_capacity(block.len() / 2), Compression::new(2));
+        encoder.write_all(block).and_then(|()| encoder.finish()).expect("a vector grows")
+    });
+    let blocks: Vec<Vec<u8>> = blocks.collect();
+    let header = [blocks.len(), BLOCK, bytes.len() % BLOCK].into_iter().chain(blocks.iter().map(Vec::len));
+    file.extend(header.flat_map(|number| (number as u64).to_le_bytes()));
+    file.extend(blocks.concat());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+
+    #[test]
+    fn compressed_arrays_have_the_header_of_vtk_and_the_bytes_they_had() {
+        for length in [0, 1, BLOCK - 1, BLOCK, 2 * BLOCK + 3] {
+            let bytes: Vec<u8> = (0..length).map(|i| (i * i / 7) as u8).collect();
+            let mut file = vec![];
+            append_compressed(&mut file, &bytes);
+            let number =
+                |i: usize| u64::from_le_bytes(file[8 * i..8 * (i + 1)].try_into().expect("eight bytes")) as usize;
+            let blocks = number(0);
+            assert_eq!([blocks, number(1), number(2)], [length.div_ceil(BLOCK), BLOCK, length % BLOCK]);
+            let (mut read, mut at) = (vec![], 8 * (3 + blocks));
+            for block in 0..blocks {
+                let size = number(3 + block);
+                flate2::read::ZlibDecoder::new(&file[at..at + size]).read_to_end(&mut read).expect("a zlib stream");
+                at += size;
+            }
+            assert!(read == bytes && at == file.len(), "{length} bytes");
+        }
     }
 }

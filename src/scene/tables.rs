@@ -319,7 +319,7 @@ pub enum CouplingMode {
 }
 
 /// Result files.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct OutputSpec {
@@ -329,11 +329,58 @@ pub struct OutputSpec {
     pub report: bool,
     /// Width of the window over which the peak force is averaged, s; with 0 a hundredth of the end time.
     pub force_window: f64,
+    /// Fields to write with each frame, as values of its elements and of its nodes; without frames there are none.
+    pub fields: Vec<OutputField>,
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { frames: 41, report: true, force_window: 0.0 }
+        Self { frames: 41, report: true, force_window: 0.0, fields: vec![] }
+    }
+}
+
+/// Field of the gel in the frames of a run. Stresses are without bulk viscosity, which only spreads shocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum OutputField {
+    /// Pressure, the mean of the Cauchy stress with its sign changed, Pa: positive in compression.
+    Pressure,
+    /// Von Mises equivalent of the Cauchy stress, Pa.
+    VonMises,
+    /// Equivalent rate of deformation sqrt(2/3 d':d') in the present shape, d' the deviator of the rate, 1/s.
+    StrainRate,
+    /// Equivalent viscous strain sqrt(2/3 e:e), e the logarithmic strain of the dashpots; the mean over the branches by
+    /// shear modulus.
+    ViscousStrain,
+    /// Damage of the elastic network, 0 to 1.
+    Damage,
+}
+
+impl OutputField {
+    /// All fields.
+    pub const ALL: [Self; 5] = [Self::Pressure, Self::VonMises, Self::StrainRate, Self::ViscousStrain, Self::Damage];
+
+    /// Name of the field in a scene and in the files of frames.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pressure => "pressure",
+            Self::VonMises => "von_mises",
+            Self::StrainRate => "strain_rate",
+            Self::ViscousStrain => "viscous_strain",
+            Self::Damage => "damage",
+        }
+    }
+
+    /// Unit; "-" for a number without one.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Pressure | Self::VonMises => "Pa",
+            Self::StrainRate => "1/s",
+            Self::ViscousStrain | Self::Damage => "-",
+        }
     }
 }
 

@@ -7,6 +7,7 @@ mod gel;
 mod hyperelastic;
 mod load;
 mod motion;
+mod output;
 mod sensor;
 mod shape;
 mod two_network;
@@ -44,7 +45,8 @@ pub(super) fn validate(scene: &Scene) -> CheckResult {
     check_integrator(&scene.integrator)?;
     check_levels(&scene.fidelity)?;
     check_contact(&scene.contact)?;
-    check_output(&scene.output, scene.scene.end_time)
+    check_output(&scene.output, scene.scene.end_time)?;
+    output::check_fields(&scene.output.fields, &scene.gel)
 }
 
 /// Checks the projectile of a scene.
@@ -234,7 +236,7 @@ fn check_contact(contact: &ContactSpec) -> CheckResult {
 
 fn check_output(output: &OutputSpec, end_time: f64) -> CheckResult {
     const MOST_FRAMES: usize = 10_000;
-    let OutputSpec { frames, report: _, force_window } = *output;
+    let OutputSpec { frames, report: _, force_window, fields: _ } = *output;
     let expected = format!("a number from 0, for none, to {MOST_FRAMES}");
     require(frames <= MOST_FRAMES, "output.frames", || frames.to_string(), &expected)?;
     let good = (0.0..=end_time).contains(&force_window);

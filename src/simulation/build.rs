@@ -75,7 +75,8 @@ where
     engine.set_remesh_times(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let points: Vec<Vector3> = scene.sensor.iter().map(|sensor| sensor.position.into()).collect();
     let sensors = place_sensors(&points, definition.symmetry_planes, &engine);
-    Ok(Box::new(GelModel { gel: AdaptiveGel::new(engine, definition, mesh, adjacency), sensors }))
+    let fields = if scene.output.frames > 0 { scene.output.fields.clone() } else { vec![] };
+    Ok(Box::new(GelModel { gel: AdaptiveGel::new(engine, definition, mesh, adjacency), sensors, fields }))
 }
 
 /// Renumbers the nodes of a mesh in the order of the element loop, and builds the gel on it.

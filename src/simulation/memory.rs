@@ -36,6 +36,9 @@ const RESTORING: f64 = 1.5;
 /// Bytes of the pictures of a frame and of the report for any mesh, and per element: 28 MB and 270 were measured.
 const PICTURES: f64 = 32e6;
 const WRITING: f64 = 400.0;
+/// Bytes of a field of a frame per element, at most: 30 of its values and their compressed copy, and 32 that the fields
+/// have in common.
+const FIELD: f64 = 64.0;
 /// Elements per cell of a tree counted before it is balanced, in the plane and in space.
 const PER_LEAF: [f64; 2] = [6.0, 20.0];
 
@@ -52,7 +55,7 @@ pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
     };
     let elements = elements * filled_part(scene);
     let (is_spatial, has_history) = (scene.scene.dimension == Dimension::Spatial, has_history(scene.gel.material));
-    let size = MeshSize { elements, is_spatial, has_history };
+    let size = MeshSize { elements, is_spatial, has_history, fields: scene.output.fields.len() };
     Ok(MemoryEstimate {
         elements: elements as u64,
         building: size.building() as u64,
@@ -67,6 +70,8 @@ pub(super) struct MeshSize {
     pub is_spatial: bool,
     /// True if its elements have history variables.
     pub has_history: bool,
+    /// Number of fields of a frame.
+    pub fields: usize,
 }
 
 impl MeshSize {
@@ -86,7 +91,7 @@ impl MeshSize {
 
     /// Additional bytes at most of a frame of the results, or of the final report.
     pub fn writing(self) -> f64 {
-        PICTURES + self.elements * WRITING
+        PICTURES + self.elements * (WRITING + FIELD * self.fields as f64)
     }
 
     fn bytes(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
 //! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
-//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`) and `doubts` about them; `rest`: rest depth from reports.
+//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them; `rest`: rest depth from reports.
 //! - `saved`: a state as a value and as bytes; `memory`: bytes needed, before they are.
 //!
 //! Nothing here reads a file, the environment or the clock.
@@ -11,6 +11,7 @@ mod build;
 mod build_error;
 mod doubts;
 mod exit;
+mod fields;
 mod gel;
 mod grid;
 mod kinematics;
@@ -32,8 +33,8 @@ pub use doubts::doubts;
 pub use kinematics::{BodyKinematics, StepInputs};
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
-    BalanceReport, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, FrameCells, MeshFrame,
-    Observation, RemeshPreview, SensorReport,
+    BalanceReport, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, FrameCells, FrameField,
+    MeshFrame, Observation, RemeshPreview, SensorReport,
 };
 pub use rest::{PeakDepth, RestDepth, RestDetector};
 pub use run::Simulation;

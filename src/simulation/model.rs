@@ -1,8 +1,9 @@
 //! Gel of either dimension behind one interface.
 
+use super::fields::FieldSource;
 use super::kinematics::BodyKinematics;
 use super::memory::MeshSize;
-use super::observe::{BodyPose, FrameCells, MeshFrame, RemeshPreview, SensorReport};
+use super::observe::{BodyPose, FrameCells, FrameField, MeshFrame, RemeshPreview, SensorReport};
 use super::saved::{EraseDimension, SavedState};
 use super::sensors::{LocatedSensor, locate_sensors};
 use crate::adapt::{AdaptiveGel, FailedRemesh, RemeshDriver, RemeshRecord, RestoreError};
@@ -13,6 +14,7 @@ use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{NodeId, Simplex};
 use crate::remesh;
+use crate::scene::OutputField;
 use crate::state::{DynamicState, GroupClock, RunRecord, Tick};
 
 /// Current extent of the contact with a body.
@@ -101,10 +103,11 @@ pub(super) trait ErasedModel: Send {
     fn can_remesh(&self) -> bool;
 }
 
-/// Gel of simplices and its sensors.
+/// Gel of simplices, its sensors and the fields of its frames.
 pub(super) struct GelModel<const D: usize> {
     pub gel: AdaptiveGel<D>,
     pub sensors: Vec<LocatedSensor<D>>,
+    pub fields: Vec<OutputField>,
 }
 
 /// Greatest number of ticks: a tick times q ≤ 31 stays below 2⁵³ (numerics A3).
@@ -178,6 +181,14 @@ impl<const D: usize> GelModel<D> {
         let mut damage: Vec<f64> = records.map(|records| damage_of(&records[0])).collect();
         damage.resize(potential.len(), 0.0);
         damage
+    }
+
+    /// Returns the fields of a frame; no cost without fields.
+    fn fields(&self, t: f64) -> Vec<FrameField> {
+        if self.fields.is_empty() {
+            return vec![];
+        }
+        FieldSource::new(&self.gel.engine, self.gel.definition.copies(), t).evaluate(&self.fields)
     }
 
     fn longest_step(&self, node: NodeId) -> f64 {
@@ -356,6 +367,7 @@ where
             velocities: self.gel.engine.state().velocity.iter().map(embed).collect(),
             displacements,
             cells: self.cells(t),
+            fields: self.fields(t),
             bodies: (0..self.n_bodies()).map(place).collect(),
         }
     }
@@ -398,7 +410,12 @@ where
 
     fn mesh_size(&self) -> MeshSize {
         let potential = &self.gel.engine.gel().potential;
-        MeshSize { elements: potential.len() as f64, is_spatial: D == 3, has_history: potential.remembers() }
+        MeshSize {
+            elements: potential.len() as f64,
+            is_spatial: D == 3,
+            has_history: potential.remembers(),
+            fields: self.fields.len(),
+        }
     }
 
     fn can_remesh(&self) -> bool {

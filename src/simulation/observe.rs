@@ -274,8 +274,23 @@ pub struct MeshFrame {
     pub displacements: Vec<Vector3>,
     /// Elements.
     pub cells: FrameCells,
+    /// Fields of `output.fields`, in the order of the scene.
+    pub fields: Vec<FrameField>,
     /// Projectile, then the fragments.
     pub bodies: Vec<BodyPose>,
+}
+
+/// Field of the gel in a [`MeshFrame`], by element and by node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameField {
+    /// Name, a key word of `output.fields`.
+    pub name: &'static str,
+    /// Unit; "-" for a number without one.
+    pub unit: &'static str,
+    /// Values of the elements.
+    pub cells: Vec<f64>,
+    /// Values of the nodes: the mean of the elements around a node by rest volume, like the pressure of a sensor.
+    pub points: Vec<f64>,
 }
 
 /// Position and motion of a body in a [`MeshFrame`].

@@ -1,5 +1,8 @@
 //! Files of a run: numbers that are none must not be in them.
 
+#[path = "../output/grid.rs"]
+pub mod grid;
+
 use std::fs;
 use std::path::Path;
 
@@ -64,16 +67,9 @@ fn text(bytes: &[u8]) -> Result<(), String> {
 
 /// Floating-point arrays of a grid are finite.
 fn grid(bytes: &[u8]) -> Result<(), String> {
-    let mark = b"encoding=\"raw\">\n_";
-    let from = bytes.windows(mark.len()).position(|part| part == mark).ok_or("no appended data")? + mark.len();
-    let head = String::from_utf8_lossy(&bytes[..from]);
-    for array in head.split("<DataArray ").skip(1) {
-        let value =
-            |key: &str| array.split_once(key).and_then(|(_, rest)| rest.split_once('"')).map(|(value, _)| value);
+    for grid::GridArray { line, bytes: data } in grid::arrays(bytes) {
+        let value = |key: &str| line.split_once(key).and_then(|(_, rest)| rest.split_once('"')).map(|(value, _)| value);
         let (kind, name) = (value("type=\"").unwrap_or_default(), value("Name=\"").unwrap_or_default());
-        let at = from + value("offset=\"").and_then(|text| text.parse::<usize>().ok()).ok_or("no offset")?;
-        let length = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap_or_default()) as usize;
-        let data = &bytes[at + 8..at + 8 + length];
         let is_finite = match kind {
             "Float32" => data.as_chunks().0.iter().all(|bytes| f32::from_le_bytes(*bytes).is_finite()),
             "Float64" => data.as_chunks().0.iter().all(|bytes| f64::from_le_bytes(*bytes).is_finite()),

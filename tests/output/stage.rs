@@ -154,6 +154,7 @@ pub fn frame(scene: &Scene, time: f64) -> MeshFrame {
             damage: vec![0.0; cells],
             facets,
         },
+        fields: vec![],
         bodies: vec![BodyPose { kinematics: ball(scene, time), bulge: None, active: true }],
     }
 }

@@ -15,6 +15,17 @@ pub(crate) struct RestGeometry<const D: usize, V> {
     pub volume: V,
 }
 
+/// Returns the volume of an element, m³, from the determinant of its edges and R̄ of a ring, m.
+#[inline(always)]
+pub(crate) fn volume_of<const D: usize, V: Number>(det: V, radius: V, section: Section) -> V {
+    let measure = det / det.constant(if D == 2 { 2.0 } else { 6.0 });
+    match section {
+        Section::Planar { thickness } => measure * thickness,
+        Section::Axisymmetric => radius * std::f64::consts::TAU * measure,
+        Section::Spatial => measure,
+    }
+}
+
 impl<const D: usize, V: Number> RestGeometry<D, V> {
     /// Computes the gradients and volumes from the edges as columns, m, and R̄ of rings, m.
     ///
@@ -22,12 +33,7 @@ impl<const D: usize, V: Number> RestGeometry<D, V> {
     #[inline(always)]
     pub fn new(edges: &[[V; D]; D], radius: V, filled: V, section: Section) -> Self {
         let det = array::det(edges);
-        let measure = det / det.constant(if D == 2 { 2.0 } else { 6.0 });
-        let volume = match section {
-            Section::Planar { thickness } => measure * thickness,
-            Section::Axisymmetric => radius * std::f64::consts::TAU * measure,
-            Section::Spatial => measure,
-        };
+        let volume = volume_of::<D, V>(det, radius, section);
         let mut gradients = *edges;
         for a in 0..D {
             for i in 0..D {

@@ -15,26 +15,40 @@ impl<const D: usize> Simplices<D> {
     /// two-network gel are deviatoric, so p = −U′. Bulk viscosity, which only spreads shocks, is left out.
     #[must_use]
     pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
-        let strained = |id: ElementId| {
-            let element = self.rest_element(id);
-            (element.volume, self.element_deformation_by(id, &element, x))
-        };
         let ids = self.patches.of(patch);
-        let (rest, now) = ids.iter().fold((0.0, 0.0), |(rest, now), id| {
-            let (volume, strain) = strained(*id);
-            (rest + volume, now + volume * strain.jacobian())
+        let own = self.element_deformation_by(element, &self.rest_element(element), x);
+        let strains = ids.iter().map(|id| {
+            let element = self.rest_element(*id);
+            StrainedElement { volume: element.volume, strain: self.element_deformation_by(*id, &element, x) }
         });
-        let (strain, mean) = (strained(element).1, now / rest);
-        let (jacobian, alone) = (strain.jacobian(), ids.len() == 1);
-        let shared = (!alone).then_some(mean);
-        match &self.material {
-            Material::NeoHookean(gel) => hyperelastic_pressure(gel, &strain, shared),
-            Material::MooneyRivlin(gel) => hyperelastic_pressure(gel, &strain, shared),
-            Material::Ogden(gel) => hyperelastic_pressure(gel, &strain, shared),
-            Material::TwoNetwork(gel) if alone => -gel.volumetric(jacobian).slope,
-            Material::TwoNetwork(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
+        self.pressure_of(&own, (ids.len() > 1).then(|| mean_jacobian(strains)))
+    }
+
+    /// Returns the pressure of a deformed element, Pa; `mean` is J̄ in a patch of several elements.
+    pub(super) fn pressure_of(&self, strain: &DeformationGradient<D>, mean: Option<f64>) -> f64 {
+        match (&self.material, mean) {
+            (Material::NeoHookean(gel), _) => hyperelastic_pressure(gel, strain, mean),
+            (Material::MooneyRivlin(gel), _) => hyperelastic_pressure(gel, strain, mean),
+            (Material::Ogden(gel), _) => hyperelastic_pressure(gel, strain, mean),
+            (Material::TwoNetwork(gel), None) => -gel.volumetric(strain.jacobian()).slope,
+            (Material::TwoNetwork(gel), Some(mean)) => -(gel.own(strain.jacobian()).slope + gel.shared(mean).slope),
         }
     }
+}
+
+/// Element of a patch: its rest volume, m³, and its deformation.
+#[derive(Clone, Copy)]
+pub(super) struct StrainedElement<const D: usize> {
+    pub volume: f64,
+    pub strain: DeformationGradient<D>,
+}
+
+/// Returns the volume ratio J̄ of a patch.
+pub(super) fn mean_jacobian<const D: usize>(members: impl Iterator<Item = StrainedElement<D>>) -> f64 {
+    let (rest, now) = members.fold((0.0, 0.0), |(rest, now), StrainedElement { volume, strain }| {
+        (rest + volume, now + volume * strain.jacobian())
+    });
+    now / rest
 }
 
 /// Returns the pressure of a hyperelastic element, Pa; `mean` is J̄ in a patch of several elements.

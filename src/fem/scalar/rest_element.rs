@@ -45,6 +45,11 @@ impl<const D: usize> RestElement<D> {
 }
 
 impl<const D: usize> DeformationGradient<D> {
+    /// Returns F of an element at rest.
+    pub fn identity() -> Self {
+        Self { f: Tensor::<D>::identity(), out: 1.0, det_f: 1.0 }
+    }
+
     /// Returns J = λ det F.
     pub fn jacobian(&self) -> f64 {
         self.det_f * self.out

@@ -1,7 +1,8 @@
 use super::rest_element::{DeformationGradient, RestElement};
 use crate::constitutive::Material;
+use crate::fem::law::rest_geometry::volume_of;
 use crate::fem::{ReferenceShape, Section, max_patch_size};
-use crate::math::{Tensor, Vector, det};
+use crate::math::{Tensor, Vector, array, det};
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
@@ -173,7 +174,8 @@ impl<const D: usize> Simplices<D> {
     /// Returns the rest volume of an element, m³.
     #[must_use]
     pub fn volume(&self, element: ElementId) -> f64 {
-        self.rest_element(element).volume
+        let reference = self.reference(element);
+        volume_of::<D, f64>(array::det(&array::rows(&reference.edges)), reference.radius, self.section)
     }
 
     /// Computes the rest geometry of an element from its reference shape.

@@ -178,6 +178,7 @@ mod tests {
                 damage: vec![],
                 facets: (0..facets.len()).map(facet).collect(),
             },
+            fields: vec![],
             bodies: vec![],
         }
     }
