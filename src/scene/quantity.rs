@@ -210,7 +210,7 @@ fn begins_like_number(text: &str) -> bool {
 }
 
 /// Number that replaces a part of a scene text.
-struct Replacement {
+struct QuantityReplacement {
     place: Range<usize>,
     number: f64,
 }
@@ -232,13 +232,13 @@ pub(super) fn si_text(text: &str) -> Result<Cow<'_, str>, SceneError> {
     }
     replacements.sort_by_key(|replacement| replacement.place.start);
     let mut converted = text.to_owned();
-    for Replacement { place, number } in replacements.into_iter().rev() {
+    for QuantityReplacement { place, number } in replacements.into_iter().rev() {
         converted.replace_range(place, &format!("{number:?}"));
     }
     Ok(Cow::Owned(converted))
 }
 
-fn convert_table(prefix: &str, table: &DeTable<'_>, into: &mut Vec<Replacement>) -> Result<(), SceneError> {
+fn convert_table(prefix: &str, table: &DeTable<'_>, into: &mut Vec<QuantityReplacement>) -> Result<(), SceneError> {
     for (name, value) in table {
         let kind = QuantityKind::of_key(name.get_ref());
         convert_value(&join(prefix, name.get_ref()), kind, value, into)?;
@@ -250,7 +250,7 @@ fn convert_value(
     key: &str,
     kind: Option<QuantityKind>,
     value: &Spanned<DeValue<'_>>,
-    into: &mut Vec<Replacement>,
+    into: &mut Vec<QuantityReplacement>,
 ) -> Result<(), SceneError> {
     match (value.get_ref(), kind) {
         (DeValue::Table(table), _) => convert_table(key, table, into)?,
@@ -262,7 +262,7 @@ fn convert_value(
         }
         (DeValue::String(text), Some(kind)) if begins_like_number(text) => {
             let number = kind.parse(text).map_err(|expected| SceneError::value(key, format!("{text:?}"), expected))?;
-            into.push(Replacement { place: value.span(), number });
+            into.push(QuantityReplacement { place: value.span(), number });
         }
         _ => (),
     }

@@ -12,6 +12,7 @@ mod job;
 mod level;
 mod listing;
 mod new;
+mod option_values;
 mod options;
 mod pack;
 mod progress;

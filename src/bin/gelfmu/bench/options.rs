@@ -1,6 +1,6 @@
 //! Options of `gelfmu bench`.
 
-use crate::options::parse_threads;
+use crate::option_values::parse_threads;
 use clap::{Args, ValueEnum};
 
 /// Options of `gelfmu bench`.

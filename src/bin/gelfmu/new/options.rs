@@ -1,7 +1,7 @@
 //! Options of `gelfmu new`.
 
 use super::block::BlockSize;
-use crate::options::{ProjectileNameParser, parse_speed};
+use crate::option_values::{ProjectileNameParser, parse_speed};
 use ballistic_gel::scene::{Preset, QuantityKind};
 use clap::Args;
 use std::path::PathBuf;

@@ -1,7 +1,11 @@
 //! Sizes of mesh and remeshing of a shot, by level, in radii of the projectile.
 
 use super::shot::{MeshedPart, Shot};
-use super::text::rounded;
+
+/// Number rounded to three digits.
+pub fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
 
 /// Sizes of one level.
 #[derive(Debug, Clone, Copy, PartialEq)]

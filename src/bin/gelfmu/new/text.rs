@@ -1,7 +1,7 @@
 //! Scene text of a shot.
 
 use super::shot::{MeshedPart, Shot};
-use super::sizes::LevelSizes;
+use super::sizes::{LevelSizes, rounded};
 use crate::failure::CommandError;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
@@ -12,12 +12,9 @@ use nalgebra::{Quaternion, UnitQuaternion};
 /// of `fbi-bb`.
 const WAVE_RATIO: f64 = 4.45;
 /// Time after the estimated stop in which the gel pushes the projectile back and the cavity closes, s.
-const RELAXATION: f64 = 4e-3;
-
-/// Number rounded to three digits.
-pub fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
-}
+const RELAXATION: f64 = 6e-3;
+/// Time after the longest path for a projectile that yaws, s: it stops much earlier.
+const MARGIN: f64 = 3e-3;
 
 /// Complete, commented scene of a shot.
 pub fn scene_text(shot: &Shot) -> Result<String, CommandError> {
@@ -50,21 +47,32 @@ fn header(shot: &Shot) -> String {
     let fate = if shot.longest_path() > block.length { "may leave the block" } else { "should stay in the block" };
     let not_modelled =
         projectile.not_modelled.iter().map(|text| format!("# Not modelled: {text}\n")).collect::<String>();
-    let end_time = rounded(1.5 * shot.longest_time() + RELAXATION);
+    let (about_end, end_time) = end_time(shot);
     format!(
         "# Written by `gelfmu new`. All numbers are SI (m, kg, s, Pa); \"9.02 mm\", \"124 gr\" and the like are read, too.\n\
          # By Poncelet's law a sphere of this calibre and mass would come to rest after {path}: it {fate}.\n{not_modelled}\
          \n[scene]\nname = \"{}-{:.0}\"\ntitle = \"{title}\"\ndimension = \"{dimension}\"\n\
-         # One and a half times the time of that path, and {:.0} ms in which the cavity closes. After an exit the run ends earlier.\n\
+         # {about_end} After an exit the run ends earlier.\n\
          end_time = {end_time:?}\n\
          # The projectile flies about its radius in it.\n\
          communication_step = {:?}\n\
          # fidelity = \"draft\" # or coarse, standard, fine; or `gelfmu run FILE --fidelity draft`\n",
         projectile.name.replace('.', "_"),
         speed,
-        1e3 * RELAXATION,
         communication_step(shot.radius() / speed)
     )
+}
+
+/// End of the run with its reason, s.
+fn end_time(shot: &Shot) -> (String, f64) {
+    if shot.yaw == 0.0 {
+        let about =
+            format!("One and a half times the time of that path, and {:.0} ms to come to rest.", 1e3 * RELAXATION);
+        (about, rounded(1.5 * shot.longest_time() + RELAXATION))
+    } else {
+        let about = format!("The time of that path, and {:.0} ms: a projectile that yaws stops earlier.", 1e3 * MARGIN);
+        (about, rounded(shot.longest_time() + MARGIN))
+    }
 }
 
 /// Greatest of 1, 2 and 5 times a power of ten that is not above a time, s.

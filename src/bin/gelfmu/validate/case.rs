@@ -1,6 +1,6 @@
 //! Cases of a measured shot: level, yaw and roll.
 
-use super::measured::MeasuredShot;
+use super::measured::ValidationShot;
 use crate::failure::CommandError;
 use crate::new::{Shot, scene_text};
 use ballistic_gel::scene;
@@ -9,7 +9,7 @@ use ballistic_gel::scene;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShotCase {
     /// Measured shot.
-    pub measured: MeasuredShot,
+    pub measured: ValidationShot,
     /// Yaw, degrees.
     pub yaw: f64,
     /// Roll of the plane of the yaw, degrees.
@@ -23,7 +23,7 @@ const SCATTER: [(f64, f64); 4] = [(1.0, 0.0), (2.0, 0.0), (4.0, 0.0), (2.0, 45.0
 
 /// Returns the cases of a shot: a bullet that yaws has its scatter at `draft`, and its usual yaw at `coarse`; all others
 /// are run at `coarse`.
-pub fn cases_of(measured: &MeasuredShot) -> Vec<ShotCase> {
+pub fn cases_of(measured: &ValidationShot) -> Vec<ShotCase> {
     let case = |yaw: f64, roll: f64, level| ShotCase { measured: measured.clone(), yaw, roll, level };
     let usual = case(measured.yaw, 0.0, "coarse");
     if !measured.is_of_service_bullet() {

@@ -29,7 +29,7 @@ pub enum SourceGrade {
 /// Measured shot.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct MeasuredShot {
+pub struct ValidationShot {
     /// Name.
     pub name: String,
     /// Projectile of the library.
@@ -53,12 +53,12 @@ pub struct MeasuredShot {
 }
 
 /// Returns the measured shots of the table.
-pub fn measured_shots() -> Vec<MeasuredShot> {
+pub fn measured_shots() -> Vec<ValidationShot> {
     let rows = csv::Reader::from_reader(TABLE.as_bytes()).into_deserialize();
     rows.map(|row| row.expect("the table is tested")).collect()
 }
 
-impl MeasuredShot {
+impl ValidationShot {
     /// Shot with another yaw and roll, degrees.
     pub fn shot(&self, yaw: f64, roll: f64) -> Shot {
         Shot {

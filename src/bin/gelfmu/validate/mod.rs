@@ -17,7 +17,7 @@ use crate::{interrupt, results};
 use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;
 use case::cases_of;
-use measured::{MeasuredShot, measured_shots};
+use measured::{ValidationShot, measured_shots};
 use serde_json::json;
 
 /// Name of the command in the folder manifest.
@@ -57,7 +57,7 @@ pub fn validate(options: &ValidateOptions, console: &Console) -> Result<u8, Comm
     finish(folder, options, console)
 }
 
-fn wanted_shots(options: &ValidateOptions) -> Result<Vec<MeasuredShot>, CommandError> {
+fn wanted_shots(options: &ValidateOptions) -> Result<Vec<ValidationShot>, CommandError> {
     let all = measured_shots();
     if let Some(unknown) = options.only.iter().find(|name| all.iter().all(|shot| shot.name != **name)) {
         let names: Vec<&str> = all.iter().map(|shot| shot.name.as_str()).collect();

@@ -1,6 +1,6 @@
 //! Options of `gelfmu validate`.
 
-use crate::options::parse_jobs;
+use crate::option_values::parse_jobs;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! Table of a validation: as CSV, as Markdown and for the terminal.
 
 use super::case::cases_of;
-use super::measured::{MeasuredFigure, MeasuredShot, SourceGrade};
+use super::measured::{MeasuredFigure, SourceGrade, ValidationShot};
 use super::queue::FinishedCase;
 use super::row::CaseRow;
 use std::fmt::Write;
@@ -12,7 +12,7 @@ pub const BAND: f64 = 0.20;
 /// Shot with the rows of its cases.
 pub struct ShotResult {
     /// Measured shot.
-    pub measured: MeasuredShot,
+    pub measured: ValidationShot,
     /// Rows in the order of the cases.
     pub rows: Vec<CaseRow>,
     /// Reasons of the cases without a row.
@@ -20,8 +20,8 @@ pub struct ShotResult {
 }
 
 /// Groups finished cases by their shots.
-pub fn by_shot(finished: &[FinishedCase], shots: &[MeasuredShot]) -> Vec<ShotResult> {
-    let of_shot = |measured: &MeasuredShot| {
+pub fn by_shot(finished: &[FinishedCase], shots: &[ValidationShot]) -> Vec<ShotResult> {
+    let of_shot = |measured: &ValidationShot| {
         let (mut rows, mut failures) = (vec![], vec![]);
         for case in cases_of(measured) {
             match finished.iter().find(|other| other.case == case).map(|other| &other.row) {

@@ -1,0 +1,96 @@
+//! Parsers of the values of options.
+
+use ballistic_gel::fmi2;
+use ballistic_gel::scene::{self, FidelityKind, QuantityKind};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, Command};
+use std::ffi::OsStr;
+
+/// Parser of a scene argument: built-in names are completed, and every text is accepted as a path.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneNameParser;
+
+impl TypedValueParser for SceneNameParser {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(scene::builtins().map(|(name, _)| PossibleValue::new(name))))
+    }
+}
+
+/// Parser of a projectile's name: the names of the library are completed.
+#[derive(Debug, Clone, Copy)]
+pub struct ProjectileNameParser;
+
+impl TypedValueParser for ProjectileNameParser {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(scene::library().map(|(name, _)| PossibleValue::new(name))))
+    }
+}
+
+/// Parses a level by its name, which shells complete, or by its number.
+pub fn level_parser() -> impl TypedValueParser<Value = FidelityKind> {
+    let numbered = FidelityKind::ALL.iter().zip(["0", "1", "2", "3", "4"]);
+    let names = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
+    PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|text| text.parse::<FidelityKind>())
+}
+
+pub fn parse_time(text: &str) -> Result<f64, String> {
+    parse_quantity(text, QuantityKind::Time)
+}
+
+pub fn parse_length(text: &str) -> Result<f64, String> {
+    parse_quantity(text, QuantityKind::Length)
+}
+
+/// Parses a positive speed with or without a unit.
+pub fn parse_speed(text: &str) -> Result<f64, String> {
+    parse_quantity(text, QuantityKind::Speed)
+}
+
+pub fn parse_quantity(text: &str, kind: QuantityKind) -> Result<f64, String> {
+    let expected = || {
+        format!("expected a positive {}, {}, or with a unit, such as \"{}\"", kind.name(), kind.unit(), kind.example())
+    };
+    kind.parse(text).ok().filter(|value| *value > 0.0).ok_or_else(expected)
+}
+
+pub fn parse_positive(text: &str, what: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(format!("expected a positive {what}")),
+    }
+}
+
+/// Parses an error in percent as a fraction.
+pub fn parse_error(text: &str) -> Result<f64, String> {
+    parse_positive(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%")
+        .map(|percent| 0.01 * percent)
+}
+
+pub fn parse_jobs(text: &str) -> Result<usize, String> {
+    let most = fmi2::most_threads();
+    match text.parse::<usize>() {
+        Ok(n) if (1..=most).contains(&n) => Ok(n),
+        _ => Err(format!("expected a number of processes from 1 to {most}")),
+    }
+}
+
+pub fn parse_threads(text: &str) -> Result<usize, String> {
+    let most = fmi2::most_threads();
+    match text.parse::<usize>() {
+        Ok(n) if n <= most => Ok(n),
+        _ => Err(format!("expected 0 for all cores, or a number of threads up to {most}")),
+    }
+}
