@@ -281,10 +281,11 @@ fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
     assert!(!page(&folder).contains("Along the path") && page(&deep).contains("Along the path"));
     let titles = [
         "Speed of the projectile by depth",
-        "Radius of the cavity by depth",
+        "Wound profile",
+        "Diameter of cavity and permanent track by depth",
         "temporary cavity",
+        "Energy given to the gel by time",
         "Diameter of the cavity by time",
-        "Diameter of the permanent track by depth",
     ];
     for title in titles {
         assert!(page(&deep).contains(title), "{title}");

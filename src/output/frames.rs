@@ -5,6 +5,7 @@ use super::bounds::AxisAlignedBox;
 use super::files::OutputError;
 use super::folder::ResultFolder;
 use super::picture::{Camera, MeshPicture};
+use super::view::ViewFrame;
 use super::vtu;
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
@@ -23,6 +24,7 @@ struct WrittenFrame {
     /// Index of the next due time.
     next_due: usize,
     shot: Option<MeshPicture>,
+    view: Option<ViewFrame>,
 }
 
 /// Number of times at which the cavity is evaluated in a run without frames.
@@ -83,7 +85,8 @@ impl FrameSeries {
         let is_pictured = next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(stride));
         self.write_files(frame, scene, folder)?;
         let shot = (is_pictured && self.has_pictures).then(|| self.render(frame, scene));
-        self.written.push(WrittenFrame { time: frame.time, next_due, shot });
+        let view = self.has_pictures.then(|| ViewFrame::of(frame, scene));
+        self.written.push(WrittenFrame { time: frame.time, next_due, shot, view });
         self.write_collection(folder)
     }
 
@@ -99,7 +102,8 @@ impl FrameSeries {
         }
         self.write_files(frame, scene, folder)?;
         let shot = self.has_pictures.then(|| self.render(frame, scene));
-        self.written.push(WrittenFrame { time: frame.time, next_due: self.next_due(), shot });
+        let view = self.has_pictures.then(|| ViewFrame::of(frame, scene));
+        self.written.push(WrittenFrame { time: frame.time, next_due: self.next_due(), shot, view });
         self.write_collection(folder)
     }
 
@@ -117,6 +121,11 @@ impl FrameSeries {
     /// Returns the pictures in order of time.
     pub(super) fn shots(&self) -> Vec<&MeshPicture> {
         self.written.iter().filter_map(|written| written.shot.as_ref()).collect()
+    }
+
+    /// Returns the frames of the view in order of time.
+    pub(super) fn views(&self) -> Vec<&ViewFrame> {
+        self.written.iter().filter_map(|written| written.view.as_ref()).collect()
     }
 
     fn next_due(&self) -> usize {

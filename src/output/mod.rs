@@ -6,6 +6,7 @@ mod files;
 mod folder;
 mod frames;
 mod history;
+mod movie;
 mod overlap;
 mod penetration;
 mod picture;
@@ -13,6 +14,7 @@ mod remesh_pictures;
 mod report;
 mod sensors;
 mod summary;
+mod view;
 mod vtu;
 mod wound;
 
@@ -22,9 +24,11 @@ use std::path::Path;
 
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
+pub use movie::{MovieError, movie_pictures};
 pub use penetration::{CavityCoursePoint, CavityGauge};
 pub use picture::model_picture;
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
+pub use report::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison};
 pub use sensors::{DentFigures, SensorFigures};
 pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SummaryAccount, rebound};
 pub use wound::WoundFigures;
@@ -228,7 +232,8 @@ impl RunRecorder {
         penetration: Option<&PenetrationRecord>,
     ) -> Result<(), OutputError> {
         let rows = self.history.read_thinned(report::PLOT_POINTS)?;
-        let data = ReportData { rows: &rows, shots: &self.frames.shots(), penetration };
+        let (shots, views) = (self.frames.shots(), self.frames.views());
+        let data = ReportData { rows: &rows, shots: &shots, views: &views, penetration };
         let page = report::page(&self.run.scene, summary, &data);
         self.folder.write("report.html", page.as_bytes())
     }

@@ -373,6 +373,18 @@ impl OutputField {
         }
     }
 
+    /// Title in the report.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Pressure => "Pressure",
+            Self::VonMises => "Von Mises stress",
+            Self::StrainRate => "Strain rate",
+            Self::ViscousStrain => "Viscous strain",
+            Self::Damage => "Damage",
+        }
+    }
+
     /// Unit; "-" for a number without one.
     #[must_use]
     pub fn unit(self) -> &'static str {

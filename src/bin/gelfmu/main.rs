@@ -11,12 +11,16 @@ mod interrupt;
 mod job;
 mod level;
 mod listing;
+mod measured;
+mod movie;
 mod new;
 mod option_values;
 mod options;
+mod output_choice;
 mod pack;
 mod progress;
 mod remesh_demo;
+mod report_options;
 mod results;
 mod run;
 mod scratch;
@@ -59,6 +63,7 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::TradeRow(options) => trade::print_row(&options)?,
         GelfmuCommand::Check(options) => check::check(&options, console)?,
         GelfmuCommand::Pack(options) => pack::pack(&options, console)?,
+        GelfmuCommand::Movie(options) => movie::movie(&options, console)?,
         GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         GelfmuCommand::New(options) => new::new(&options, console)?,
         GelfmuCommand::Projectiles { name } => listing::projectiles(name.as_deref(), console)?,

@@ -6,9 +6,10 @@ use crate::option_values::{
     ProjectileNameParser, SceneNameParser, level_parser, parse_error, parse_jobs, parse_length, parse_speed,
     parse_threads, parse_time,
 };
+use crate::output_choice::OutputChoice;
+use crate::report_options::{MovieOptions, ReportOptions};
 use crate::trade::CouplingVariant;
 use crate::validate::ValidateOptions;
-use ballistic_gel::fmi2::OutputSet;
 use ballistic_gel::scene::{FidelityKind, Override};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -64,6 +65,8 @@ pub enum GelfmuCommand {
     Bench(BenchOptions),
     /// Write the FMU of a scene, for every platform whose library is inside this gelfmu
     Pack(PackOptions),
+    /// Make a film of a finished run: a GIF or an MP4 with ffmpeg if it is installed, else the pictures as PNG files
+    Movie(MovieOptions),
     /// Draw the stages of a remesh: run a planar or axisymmetric scene until its mesh is distorted, and write a page of
     /// pictures
     ///
@@ -148,6 +151,8 @@ pub struct RunOptions {
     /// Write no report.html; short for --set output.report=false
     #[arg(long)]
     pub no_report: bool,
+    #[command(flatten)]
+    pub report: ReportOptions,
     /// Communication step, s (`scene.communication_step` if absent)
     #[arg(long, value_name = "H", value_parser = parse_time, allow_hyphen_values = true)]
     pub step: Option<f64>,
@@ -338,25 +343,4 @@ pub struct PackOptions {
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,
-}
-
-/// Set of outputs of a packed FMU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum OutputChoice {
-    /// State of each body at the end of the step, its depth, contact and perforation
-    Integrated,
-    /// Impulses on each body, its orientation at the end of the step, and its depth
-    Corrected,
-    /// All that can be an output
-    Full,
-}
-
-impl From<OutputChoice> for OutputSet {
-    fn from(choice: OutputChoice) -> Self {
-        match choice {
-            OutputChoice::Integrated => Self::Integrated,
-            OutputChoice::Corrected => Self::Corrected,
-            OutputChoice::Full => Self::Full,
-        }
-    }
 }

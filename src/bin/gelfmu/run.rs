@@ -9,7 +9,7 @@ use crate::pack::resources::{self, SceneResources};
 use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
 use crate::through_fmu::{self, InstanceFolder};
-use crate::{direct, interrupt, results, summary};
+use crate::{direct, interrupt, measured, results, summary};
 use ballistic_gel::output;
 use ballistic_gel::output::{FolderClaim, ResultFolder};
 use ballistic_gel::scene::{self, CouplingMode, MOST_STEPS, Override, Scene};
@@ -26,13 +26,16 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
     console.notes(&scene::former_keys(&source.text));
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
+    let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
     let SceneResources { text, files } = resources::collect(&source)?;
     let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
-    let mut claimed = claim_folder(&folder, options, &results::inputs(name, &source), &source, &kept)?;
+    let inputs: Vec<PathBuf> =
+        results::inputs(name, &source).into_iter().chain(options.report.measured.clone()).collect();
+    let mut claimed = claim_folder(&folder, options, &inputs, &source, &kept)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
     if let Some(expectation) = expectation {
@@ -43,11 +46,17 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
             "coupling.mode of the scene is for importers of the packed FMU: here the component moves the projectile",
         );
     }
+    if let Some(table) = &measured {
+        console.notes(&table.notes);
+    }
     for (file, bytes) in &kept {
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
     let job = RunJob { source, folder, step: options.step, threads: options.threads };
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
+    if let Some(table) = &measured {
+        console.notes(&measured::compare(table, &job.folder)?);
+    }
     let summary = SummaryFile::read(&job.folder)?;
     console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.folder));
     let doubts = summary.value["doubts"].as_array();

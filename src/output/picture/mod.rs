@@ -28,13 +28,19 @@ const MODEL_SIZE: [usize; 2] = [600, 450];
 pub(super) struct MeshPicture {
     /// Time of the frame, s.
     pub(super) time: f64,
+    size: [usize; 2],
     pixels: Vec<PicturePixel>,
 }
 
 impl MeshPicture {
     /// Renders a frame.
     pub(super) fn take(frame: &MeshFrame, scene: &Scene, camera: &Camera) -> Self {
-        Self { time: frame.time, pixels: render(frame, scene, camera, PICTURE_SIZE) }
+        Self::take_sized(frame, scene, camera, PICTURE_SIZE)
+    }
+
+    /// Renders a frame in a picture of `size` pixels.
+    pub(super) fn take_sized(frame: &MeshFrame, scene: &Scene, camera: &Camera, size: [usize; 2]) -> Self {
+        Self { time: frame.time, size, pixels: render(frame, scene, camera, size) }
     }
 
     /// Returns the values of a field on the visible gel.
@@ -44,7 +50,16 @@ impl MeshPicture {
 
     /// Returns the picture coloured by a field; `place` maps a value into the colour map, 0 to 1.
     pub(super) fn png(&self, field: PictureField, map: &ColourMap, place: impl Fn(f64) -> f64) -> Vec<u8> {
-        png(PICTURE_SIZE, self.pixels.iter().map(|pixel| pixel.colour(map.at(place(pixel.value(field))))))
+        png(self.size, self.pixels.iter().map(|pixel| pixel.colour(map.at(place(pixel.value(field))))))
+    }
+
+    /// Returns the picture like [`MeshPicture::png`], on a white background.
+    pub(super) fn opaque_png(&self, field: PictureField, map: &ColourMap, place: impl Fn(f64) -> f64) -> Vec<u8> {
+        let on_white = |[r, g, b, opacity]: [u8; 4]| {
+            let mix = |c: u8| ((u32::from(c) * u32::from(opacity) + 255 * (255 - u32::from(opacity))) / 255) as u8;
+            [mix(r), mix(g), mix(b), 255]
+        };
+        png(self.size, self.pixels.iter().map(|pixel| on_white(pixel.colour(map.at(place(pixel.value(field)))))))
     }
 }
 

@@ -1,9 +1,11 @@
 //! Plots of the report against time.
 
+use super::depths;
 use super::format::quantity;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use crate::math::Vector3;
 use crate::output::history::HistoryRow;
+use crate::output::penetration::PenetrationRecord;
 use crate::scene::{Scene, numbered};
 
 /// Least travel of a curve relative to the liveliest curve of its plot: flatter curves would overlap at zero.
@@ -11,22 +13,28 @@ const MIN_RELATIVE_TRAVEL: f64 = 1e-3;
 /// Lower limit of plotted errors: zero has no logarithm.
 const MIN_ERROR: f64 = 1e-18;
 
-/// Returns all plots; a plot of constant curves is left out.
-pub(super) fn charts(scene: &Scene, rows: &[HistoryRow]) -> String {
-    let plots = [
-        position_plot(rows),
-        speed_plot(rows),
-        force_plot(rows, scene.force_window()),
-        energy_plot(rows),
-        balance_errors(rows),
-    ];
+/// Returns the plots against time; a plot of constant curves is left out.
+pub(super) fn charts(scene: &Scene, rows: &[HistoryRow], shot: Option<&PenetrationRecord>) -> String {
+    let of_shot = shot.into_iter().flat_map(|shot| [depths::energy_by_time(shot), depths::cavity_by_time(shot)]);
+    let plots = [speed_plot(rows), force_plot(rows, scene.force_window()), position_plot(rows)];
+    let plots = plots.into_iter().chain(of_shot).chain([energy_plot(rows)]);
     let sensors = [
         sensor_plot(scene, rows, "Pressure at the sensors", "Pa", 0),
         sensor_plot(scene, rows, "Displacement along z at the sensors", "m", 3),
     ];
-    let plots: Vec<CurvePlot> = sensors.into_iter().chain(plots).collect();
-    let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
-    if figures.is_empty() { figures } else { format!("<section><h2>Time histories</h2>\n{figures}</section>\n") }
+    let figures: String =
+        sensors.into_iter().chain(plots).filter(|plot| !plot.curves.is_empty()).map(|plot| plot.figure()).collect();
+    if figures.is_empty() {
+        figures
+    } else {
+        format!("<section><h2>Time histories</h2>\n<div class=\"plots\">{figures}</div></section>\n")
+    }
+}
+
+/// Returns the plot of the imbalances; empty if all are constant.
+pub(super) fn imbalances(rows: &[HistoryRow]) -> String {
+    let plot = balance_errors(rows);
+    if plot.curves.is_empty() { String::new() } else { plot.figure() }
 }
 
 /// Returns the time of the greatest stored energy, s: the initial picture of the slider.
@@ -65,9 +73,8 @@ fn force_plot(rows: &[HistoryRow], window: f64) -> CurvePlot {
     let history: Vec<(f64, Vector3)> =
         rows.iter().map(|row| (row.get("time_s"), row.vector("total_impulse_", "_N_s"))).collect();
     let fine = history.last().map_or(window, |last| last.0 / 200.0).min(window);
-    let curves = [(fine, "a short window"), (window, "the window of the peak force")].map(|(width, name)| PlotCurve {
-        name: format!("mean over {name}, {}", quantity(width, "s")),
-        points: moving_mean(&history, width),
+    let curves = [(fine, "a short window"), (window, "the window of the peak force")].map(|(width, name)| {
+        PlotCurve::line(format!("mean over {name}, {}", quantity(width, "s")), moving_mean(&history, width))
     });
     let curves = curves.into_iter().filter(PlotCurve::varies).collect();
     CurvePlot {
@@ -137,7 +144,7 @@ fn sensor_plot(
 ) -> CurvePlot {
     let n = scene.sensor.len();
     let points = |i: usize| rows.iter().map(|row| (row.get("time_s"), row.sensor(i, n)[column])).collect();
-    let curves = (0..n).map(|i| PlotCurve { name: numbered("sensor", i), points: points(i) });
+    let curves = (0..n).map(|i| PlotCurve::line(numbered("sensor", i), points(i)));
     let curves = curves.filter(PlotCurve::varies).take(CurvePlot::MAX_CURVES).collect();
     CurvePlot { title, unit, vertical: VerticalScale::Linear, horizontal: time_axis(rows), curves }
 }
@@ -177,6 +184,6 @@ fn select_visible(mut curves: Vec<PlotCurve>) -> Vec<PlotCurve> {
 /// Returns the columns that change as curves; `columns` holds curve names and column names.
 fn changing_curves(rows: &[HistoryRow], columns: &[(String, String)]) -> Vec<PlotCurve> {
     let points = |column: &str| rows.iter().map(|row| (row.get("time_s"), row.get(column))).collect();
-    let curves = columns.iter().map(|(name, column)| PlotCurve { name: name.clone(), points: points(column) });
+    let curves = columns.iter().map(|(name, column)| PlotCurve::line(name.clone(), points(column)));
     curves.filter(PlotCurve::varies).collect()
 }

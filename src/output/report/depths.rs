@@ -1,24 +1,24 @@
-//! Plots of the report for a shot: against depth, and the cavity against time.
+//! Plots of the report for a shot: against depth, and energy and cavity against time.
 
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
+use super::wound_profile;
 use crate::output::penetration::{PenetrationRecord, TrackPoint};
 
 /// Least yaw of a visible curve, degrees.
 const MIN_YAW: f64 = 0.01;
 
-/// Returns all plots of a shot.
+/// Line above plots that the script of the page brings to life.
+const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
+                    over the same axis go together.</p>\n";
+
+/// Returns the wound profile of a shot and its plots against depth.
 pub(super) fn charts(shot: &PenetrationRecord) -> String {
-    let plots = [
-        speed_plot(shot),
-        force_plot(shot),
-        energy_plot(shot),
-        yaw_plot(shot),
-        cavity_plot(shot),
-        course_plot(shot),
-        track_plot(shot),
-    ];
+    let plots = [cavity_plot(shot), yaw_plot(shot), speed_plot(shot), force_plot(shot), energy_plot(shot)];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
-    format!("<section><h2>Along the path of the projectile</h2>\n{figures}</section>\n")
+    format!(
+        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}</section>\n",
+        wound_profile::figure(shot)
+    )
 }
 
 fn speed_plot(shot: &PenetrationRecord) -> CurvePlot {
@@ -43,7 +43,7 @@ fn energy_plot(shot: &PenetrationRecord) -> CurvePlot {
     let level =
         |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
     let points = energies.iter().enumerate().flat_map(level).collect();
-    let curve = PlotCurve { name: "in each centimetre".to_owned(), points };
+    let curve = PlotCurve::line("in each centimetre", points);
     depth_plot(shot, "Energy given to the gel by depth", "J", vec![curve])
 }
 
@@ -56,21 +56,36 @@ fn yaw_plot(shot: &PenetrationRecord) -> CurvePlot {
 
 fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
     let cavity = &shot.cavity;
+    let diameters = |points: &[(f64, f64)]| points.iter().map(|(depth, radius)| (*depth, 2.0 * radius)).collect();
     let curves = [
-        ("temporary cavity: maximum over the run", &cavity.temporary),
-        ("at its maximum width", &cavity.widest),
-        ("at the end", &cavity.last),
+        ("temporary cavity: widest over the run", &cavity.temporary),
+        ("temporary cavity at its widest moment", &cavity.widest),
+        ("cavity at the end", &cavity.last),
     ];
-    let curves = curves.map(|(name, points)| PlotCurve { name: name.to_owned(), points: points.clone() });
-    let curves = curves.into_iter().filter(|curve| !curve.points.is_empty()).collect();
-    depth_plot(shot, "Radius of the cavity by depth", "m", curves)
+    let curves = curves.map(|(name, points)| PlotCurve::line(name, diameters(points)));
+    let curves = curves.into_iter().chain([track_curve(shot)]).filter(|curve| !curve.points.is_empty()).collect();
+    depth_plot(shot, "Diameter of cavity and permanent track by depth", "m", curves)
+}
+
+/// Returns the plot of the energy given to the gel by time.
+pub(super) fn energy_by_time(shot: &PenetrationRecord) -> CurvePlot {
+    let track = shot.track.table();
+    let points: Vec<(f64, f64)> = track.iter().map(|place| (place.time, place.energy)).collect();
+    let curve = PlotCurve::line("up to the greatest depth", points);
+    CurvePlot {
+        title: "Energy given to the gel by time",
+        unit: "J",
+        vertical: VerticalScale::FromZero,
+        horizontal: HorizontalAxis { name: "time", unit: "s", range: 0.0..track.last().map_or(0.0, |last| last.time) },
+        curves: if curve.varies() { vec![curve] } else { vec![] },
+    }
 }
 
 /// Returns the plot of the greatest diameter of the cavity over the depth, without a curve for a single time.
-fn course_plot(shot: &PenetrationRecord) -> CurvePlot {
+pub(super) fn cavity_by_time(shot: &PenetrationRecord) -> CurvePlot {
     let course = shot.cavity.course.points();
     let points = course.iter().map(|point| (point.time, point.diameter)).collect();
-    let curve = PlotCurve { name: "greatest over the depth".to_owned(), points };
+    let curve = PlotCurve::line("greatest over the depth", points);
     CurvePlot {
         title: "Diameter of the cavity by time",
         unit: "m",
@@ -80,13 +95,12 @@ fn course_plot(shot: &PenetrationRecord) -> CurvePlot {
     }
 }
 
-/// Returns the plot of the permanent track, without a curve in an undamaged gel.
-fn track_plot(shot: &PenetrationRecord) -> CurvePlot {
+/// Returns the curve of the permanent track, without a point in an undamaged gel.
+fn track_curve(shot: &PenetrationRecord) -> PlotCurve {
     let is_damaged = shot.damage.greatest_diameter() > 0.0;
-    let mut points = shot.damage.curve(track_depth(shot));
+    let mut points = if is_damaged { shot.damage.curve(track_depth(shot)) } else { vec![] };
     points.retain(|(depth, _)| *depth <= track_depth(shot));
-    let curve = PlotCurve { name: "damaged gel at the end, as a circle".to_owned(), points };
-    depth_plot(shot, "Diameter of the permanent track by depth", "m", if is_damaged { vec![curve] } else { vec![] })
+    PlotCurve::line("permanent track: damaged gel, as a circle", points)
 }
 
 fn curve_along_track(
@@ -95,7 +109,7 @@ fn curve_along_track(
     value: impl Fn(&PenetrationRecord, &TrackPoint) -> f64,
 ) -> PlotCurve {
     let points = shot.track.table().iter().map(|place| (place.depth, value(shot, place))).collect();
-    PlotCurve { name: name.to_owned(), points }
+    PlotCurve::line(name, points)
 }
 
 fn depth_plot(shot: &PenetrationRecord, title: &'static str, unit: &'static str, curves: Vec<PlotCurve>) -> CurvePlot {

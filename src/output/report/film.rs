@@ -12,9 +12,10 @@ const COLOURED_FRACTION: f64 = 0.998;
 /// Script that shows one picture at a time, written without the reserved characters of XML.
 const SLIDER: &str = "const shots = [...document.querySelectorAll('.shot')];
 const slider = document.getElementById('moment');
-const show = () => shots.forEach((shot, i) => { shot.hidden = i !== Number(slider.value); });
+const show = () => shots.forEach((shot, i) => shot.classList.toggle('shown', i === Number(slider.value)));
 slider.addEventListener('input', show);
 slider.parentElement.hidden = false;
+slider.closest('.stills').classList.add('has-slider');
 show();";
 
 /// Colour scale common to all pictures.
@@ -49,7 +50,7 @@ impl ColourScale {
     }
 }
 
-/// Returns the section of pictures, open at the time `moment`, s; empty without pictures.
+/// Returns the pictures with their slider, open at the time `moment`, s; empty without pictures. Three are printed.
 pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
     if shots.is_empty() {
         return String::new();
@@ -58,22 +59,30 @@ pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
     let step_legend = legend("Time step of each element", "s", &STEP, &step);
     let speed_legend = legend("Speed", "m/s", &SPEED, &speed);
     let mut frames = String::new();
-    for shot in shots {
+    let first = nearest_picture(moment, shots);
+    let printed = [first / 2, first, shots.len() - 1];
+    for (number, shot) in shots.iter().enumerate() {
         let when = quantity(shot.time, "s");
         let steps = shot.png(PictureField::Step, &STEP, |x| step.place(x));
         let speeds = shot.png(PictureField::Speed, &SPEED, |x| speed.place(x));
         let left = picture(&steps, &format!("{when}, coloured by the time step of each element"), &step_legend);
         let right = picture(&speeds, &format!("{when}, coloured by speed"), &speed_legend);
-        writeln!(frames, "<div class=\"shot\"><h3>{when}</h3>\n<div class=\"pair\">{left}{right}</div></div>")
+        let class = if printed.contains(&number) { "shot printed" } else { "shot" };
+        writeln!(frames, "<div class=\"{class}\"><h3>{when}</h3>\n<div class=\"pair\">{left}{right}</div></div>")
             .expect("a string grows");
     }
     format!(
-        "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Time</label> \
-         <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
-         <script>\n{SLIDER}\n</script></section>\n",
-        shots.len() - 1,
-        nearest_picture(moment, shots)
+        "<div class=\"stills\"><p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Time</label> \
+         <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{first}\" step=\"1\"/></p>\n{frames}\
+         <script>\n{SLIDER}\n</script></div>\n",
+        shots.len() - 1
     )
+}
+
+/// Returns pictures coloured by speed on one scale, on a white background.
+pub(in crate::output) fn speed_pictures(pictures: &[MeshPicture]) -> Vec<Vec<u8>> {
+    let scale = ColourScale::of_speed(&pictures.iter().collect::<Vec<_>>());
+    pictures.iter().map(|picture| picture.opaque_png(PictureField::Speed, &SPEED, |x| scale.place(x))).collect()
 }
 
 fn nearest_picture(moment: f64, shots: &[&MeshPicture]) -> usize {

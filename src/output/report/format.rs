@@ -92,6 +92,12 @@ fn format_digits(value: f64, significant: i32) -> String {
     format!("{value:.places$}").replace('-', "−")
 }
 
+/// Returns a list of texts as HTML.
+pub(super) fn bullet_list(texts: &[String]) -> String {
+    let items: Vec<String> = texts.iter().map(|text| format!("<li>{}</li>", escape(text))).collect();
+    format!("<ul>{}</ul>", items.concat())
+}
+
 /// Escapes a text for HTML; characters outside XML are replaced by U+FFFD.
 pub(in crate::output) fn escape(text: &str) -> String {
     let is_forbidden = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');

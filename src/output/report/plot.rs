@@ -1,7 +1,11 @@
 //! Plots of curves against time or depth, as SVG.
 
 use super::axis::{AxisMargin, PlotAxis, finite_range};
+use crate::output::view::deflate;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use plotters::prelude::*;
+use serde_json::{Value, json};
 use std::ops::Range;
 
 /// Curve colours with contrast on white and on black.
@@ -27,6 +31,8 @@ const MAX_TICKS: (usize, usize) = (8, 6);
 pub(super) struct PlotCurve {
     pub(super) name: String,
     pub(super) points: Vec<(f64, f64)>,
+    /// True for measured points, which are drawn as dots.
+    pub(super) dots: bool,
 }
 
 /// Scale of the vertical axis.
@@ -57,6 +63,16 @@ pub(super) struct CurvePlot {
 }
 
 impl PlotCurve {
+    /// Creates a curve that is drawn as a line.
+    pub(super) fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, dots: false }
+    }
+
+    /// Creates a curve of measured points.
+    pub(super) fn dots(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, dots: true }
+    }
+
     /// Returns true if the curve is not constant.
     pub(super) fn varies(&self) -> bool {
         self.travel() > 0.0
@@ -80,13 +96,37 @@ impl CurvePlot {
         });
         let key = key.collect::<Vec<_>>().concat();
         format!(
-            "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div role=\"img\" aria-label=\"{} against {}\">{}</div>\n\
-             <ul class=\"key\">{key}</ul></figure>\n",
+            "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div class=\"still\" role=\"img\" aria-label=\"{} against \
+             {}\">{}</div>\n<ul class=\"key\">{key}</ul>\n<script type=\"text/plain\" class=\"curves\">{}</script></figure>\n",
             self.title,
             self.title,
             self.horizontal.name,
-            self.svg()
+            self.svg(),
+            STANDARD.encode(deflate(self.data().to_string().as_bytes()))
         )
+    }
+
+    /// Returns the curves in the units of the axes, for the script of the page.
+    fn data(&self) -> Value {
+        let (along, up) = (self.along(), self.up());
+        let curves = self.curves.iter().zip(COLOURS).map(|(curve, RGBColor(r, g, b))| {
+            let points = curve.points.iter().filter_map(|(x, y)| along.place(*x).zip(up.place(*y)));
+            let (x, y): (Vec<f64>, Vec<f64>) = points.map(|(x, y)| (rounded(x), rounded(y))).unzip();
+            json!({ "name": curve.name, "colour": format!("rgb({r},{g},{b})"), "dots": curve.dots, "x": x, "y": y })
+        });
+        json!({
+            "horizontal": {
+                "name": self.horizontal.name,
+                "unit": along.unit,
+                "range": [along.range.start, along.range.end],
+            },
+            "vertical": {
+                "unit": up.unit,
+                "decades": self.vertical == VerticalScale::Decades,
+                "fromZero": self.vertical == VerticalScale::FromZero,
+            },
+            "curves": curves.collect::<Vec<_>>(),
+        })
     }
 
     fn svg(&self) -> String {
@@ -124,7 +164,11 @@ impl CurvePlot {
         mesh.x_label_formatter(&|place| tick(*place)).y_label_formatter(&mark).draw()?;
         for (curve, colour) in self.curves.iter().zip(COLOURS) {
             let points = curve.points.iter().filter_map(|(x, y)| along.place(*x).zip(up.place(*y)));
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(2 * FINE)))?;
+            if curve.dots {
+                chart.draw_series(points.map(|point| Circle::new(point, 4 * FINE, colour.filled())))?;
+            } else {
+                chart.draw_series(LineSeries::new(points, colour.stroke_width(2 * FINE)))?;
+            }
         }
         area.present()
     }
@@ -144,6 +188,11 @@ impl CurvePlot {
             VerticalScale::Decades => PlotAxis::decades(values),
         }
     }
+}
+
+/// Rounds a number to six significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// Formats a number without trailing zeros.
@@ -184,7 +233,7 @@ mod tests {
 
     fn curve() -> impl Strategy<Value = PlotCurve> {
         let points = prop::collection::vec((number(), number()), 0..12);
-        points.prop_map(|points| PlotCurve { name: "curve".to_owned(), points })
+        points.prop_map(|points| PlotCurve::line("curve", points))
     }
 
     proptest! {
@@ -204,7 +253,7 @@ mod tests {
             let horizontal = HorizontalAxis { name: "time", unit: "s", range: start..end };
             let page = CurvePlot { title: "Title", unit: "N", vertical, horizontal, curves }.figure();
             let texts = page.matches("<text").count();
-            prop_assert!(texts <= MAX_TICKS.0 + MAX_TICKS.1 + 6 && page.len() < 30_000, "{texts} texts in {page}");
+            prop_assert!(texts <= MAX_TICKS.0 + MAX_TICKS.1 + 6 && page.len() < 32_000, "{texts} texts in {page}");
             prop_assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
         }
     }

@@ -84,7 +84,7 @@ pub(super) fn energy(summary: &RunSummary) -> String {
         percent(summary.energy_defect),
         summary.mass_error.map_or("not known".to_string(), ratio)
     );
-    format!("<section><h2>Energy</h2>\n{}{errors}</section>\n", table("Energy accounts at the end", &heads, &rows))
+    format!("<section><h3>Energy</h3>\n{}{errors}</section>\n", table("Energy accounts at the end", &heads, &rows))
 }
 
 /// Returns the table of the cost, compared with a synchronous integrator.
@@ -101,7 +101,7 @@ pub(super) fn cost(summary: &RunSummary) -> String {
     row(&mut rows, "Wall time", &[&quantity(summary.wall_seconds, "s")]);
     row(&mut rows, "Updates per second", &[&count(summary.updates_per_second)]);
     row(&mut rows, "Threads", &[&summary.threads.to_string()]);
-    format!("<section><h2>Cost</h2>\n{}</section>\n", table("Cost of the run", &["", "value"], &rows))
+    format!("<section><h3>Cost</h3>\n{}</section>\n", table("Cost of the run", &["", "value"], &rows))
 }
 
 /// Returns the table of the effects switched off in the scene.
@@ -114,13 +114,13 @@ pub(super) fn switched_off(summary: &RunSummary) -> String {
         row(&mut rows, entry, &[]);
     }
     format!(
-        "<section><h2>Switched off</h2>\n{}</section>\n",
+        "<section><h3>Switched off</h3>\n{}</section>\n",
         table("Effects not modelled in this scene", &["effect"], &rows)
     )
 }
 
 /// Appends a table row; cells are HTML, the row name is text.
-fn row(rows: &mut String, name: &str, cells: &[&str]) {
+pub(super) fn row(rows: &mut String, name: &str, cells: &[&str]) {
     write!(rows, "<tr><th scope=\"row\">{}</th>", escape(name)).expect("a string grows");
     for cell in cells {
         write!(rows, "<td>{cell}</td>").expect("a string grows");
@@ -128,7 +128,8 @@ fn row(rows: &mut String, name: &str, cells: &[&str]) {
     *rows += "</tr>\n";
 }
 
-fn table(caption: &str, heads: &[&str], rows: &str) -> String {
+/// Returns a table with a caption; heads and rows are HTML.
+pub(super) fn table(caption: &str, heads: &[&str], rows: &str) -> String {
     let heads = heads.join("</th><th scope=\"col\">");
     format!(
         "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table><caption>{caption}</caption>\n\

@@ -1,6 +1,6 @@
 //! Summary of the run in sentences.
 
-use super::format::{count, escape, percent, quantity};
+use super::format::{escape, percent, quantity};
 use crate::math::Vector3;
 use crate::output::summary::{DriverInterface, RunSummary};
 use crate::scene::{Dimension, Scene};
@@ -31,7 +31,7 @@ pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
         depth,
         outcome_sentence(scene, summary),
         fragments,
-        accuracy_sentence(summary),
+        doubt_sentences(summary),
         thickness_sentence(scene),
     ];
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
@@ -131,15 +131,11 @@ fn fragment_sentence(summary: &RunSummary) -> String {
     format!("There {there} beside the projectile, {active} of {} active at the end.", summary.fragments.len())
 }
 
-fn accuracy_sentence(summary: &RunSummary) -> String {
+/// Returns the reasons to doubt the figures.
+fn doubt_sentences(summary: &RunSummary) -> String {
     let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
     let doubt: String = summary.doubts.iter().map(told).collect();
-    format!(
-        "The imbalance of energy is {} of its throughput; the numerical energy defect is {} of the initial energy and \
-         the external work.{doubt}",
-        percent(summary.energy_error),
-        percent(summary.energy_defect)
-    )
+    doubt.trim_start().to_owned()
 }
 
 /// Returns the suffix of a force or an energy in a planar scene without thickness.
@@ -182,8 +178,6 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
     let rest = [
         ("contact duration", known(summary.contact_duration, "s")),
         ("peak force", quantity(summary.peak_force, "N") + per_thickness(scene)),
-        ("elements", count(summary.elements as f64)),
-        ("element updates", count(summary.element_updates)),
     ];
     let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
         let widens = summary.time_of_greatest_cavity == Some(summary.end_time);
@@ -199,7 +193,23 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
     for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
         writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");
     }
-    list + "</dl></section>\n"
+    list + "</dl>\n" + &expected_error(summary) + "</section>\n"
+}
+
+/// Returns the sentence on the expected error of the figures.
+fn expected_error(summary: &RunSummary) -> String {
+    let level = summary.fidelity.as_str();
+    match summary.expected_error {
+        Some(error) => format!(
+            "<p>Expected error of the projectile's motion: <strong>{}</strong>, measured against the limit of refinement \
+             at the level <code>{level}</code>. It is an error of the discretisation, not of the gel model.</p>\n",
+            percent(error)
+        ),
+        None => format!(
+            "<p>Expected error: not measured for this scene at the level <code>{level}</code> \
+             (<code>gelfmu trade</code> measures it).</p>\n"
+        ),
+    }
 }
 
 /// Returns the rest depth and the time of rest of a projectile at rest in the gel.

@@ -1,0 +1,175 @@
+//! Quantities of a laboratory's table, by the names and units of its columns.
+
+use ballistic_gel::output::CurveAbscissa;
+
+/// Unit with the factor to SI.
+pub struct MeasuredUnit {
+    name: &'static str,
+    factor: f64,
+}
+
+const fn unit(name: &'static str, factor: f64) -> MeasuredUnit {
+    MeasuredUnit { name, factor }
+}
+
+const TIMES: [MeasuredUnit; 4] = [unit("s", 1.0), unit("ms", 1e-3), unit("us", 1e-6), unit("ns", 1e-9)];
+const LENGTHS: [MeasuredUnit; 5] =
+    [unit("m", 1.0), unit("cm", 1e-2), unit("mm", 1e-3), unit("um", 1e-6), unit("in", 0.0254)];
+const SPEEDS: [MeasuredUnit; 6] = [
+    unit("m_per_s", 1.0),
+    unit("m_s", 1.0),
+    unit("mps", 1.0),
+    unit("km_per_s", 1e3),
+    unit("ft_per_s", 0.3048),
+    unit("fps", 0.3048),
+];
+const FORCES: [MeasuredUnit; 2] = [unit("n", 1.0), unit("kn", 1e3)];
+const ENERGIES: [MeasuredUnit; 3] = [unit("j", 1.0), unit("kj", 1e3), unit("mj", 1e-3)];
+const ANGLES: [MeasuredUnit; 3] = [unit("rad", 1.0), unit("deg", 0.017_453_292_519_943_295), unit("mrad", 1e-3)];
+
+/// Quantity that a table can hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeasuredQuantity {
+    Time,
+    Depth,
+    Velocity,
+    Force,
+    Energy,
+    Yaw,
+    CavityDiameter,
+    TrackDiameter,
+    EnergyPerCentimetre,
+}
+
+impl MeasuredQuantity {
+    pub const ALL: [Self; 9] = [
+        Self::Time,
+        Self::Depth,
+        Self::Velocity,
+        Self::Force,
+        Self::Energy,
+        Self::Yaw,
+        Self::CavityDiameter,
+        Self::TrackDiameter,
+        Self::EnergyPerCentimetre,
+    ];
+
+    /// Returns the names of a column, the usual one first.
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Time => &["time", "t"],
+            Self::Depth => &["depth", "penetration", "penetration_depth"],
+            Self::Velocity => &["velocity", "speed", "v"],
+            Self::Force => &["force"],
+            Self::Energy => &["energy", "energy_deposited", "deposited_energy"],
+            Self::Yaw => &["yaw", "yaw_angle"],
+            Self::CavityDiameter => {
+                &["cavity_diameter", "cavity", "temporary_cavity", "temporary_cavity_diameter", "diameter"]
+            }
+            Self::TrackDiameter => {
+                &["track_diameter", "permanent_track", "permanent_track_diameter", "permanent_cavity"]
+            }
+            Self::EnergyPerCentimetre => &["energy_per_cm", "energy_per_centimetre", "energy_in_centimetre"],
+        }
+    }
+
+    fn units(self) -> &'static [MeasuredUnit] {
+        match self {
+            Self::Time => &TIMES,
+            Self::Depth | Self::CavityDiameter | Self::TrackDiameter => &LENGTHS,
+            Self::Velocity => &SPEEDS,
+            Self::Force => &FORCES,
+            Self::Energy | Self::EnergyPerCentimetre => &ENERGIES,
+            Self::Yaw => &ANGLES,
+        }
+    }
+
+    /// Returns the SI unit.
+    pub fn si_unit(self) -> &'static str {
+        match self {
+            Self::Time => "s",
+            Self::Depth | Self::CavityDiameter | Self::TrackDiameter => "m",
+            Self::Velocity => "m/s",
+            Self::Force => "N",
+            Self::Energy | Self::EnergyPerCentimetre => "J",
+            Self::Yaw => "rad",
+        }
+    }
+
+    /// Returns the key in `summary.json`.
+    pub fn key(self) -> &'static str {
+        self.names()[0]
+    }
+
+    /// Returns the title of the comparison.
+    pub fn title(self, by: CurveAbscissa) -> &'static str {
+        let is_by_time = by == CurveAbscissa::Time;
+        match (self, is_by_time) {
+            (Self::Time, _) => "Time",
+            (Self::Depth, _) => "Depth of the projectile by time",
+            (Self::Velocity, true) => "Speed of the projectile by time",
+            (Self::Velocity, false) => "Speed of the projectile by depth",
+            (Self::Force, true) => "Force on the projectile by time",
+            (Self::Force, false) => "Force on the projectile by depth",
+            (Self::Energy, true) => "Energy given to the gel by time",
+            (Self::Energy, false) => "Energy given to the gel down to each depth",
+            (Self::Yaw, true) => "Yaw of the projectile by time",
+            (Self::Yaw, false) => "Yaw of the projectile by depth",
+            (Self::CavityDiameter, true) => "Diameter of the cavity by time",
+            (Self::CavityDiameter, false) => "Widest diameter of the temporary cavity by depth",
+            (Self::TrackDiameter, _) => "Diameter of the permanent track by depth",
+            (Self::EnergyPerCentimetre, _) => "Energy in each centimetre by depth",
+        }
+    }
+}
+
+/// Column of a table: quantity, and factor to SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatchedColumn {
+    pub quantity: MeasuredQuantity,
+    pub factor: f64,
+    /// Unit as understood; `None` if the name has none and SI is assumed.
+    pub unit: Option<&'static str>,
+}
+
+/// Returns the quantity and the unit of a column's name, such as `depth_mm`, `Velocity (m/s)` or `time`; `None` for an
+/// unknown name.
+pub fn match_column(name: &str) -> Option<MatchedColumn> {
+    let plain = plain_name(name);
+    MeasuredQuantity::ALL.into_iter().find_map(|quantity| {
+        quantity.names().iter().find_map(|known| {
+            let rest = plain.strip_prefix(known)?;
+            if rest.is_empty() {
+                return Some(MatchedColumn { quantity, factor: 1.0, unit: None });
+            }
+            let suffix = rest.strip_prefix('_')?;
+            let unit = quantity.units().iter().find(|unit| unit.name == suffix)?;
+            Some(MatchedColumn { quantity, factor: unit.factor, unit: Some(unit.name) })
+        })
+    })
+}
+
+/// Returns a name in lower case with `_` between its words: `Velocity (m/s)` gives `velocity_m_per_s`.
+fn plain_name(name: &str) -> String {
+    let text = name.trim().to_lowercase().replace(['µ', 'μ'], "u").replace('°', "deg").replace('/', "_per_");
+    let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_matched_by_name_and_unit() {
+        let found = |name: &str| match_column(name).map(|column| (column.quantity, column.factor));
+        assert_eq!(found("time"), Some((MeasuredQuantity::Time, 1.0)));
+        assert_eq!(found("Depth (mm)"), Some((MeasuredQuantity::Depth, 1e-3)));
+        assert_eq!(found("velocity [m/s]"), Some((MeasuredQuantity::Velocity, 1.0)));
+        assert_eq!(found("t_µs"), Some((MeasuredQuantity::Time, 1e-6)));
+        assert_eq!(found("temporary cavity diameter, cm"), Some((MeasuredQuantity::CavityDiameter, 1e-2)));
+        assert_eq!(found("energy_per_cm_J"), Some((MeasuredQuantity::EnergyPerCentimetre, 1.0)));
+        assert_eq!(found("yaw °").unwrap().0, MeasuredQuantity::Yaw);
+        assert_eq!([found("temperature"), found("depth_furlong"), found("")], [None, None, None]);
+    }
+}

@@ -1,0 +1,185 @@
+//! Wound profile: cavity, permanent track and yaw of a shot along one depth axis, drawn to scale.
+
+use super::axis::finite_range;
+use crate::output::penetration::PenetrationRecord;
+use std::fmt::Write;
+
+/// Width of the drawing and of its depth axis, and height of the yaw panel, in units of the drawing.
+const WIDTH: f64 = 960.0;
+const LEFT: f64 = 66.0;
+const ALONG: f64 = 870.0;
+const YAW_HEIGHT: f64 = 90.0;
+/// Limits of the height of the profile.
+const PROFILE_HEIGHT: [f64; 2] = [70.0, 340.0];
+const TOP: f64 = 14.0;
+const GAP: f64 = 26.0;
+/// Least yaw of a drawn panel, degrees.
+const MIN_YAW: f64 = 0.01;
+
+/// Silhouettes and scales of the drawing.
+struct WoundDrawing<'a> {
+    shot: &'a PenetrationRecord,
+    /// Greatest depth, m.
+    depth: f64,
+    /// Units of the drawing per metre, along the depth and across it.
+    scale: [f64; 2],
+    /// Height of the profile.
+    height: f64,
+}
+
+/// Returns the wound profile as an SVG figure; empty without a cavity.
+pub(super) fn figure(shot: &PenetrationRecord) -> String {
+    let depth = shot.track.table().last().map_or(0.0, |last| last.depth);
+    let radii = shot.cavity.temporary.iter().map(|point| point.1);
+    let widest = finite_range(radii).map_or(0.0, |range| range.end).max(0.5 * shot.damage.greatest_diameter());
+    if depth <= 0.0 || widest <= 0.0 || !(depth + widest).is_finite() {
+        return String::new();
+    }
+    let along = ALONG / depth;
+    let across = along.min(0.46 * PROFILE_HEIGHT[1] / widest).max(0.5 * PROFILE_HEIGHT[0] * 0.8 / widest);
+    let height = (2.2 * widest * across).clamp(PROFILE_HEIGHT[0], PROFILE_HEIGHT[1]);
+    let drawing = WoundDrawing { shot, depth, scale: [along, across], height };
+    let note = match across / along {
+        ratio if (ratio - 1.0).abs() < 1e-6 => "drawn to scale".to_owned(),
+        ratio => format!("widths drawn {ratio:.2} times as large as depths"),
+    };
+    format!(
+        "<figure class=\"wound\"><figcaption>Wound profile, {note}</figcaption>\n{}<ul class=\"key\">\
+         <li><span class=\"cavity\"></span>temporary cavity, widest over the run</li>\
+         <li><span class=\"track\"></span>permanent track at the end</li></ul></figure>\n",
+        drawing.svg()
+    )
+}
+
+impl WoundDrawing<'_> {
+    fn svg(&self) -> String {
+        let yaw = self.yaw_panel();
+        let bottom = TOP + self.height + if yaw.is_empty() { 0.0 } else { GAP + YAW_HEIGHT };
+        let middle = self.middle();
+        let cavity = self.silhouette(&self.shot.cavity.temporary, 1.0, "cavity");
+        let track = self.silhouette(&self.shot.damage.curve(self.depth), 0.5, "track");
+        format!(
+            "<svg viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\" aria-label=\"Temporary cavity, permanent track and yaw against \
+             depth\" xmlns=\"http://www.w3.org/2000/svg\">\n{cavity}{track}<line class=\"axis\" stroke-dasharray=\"5 4\" \
+             x1=\"{LEFT}\" y1=\"{middle:.1}\" x2=\"{:.1}\" y2=\"{middle:.1}\"/>\n{}{yaw}{}</svg>\n",
+            bottom + 46.0,
+            LEFT + ALONG,
+            self.width_ticks(),
+            self.depth_axis(bottom)
+        )
+    }
+
+    fn middle(&self) -> f64 {
+        TOP + 0.5 * self.height
+    }
+
+    fn x(&self, depth: f64) -> f64 {
+        LEFT + self.scale[0] * depth
+    }
+
+    /// Returns the outline of widths along the depth, on both sides of the shot line; `factor` makes radii of widths.
+    fn silhouette(&self, widths: &[(f64, f64)], factor: f64, class: &str) -> String {
+        let known = widths.iter().filter(|(depth, width)| *depth <= self.depth * (1.0 + 1e-9) && width.is_finite());
+        let place = |(depth, width): &(f64, f64), sign: f64| {
+            format!("{:.1},{:.1} ", self.x(*depth), self.middle() + sign * factor * width * self.scale[1])
+        };
+        let upper: String = known.clone().map(|point| place(point, -1.0)).collect();
+        let lower: Vec<String> = known.map(|point| place(point, 1.0)).collect();
+        let lower: String = lower.into_iter().rev().collect();
+        if upper.is_empty() {
+            return String::new();
+        }
+        format!("<polygon class=\"{class}\" points=\"{upper}{}\"/>\n", lower.trim_end())
+    }
+
+    /// Returns the marks of the diameter on both sides of the shot line.
+    fn width_ticks(&self) -> String {
+        let step = round_step(0.5 * self.height / self.scale[1] / 1.5);
+        let mut text = String::new();
+        for side in [-1.0, 0.0, 1.0] {
+            let y = self.middle() + side * step * self.scale[1];
+            write!(
+                text,
+                "<text x=\"{:.0}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n<line class=\"axis\" x1=\"{:.0}\" y1=\"{y:.1}\" \
+                 x2=\"{LEFT}\" y2=\"{y:.1}\"/>\n",
+                LEFT - 9.0,
+                y + 5.0,
+                millimetres(step * side.abs()),
+                LEFT - 5.0
+            )
+            .expect("a string grows");
+        }
+        text + &format!(
+            "<text x=\"14\" y=\"{0:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0:.1})\">radius, mm</text>\n",
+            self.middle()
+        )
+    }
+
+    /// Returns the panel of the yaw below the profile; empty if the projectile flies straight.
+    fn yaw_panel(&self) -> String {
+        let track = self.shot.track.table();
+        let degrees = |yaw: f64| yaw.to_degrees();
+        let greatest = track.iter().map(|place| degrees(place.yaw)).filter(|yaw| yaw.is_finite()).fold(0.0, f64::max);
+        if greatest <= MIN_YAW {
+            return String::new();
+        }
+        let (top, bottom) = (TOP + self.height + GAP, TOP + self.height + GAP + YAW_HEIGHT);
+        let step = [0.1, 1.0, 5.0, 10.0, 30.0, 45.0, 90.0].into_iter().find(|step| greatest <= 2.0 * step);
+        let step = step.unwrap_or(90.0);
+        let y = |yaw: f64| bottom - (YAW_HEIGHT - 4.0) * yaw / (2.0 * step).max(greatest);
+        let points = track.iter().filter(|place| place.yaw.is_finite());
+        let points: Vec<String> =
+            points.map(|place| format!("{:.1},{:.1}", self.x(place.depth), y(degrees(place.yaw)))).collect();
+        let mut text = format!("<polyline class=\"yaw\" points=\"{}\"/>\n", points.join(" "));
+        for mark in [0.0, step, 2.0 * step] {
+            write!(
+                text,
+                "<text x=\"{:.0}\" y=\"{:.1}\" text-anchor=\"end\">{mark}</text>\n<line class=\"grid\" x1=\"{LEFT}\" \
+                 y1=\"{2:.1}\" x2=\"{3:.0}\" y2=\"{2:.1}\"/>\n",
+                LEFT - 9.0,
+                y(mark) + 5.0,
+                y(mark),
+                LEFT + ALONG
+            )
+            .expect("a string grows");
+        }
+        let middle = 0.5 * (top + bottom);
+        text + &format!(
+            "<text x=\"14\" y=\"{middle:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {middle:.1})\">yaw, °</text>\n"
+        )
+    }
+
+    /// Returns the depth axis at a height of the drawing.
+    fn depth_axis(&self, y: f64) -> String {
+        let end = LEFT + ALONG;
+        let mut text = format!("<line class=\"axis\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{end:.1}\" y2=\"{y:.1}\"/>\n");
+        let step = round_step(self.depth / 6.0);
+        for i in 0..=(self.depth / step * (1.0 + 1e-9)) as usize {
+            let depth = i as f64 * step;
+            let x = self.x(depth);
+            write!(
+                text,
+                "<line class=\"axis\" x1=\"{x:.1}\" y1=\"{y:.1}\" x2=\"{x:.1}\" y2=\"{:.1}\"/>\n<text x=\"{x:.1}\" \
+                 y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
+                y + 5.0,
+                y + 20.0,
+                millimetres(depth)
+            )
+            .expect("a string grows");
+        }
+        let middle = LEFT + 0.5 * ALONG;
+        text + &format!("<text x=\"{middle:.0}\" y=\"{:.1}\" text-anchor=\"middle\">depth, mm</text>\n", y + 39.0)
+    }
+}
+
+/// Returns 1, 2 or 5 times a power of ten: the greatest of these at or below a length, m.
+fn round_step(length: f64) -> f64 {
+    let decade = 10f64.powf(length.log10().floor());
+    [5.0, 2.0, 1.0].map(|factor| factor * decade).into_iter().find(|step| *step <= length).unwrap_or(decade)
+}
+
+/// Formats a length, m, in millimetres without trailing zeros.
+fn millimetres(length: f64) -> String {
+    let text = format!("{:.3}", 1e3 * length);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

@@ -1,0 +1,85 @@
+//! Claims of `gelfmu run --measured` and `gelfmu movie`: what they write, and what they refuse before they begin.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A quick run of the shot of `fbi-bb`.
+const RUN: [&str; 7] =
+    ["run", "fbi-bb", "--direct", "--json", "--set=mesh.size=2e-3", "--set=scene.end_time=1.5e-4", "--out=shot"];
+
+fn gelfmu(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    // Without a PATH there is no ffmpeg.
+    command.args(arguments).current_dir(folder).env("PATH", folder).output().unwrap()
+}
+
+fn run_with(folder: &Path, more: &[&str]) -> Output {
+    gelfmu(folder, &[RUN.as_slice(), more].concat())
+}
+
+fn err(said: &Output) -> String {
+    String::from_utf8_lossy(&said.stderr).into_owned()
+}
+
+#[test]
+fn measured_curves_stand_in_summary_and_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = "time_ms,depth_mm,velocity <b>,velocity_m_per_s\n0.05,8.0,1,160\n0.1,14.0,2,140\n5,80,3,0\n";
+    fs::write(folder.path().join("lab.csv"), table).unwrap();
+    let said = run_with(folder.path(), &["--measured=lab.csv"]);
+    assert_eq!(said.status.code(), Some(0), "{}", err(&said));
+    assert!(err(&said).contains("column velocity <b>: not matched, and not used"), "{}", err(&said));
+    assert!(err(&said).contains("column depth_mm: depth (mm), 3 values"), "{}", err(&said));
+    let printed: Value = serde_json::from_slice(&said.stdout).unwrap();
+    let text = fs::read_to_string(folder.path().join("shot/summary.json")).unwrap();
+    let written: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(printed, written);
+    let curves = written["measured"]["curves"].as_array().unwrap();
+    assert_eq!((curves.len(), &curves[0]["quantity"]), (2, &Value::from("depth")));
+    let residual = &curves[1]["residual"];
+    assert_eq!((residual["points"].as_u64(), residual["outside"].as_u64()), (Some(2), Some(1)));
+    assert!(residual["rms"].as_f64().unwrap() <= residual["greatest"].as_f64().unwrap().abs());
+    assert!(text.starts_with("{\n  \"scene\": \"fbi-bb\""), "the order of the keys stays");
+    let page = fs::read_to_string(folder.path().join("shot/report.html")).unwrap();
+    assert!(page.contains("Compared with the laboratory") && page.contains("velocity &lt;b&gt;"));
+    let mut reader = quick_xml::Reader::from_str(&page);
+    while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
+}
+
+#[test]
+fn an_unreadable_table_is_refused_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bad.csv"), "time_s,velocity\n0,1\n1,fast\n").unwrap();
+    let refusals = [
+        ("none.csv", "found no readable file"),
+        ("bad.csv", "line 3: column `velocity`: found \"fast\", expected a number with a decimal point"),
+    ];
+    for (file, words) in refusals {
+        let said = run_with(folder.path(), &["--measured", file]);
+        assert_eq!(said.status.code(), Some(2), "{}", err(&said));
+        assert!(err(&said).contains(words) && err(&said).contains(file), "{}", err(&said));
+        assert!(!folder.path().join("shot").exists(), "{file}");
+    }
+}
+
+#[test]
+fn a_film_without_ffmpeg_is_left_as_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(run_with(folder.path(), &["--set=output.frames=3"]).status.code(), Some(0));
+    let film = || gelfmu(folder.path(), &["movie", "shot"]);
+    let said = film();
+    assert_eq!(said.status.code(), Some(0), "{}", err(&said));
+    assert!(err(&said).contains("ffmpeg is not installed"), "{}", err(&said));
+    let pictures = fs::read_dir(folder.path().join("shot.frames")).unwrap().count();
+    assert_eq!(pictures, 3);
+    let picture = fs::read(folder.path().join("shot.frames/00002.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG"));
+    assert!(err(&film()).contains("expected a new name, or --force"), "an earlier film stays");
+    let said = gelfmu(folder.path(), &["movie", "nothing"]);
+    assert_eq!(said.status.code(), Some(2));
+    assert!(err(&said).contains("found no scene.toml in nothing, expected a folder written by gelfmu run"));
+}
