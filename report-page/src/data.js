@@ -1,8 +1,8 @@
 // Data of the page: base64 of zlib bytes, and the frames of the view in them.
 
-/** Returns the bytes of a base64 text in the zlib format. */
+/** Returns the bytes of a text `base64,…` in the zlib format. */
 export async function inflate(text) {
-  const packed = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
+  const packed = Uint8Array.from(atob(text.slice(text.indexOf(",") + 1).trim()), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }

@@ -126,7 +126,8 @@ impl ComparedCurve {
         let name = format!("{} ({})", self.title, self.column);
         let none = || "–".to_owned();
         let Some(residual) = self.residual() else {
-            row(rows, &name, &["0", &none(), &none(), &none()]);
+            let points = format!("none of {} within the computed curve", self.measured.len());
+            row(rows, &name, &[&points, &none(), &none(), &none()]);
             return;
         };
         let told = |value: f64, share: Option<f64>| {

@@ -2,8 +2,6 @@
 
 use crate::output::view::{self, ViewFrame};
 use crate::scene::Scene;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 
 /// Style of the view and of the live plots, written by `report-page/build.sh`.
 pub(super) const STYLE: &str = include_str!("page/page.css");
@@ -15,7 +13,7 @@ const LICENCES: &str = include_str!("page/licences.txt");
 /// Script that unpacks and starts the script of the page, written without the reserved characters of XML. A browser that
 /// cannot do so shows pictures and drawn plots.
 const START: &str = "const unpack = async (text) => {
-  const packed = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
+  const packed = Uint8Array.from(atob(text.split(',').pop().trim()), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
   const script = document.createElement('script');
   script.textContent = await new Response(stream).text();
@@ -35,7 +33,7 @@ pub(super) fn place(scene: &Scene, moment: f64, frames: &[&ViewFrame]) -> String
 
 /// Returns the script of the page, compressed, and the licences of its libraries.
 pub(super) fn script() -> String {
-    let packed = STANDARD.encode(view::deflate(SCRIPT.as_bytes()));
+    let packed = view::packed_text(SCRIPT.as_bytes());
     format!(
         "<details class=\"licences\"><summary>Licences of the script of this page</summary>\n<pre>{}</pre></details>\n\
          <script type=\"text/plain\" id=\"page-script\">{packed}</script>\n<script>\n{START}\n</script>\n",

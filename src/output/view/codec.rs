@@ -3,6 +3,8 @@
 use super::part::ViewPart;
 use crate::math::Vector3;
 use crate::output::bounds::AxisAlignedBox;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde::Serialize;
@@ -61,8 +63,18 @@ fn differences<T: Copy + Default>(numbers: impl Iterator<Item = T>, subtract: fn
     numbers.map(|number| subtract(number, std::mem::replace(&mut before, number))).collect()
 }
 
+/// Returns a text of bytes in the zlib format, marked as the data of a link: `base64,…`.
+pub(in crate::output) fn packed_text(bytes: &[u8]) -> String {
+    base64_text(&deflate(bytes))
+}
+
+/// Returns bytes as a marked text.
+pub(super) fn base64_text(bytes: &[u8]) -> String {
+    format!("base64,{}", STANDARD.encode(bytes))
+}
+
 /// Returns bytes in the zlib format, which a browser calls deflate.
-pub(in crate::output) fn deflate(bytes: &[u8]) -> Vec<u8> {
+pub(super) fn deflate(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
     encoder.write_all(bytes).expect("a buffer grows");
     encoder.finish().expect("a buffer grows")

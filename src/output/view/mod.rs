@@ -4,13 +4,11 @@ mod codec;
 mod field;
 mod part;
 
-pub(super) use codec::deflate;
+pub(super) use codec::packed_text;
 
 use super::bounds::AxisAlignedBox;
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use codec::ValueRange;
 use field::{FieldScale, ViewField, fields};
 use part::{PartKind, ViewPart};
@@ -62,7 +60,7 @@ impl ViewFrame {
             }));
         }
         let plane = part::shot_plane(frame, scene);
-        Self { time: frame.time, parts: Value::Array(parts), plane, bytes: deflate(&bytes) }
+        Self { time: frame.time, parts: Value::Array(parts), plane, bytes: codec::deflate(&bytes) }
     }
 }
 
@@ -105,7 +103,7 @@ pub(super) fn data(scene: &Scene, moment: f64, frames: &[&ViewFrame]) -> Option<
     let frames: Vec<Value> = kept
         .iter()
         .map(|frame| {
-            let bytes = STANDARD.encode(&frame.bytes);
+            let bytes = codec::base64_text(&frame.bytes);
             json!({ "time": frame.time, "plane": frame.plane, "parts": frame.parts, "bytes": bytes })
         })
         .collect();

@@ -210,8 +210,17 @@ mod tests {
         };
         let points = corners.map(Vector3::from).to_vec();
         let (velocities, displacements) = (vec![], vec![]);
-        let frame =
-            MeshFrame { time: 0.0, dimension: 3, mass: 1.0, points, velocities, displacements, cells, bodies: vec![] };
+        let frame = MeshFrame {
+            time: 0.0,
+            dimension: 3,
+            mass: 1.0,
+            points,
+            velocities,
+            displacements,
+            cells,
+            fields: vec![],
+            bodies: vec![],
+        };
         let area = |y: f64| {
             let mut section = PartBuilder::new(PartKind::Section, &frame);
             for nodes in &frame.cells.nodes {
