@@ -1,4 +1,4 @@
-//! Cross-section of the gel in space: closed loops of the cut surface, and the area of the void around a line.
+//! Cross-section of the gel in space: closed loops of the cut surface, and the voids that they bound.
 
 use crate::scene::GelSymmetry;
 use nalgebra::Vector2;
@@ -7,18 +7,59 @@ use std::collections::BTreeMap;
 /// Directed segment of a cross-section: the cut of a facet, with the gel on its left.
 pub(super) type SectionSegment = [Vector2<f64>; 2];
 
-/// Returns the area, m², of the void around the origin, by the polygon of the cut surface; `None` if no loop of the
-/// surface encloses the origin. Gel that lies loose in the void is no part of the void.
-///
-/// The computed part is completed by its mirror images; the origin lies in the planes of symmetry.
-pub(super) fn void_area(symmetry: GelSymmetry, segments: &[SectionSegment]) -> Option<f64> {
-    let loops = closed_loops(&mirrored(symmetry, segments));
-    let origin = Vector2::zeros();
-    let around = loops.iter().filter(|points| signed_area(points) < 0.0 && encloses(points, &origin));
-    let wall = around.max_by(|a, b| signed_area(a).total_cmp(&signed_area(b)))?;
-    let is_loose = |points: &&Vec<Vector2<f64>>| !std::ptr::eq(*points, wall) && encloses(wall, &points[0]);
-    let loose: f64 = loops.iter().filter(is_loose).map(|points| signed_area(points)).sum();
-    Some((-signed_area(wall) - loose).max(0.0))
+/// Closed loops of the surface of the gel at one depth.
+pub(super) struct CrossSection {
+    loops: Vec<Vec<Vector2<f64>>>,
+}
+
+/// Wall of a void: a loop with the gel outside.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct VoidWall {
+    points: Vec<Vector2<f64>>,
+    /// Area of the void without the gel that lies loose in it, m².
+    pub(super) area: f64,
+}
+
+impl CrossSection {
+    /// Chains the segments of the computed part, completed by its mirror images; the origin lies in the planes of
+    /// symmetry.
+    pub(super) fn of(symmetry: GelSymmetry, segments: &[SectionSegment]) -> Self {
+        Self { loops: closed_loops(&mirrored(symmetry, segments)) }
+    }
+
+    /// Returns the wall of the void around the origin; `None` if no loop of the surface encloses the origin.
+    pub(super) fn void_around_origin(&self) -> Option<VoidWall> {
+        let around = self.voids().filter(|points| encloses(points, &Vector2::zeros()));
+        around.max_by(|a, b| signed_area(a).total_cmp(&signed_area(b))).map(|wall| self.wall(wall))
+    }
+
+    /// Returns the wall of the greatest void that overlaps the void of a neighbouring depth; `None` if there is none.
+    pub(super) fn void_beside(&self, neighbour: &VoidWall) -> Option<VoidWall> {
+        let overlaps = |points: &&Vec<Vector2<f64>>| {
+            points.iter().any(|point| encloses(&neighbour.points, point))
+                || neighbour.points.iter().any(|point| encloses(points, point))
+        };
+        let beside = self.voids().filter(overlaps);
+        beside.min_by(|a, b| signed_area(a).total_cmp(&signed_area(b))).map(|wall| self.wall(wall))
+    }
+
+    /// Returns the loops with the gel outside.
+    fn voids(&self) -> impl Iterator<Item = &Vec<Vector2<f64>>> {
+        self.loops.iter().filter(|points| signed_area(points) < 0.0)
+    }
+
+    fn wall(&self, wall: &Vec<Vector2<f64>>) -> VoidWall {
+        let is_loose = |points: &&Vec<Vector2<f64>>| !std::ptr::eq(*points, wall) && encloses(wall, &points[0]);
+        let loose: f64 = self.loops.iter().filter(is_loose).map(|points| signed_area(points)).sum();
+        VoidWall { points: wall.clone(), area: (-signed_area(wall) - loose).max(0.0) }
+    }
+}
+
+impl VoidWall {
+    /// Returns the mean of the corners.
+    pub(super) fn middle(&self) -> Vector2<f64> {
+        self.points.iter().sum::<Vector2<f64>>() / self.points.len() as f64
+    }
 }
 
 /// Returns the segments of the computed part and of its mirror images, without the segments in the planes of symmetry.
@@ -101,6 +142,10 @@ mod tests {
             points.reverse();
         }
         polygon(&points)
+    }
+
+    fn void_area(symmetry: GelSymmetry, segments: &[SectionSegment]) -> Option<f64> {
+        CrossSection::of(symmetry, segments).void_around_origin().map(|wall| wall.area)
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Radius of the void in the gel around a vertical line, depth by depth.
 
-use super::cross_section::{SectionSegment, crosses_ray, void_area};
+use super::cross_section::{CrossSection, SectionSegment, VoidWall, crosses_ray};
 use crate::math::Vector3;
 use crate::scene::{Dimension, GelSymmetry};
 use crate::simulation::MeshFrame;
@@ -44,7 +44,8 @@ const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 ///
 /// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene, and in space
 /// the radius √(A/π) of the circle with the area A of the void's cross-section. A void is enclosed if gel lies in every
-/// direction across the line. The outer surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
+/// direction across the line. In space the void is followed where a projectile that turned over has left the line: where
+/// gel lies on the line, the void is the one that overlaps the void above. The outer surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
 /// left out, up to the first void that ends at a cavity wall.
 pub(super) fn void_radii(gel: GelSection, frame: &MeshFrame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
     let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
@@ -52,7 +53,9 @@ pub(super) fn void_radii(gel: GelSection, frame: &MeshFrame, line: &Vector3, at:
         let corners = nodes.map(|node| frame.points[node as usize] - line);
         add_intersections(&corners[..frame.dimension], line.z, at.per_metre, &mut depths);
     }
-    let mut voids: Vec<Option<VoidOpening>> = depths.iter().map(|pieces| void_at_depth(gel, pieces)).collect();
+    let mut above = None;
+    let mut voids: Vec<Option<VoidOpening>> =
+        depths.iter().map(|pieces| void_at_depth(gel, pieces, &mut above)).collect();
     let is_open_outside = |opening: &Option<VoidOpening>| opening.is_none_or(|opening| opening.faces_down);
     let inside = voids.iter().rposition(|opening| !is_open_outside(opening)).map_or(0, |last| last + 1);
     voids[inside..].fill(None);
@@ -68,18 +71,25 @@ struct VoidOpening {
     faces_down: bool,
 }
 
-/// Returns the void at a depth; `None` if gel does not enclose the void.
-fn void_at_depth(gel: GelSection, pieces: &[SurfacePiece]) -> Option<VoidOpening> {
-    if is_line_in_gel(pieces) {
-        return Some(VoidOpening { radius: 0.0, faces_down: false });
-    }
+/// Returns the void at a depth; `None` if gel does not enclose the void. `above` is the void in space at the depth above,
+/// and then at this depth.
+fn void_at_depth(gel: GelSection, pieces: &[SurfacePiece], above: &mut Option<VoidWall>) -> Option<VoidOpening> {
+    let closed = VoidOpening { radius: 0.0, faces_down: false };
+    let is_in_gel = is_line_in_gel(pieces);
     match gel.dimension {
+        Dimension::Planar | Dimension::Axisymmetric if is_in_gel => Some(closed),
         Dimension::Planar => half_gap(pieces),
-        Dimension::Axisymmetric => nearest_void(pieces),
+        Dimension::Axisymmetric => nearest_void(pieces, Vector2::zeros()),
+        Dimension::Spatial if is_in_gel && above.is_none() => Some(closed),
         Dimension::Spatial => {
             let segments: Vec<SectionSegment> = pieces.iter().map(|piece| piece.ends).collect();
-            let radius = (void_area(gel.symmetry, &segments)? / PI).sqrt();
-            nearest_void(pieces).map(|nearest| VoidOpening { radius, ..nearest })
+            let section = CrossSection::of(gel.symmetry, &segments);
+            let around = if is_in_gel { None } else { section.void_around_origin() };
+            let last = above.take();
+            *above = around.or_else(|| section.void_beside(&last?));
+            let Some(wall) = above else { return is_in_gel.then_some(closed) };
+            let radius = (wall.area / PI).sqrt();
+            nearest_void(pieces, wall.middle()).map(|nearest| VoidOpening { radius, ..nearest })
         }
     }
 }
@@ -123,10 +133,10 @@ fn is_line_in_gel(pieces: &[SurfacePiece]) -> bool {
     pieces.iter().filter(is_crossed).count() % 2 == 1
 }
 
-/// Returns the void up to the nearest piece of the surface.
-fn nearest_void(pieces: &[SurfacePiece]) -> Option<VoidOpening> {
+/// Returns the void from a point up to the nearest piece of the surface.
+fn nearest_void(pieces: &[SurfacePiece], from: Vector2<f64>) -> Option<VoidOpening> {
     let to = |piece: &SurfacePiece| {
-        let [a, b] = piece.ends;
+        let [a, b] = piece.ends.map(|end| end - from);
         let along = b - a;
         let share = if a == b { 0.0 } else { (-a.dot(&along) / along.norm_squared()).clamp(0.0, 1.0) };
         VoidOpening { radius: (a + share * along).norm(), faces_down: piece.faces_down }
@@ -236,6 +246,24 @@ mod tests {
             assert!((opening.unwrap() - (0.0001 / PI).sqrt()).abs() < 1e-15, "{found:?}");
         }
         assert_eq!(found[3], Some(0.0));
+    }
+
+    #[test]
+    fn a_void_that_leaves_the_line_is_followed_and_one_below_its_end_is_not() {
+        // A shaft of 10 mm width that leans by 2 mm per mm of depth from 3 mm on, down to 8 mm; another void deeper.
+        let lean = |[x, y, z]: [f64; 3]| [x + 2.0 * (-z - 0.003).max(0.0), y, z];
+        let outer = shaft(0.05, 0.1).into_iter().map(|[p, q, r]| [q, p, r]);
+        let upper = shaft(0.005, 0.003);
+        let below = |facet: [[f64; 3]; 3]| facet.map(|[x, y, z]| lean([x, y, z - 0.003]));
+        let leaning = shaft(0.005, 0.0052).into_iter().map(below);
+        let deeper = shaft(0.002, 0.003).into_iter().map(|facet| facet.map(|[x, y, z]| [x + 0.01, y, z - 0.0102]));
+        let surface: Vec<[[f64; 3]; 3]> = outer.chain(upper).chain(leaning).chain(deeper).collect();
+        let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
+        let line = Vector3::new(0.001, 0.0005, 0.0);
+        let found = void_radii(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(12));
+        let whole = (0.0001 / PI).sqrt();
+        assert!(found[..8].iter().all(|found| (found.unwrap() - whole).abs() < 1e-12), "{found:?}");
+        assert_eq!(found[8..], [Some(0.0); 4], "{found:?}");
     }
 
     /// Returns the section of an axisymmetric gel of 50 mm radius and 12 mm depth with a hole of 5 mm radius. The

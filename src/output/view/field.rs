@@ -41,12 +41,12 @@ pub(super) struct ViewField {
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
     pub(super) scale: FieldScale,
-    values: FieldSource,
+    values: ViewValues,
 }
 
 /// Source of the values of a field.
 #[derive(Clone, Copy)]
-enum FieldSource {
+enum ViewValues {
     /// Function of every frame.
     Frame(fn(&MeshFrame) -> FieldValues<'_>),
     /// Field that the scene asks for, by its place in the frame.
@@ -62,13 +62,13 @@ pub(super) fn fields(scene: &Scene) -> Vec<ViewField> {
             OutputField::ViscousStrain | OutputField::Damage => FieldScale::FromZero,
         };
         let unit = if field.unit() == "-" { "" } else { field.unit() };
-        ViewField { name: field.title(), unit, scale, values: FieldSource::Asked(i) }
+        ViewField { name: field.title(), unit, scale, values: ViewValues::Asked(i) }
     });
     let always = OF_EVERY_FRAME.iter().map(|&(name, unit, scale, values)| ViewField {
         name,
         unit,
         scale,
-        values: FieldSource::Frame(values),
+        values: ViewValues::Frame(values),
     });
     let is_new = |field: &ViewField| OF_EVERY_FRAME.iter().all(|(name, ..)| *name != field.name);
     always.chain(asked.filter(is_new)).collect()
@@ -99,8 +99,8 @@ impl ViewField {
     /// Returns the value of the field at each node; the value of a node is the mean over the elements around it.
     pub(super) fn nodal(&self, frame: &MeshFrame) -> Vec<f64> {
         let mut values = match self.values {
-            FieldSource::Asked(i) => frame.fields.get(i).map_or_else(Vec::new, |field| field.points.clone()),
-            FieldSource::Frame(values) => match values(frame) {
+            ViewValues::Asked(i) => frame.fields.get(i).map_or_else(Vec::new, |field| field.points.clone()),
+            ViewValues::Frame(values) => match values(frame) {
                 FieldValues::Nodes(values) => values,
                 FieldValues::Cells(values) => nodal_means(frame, values),
             },
