@@ -13,6 +13,9 @@ export function quantity(value, unit, scale = value, significant = 3) {
   if (unit === "") {
     return digits(value, significant);
   }
+  if (unit.startsWith("1/")) {
+    return `${Number(value.toPrecision(significant)).toExponential()} ${unit}`;
+  }
   const size = Math.abs(scale);
   const step = size > 0 ? Math.floor(Math.log10(size * (1 + 1e-9)) / 3) : 0;
   const thousands = Math.min(4, Math.max(-4, step));

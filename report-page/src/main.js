@@ -9,4 +9,7 @@ const work = [showPlots()];
 if (place !== null && data !== null) {
   work.push(showView(place, data.textContent));
 }
-Promise.all(work).then(() => document.body.classList.add("is-ready"));
+Promise.allSettled(work).then((results) => {
+  results.filter(({ reason }) => reason).forEach(({ reason }) => console.warn(`A part of the page stays still: ${reason.message}`));
+  document.body.classList.add("is-ready");
+});

@@ -9,10 +9,21 @@ function style(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
+/** Returns ascending abscissae in which equal ones lie a little apart: uPlot keeps one value at each. */
+function apart(x, range) {
+  const step = 1e-9 * Math.max(Math.abs(range[0]), Math.abs(range[1]), Number.MIN_VALUE);
+  const all = [];
+  for (const value of x) {
+    const least = all.length > 0 ? all[all.length - 1] + step : value;
+    all.push(value === null || value > least ? value : least);
+  }
+  return all;
+}
+
 /** Returns the columns that uPlot reads: the abscissae of all curves and both ends of the axis, and each curve at them. */
 function columns({ curves, horizontal }) {
   const ends = [horizontal.range, [null, null]];
-  return uPlot.join([...curves.map(({ x, y }) => [x, y]), ends]).slice(0, -1);
+  return uPlot.join([...curves.map(({ x, y }) => [apart(x, horizontal.range), y]), ends]).slice(0, -1);
 }
 
 function number(value) {

@@ -14,6 +14,9 @@ use std::fmt::Write;
 /// Limit of the number of intervals between pictures of the report; 13 pictures keep the page at some megabytes.
 const MAX_PICTURE_INTERVALS: usize = 12;
 
+/// Limit of the number of intervals between frames of the view in three dimensions.
+const MAX_VIEW_INTERVALS: usize = 120;
+
 /// Name of the collection file that ParaView opens.
 const COLLECTION: &str = "series.pvd";
 
@@ -85,7 +88,9 @@ impl FrameSeries {
         let is_pictured = next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(stride));
         self.write_files(frame, scene, folder)?;
         let shot = (is_pictured && self.has_pictures).then(|| self.render(frame, scene));
-        let view = self.has_pictures.then(|| ViewFrame::of(frame, scene));
+        let view_stride = (self.due.len() - 1).div_ceil(MAX_VIEW_INTERVALS).max(1);
+        let is_viewed = next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(view_stride));
+        let view = (is_viewed && self.has_pictures).then(|| ViewFrame::of(frame, scene));
         self.written.push(WrittenFrame { time: frame.time, next_due, shot, view });
         self.write_collection(folder)
     }

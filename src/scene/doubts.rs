@@ -84,7 +84,8 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
 
 /// Behaviour of a projectile of the library that a rigid body does not have.
 fn not_modelled(body: &ProjectileSpec) -> Option<String> {
-    LibraryProjectile::named(body.library.as_deref()?)?.not_modelled
+    let what = LibraryProjectile::named(body.library.as_deref()?)?.not_modelled?;
+    Some(what.trim_end_matches('.').to_owned())
 }
 
 /// Doubt about an implausible density.

@@ -194,7 +194,7 @@ fn parse_value(change: &Override) -> Result<Value, SceneError> {
     match text.parse::<Value>() {
         Ok(value) => Ok(value),
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::from(text.as_str())),
-        Err(_) if is_quantity(change) => Ok(Value::from(text.as_str())),
+        Err(_) if is_quantity(change) => Ok(Value::from(text.as_str())), // the reader names a wrong unit
         Err(_) => {
             let found = if text.is_empty() { "no value".to_owned() } else { format!("`{text}`") };
             Err(SceneError::value(&change.key, found, "a TOML value, such as 2e-3, [0, 0, -2], true or \"text\""))
@@ -202,10 +202,12 @@ fn parse_value(change: &Override) -> Result<Value, SceneError> {
     }
 }
 
-/// Returns true for a number with a unit, such as 124 gr, of a key with a unit.
+/// Returns true for a number with any unit, such as 124 gr, of a key with a unit.
 fn is_quantity(change: &Override) -> bool {
     let name = change.key.rsplit('.').next().unwrap_or_default();
-    QuantityKind::of_key(name).is_some_and(|kind| kind.parse(&change.value).is_ok())
+    let is_number = change.value.trim_start_matches(['+', '-', '.']).starts_with(|c: char| c.is_ascii_digit());
+    let has_unit = change.value.ends_with(|c: char| c.is_alphabetic() || "°³".contains(c));
+    QuantityKind::of_key(name).is_some() && is_number && has_unit
 }
 
 fn implicit_table() -> Item {

@@ -77,11 +77,13 @@ const KEYS: [(QuantityKind, &[&str]); 8] = [
 ];
 
 /// Units that people write and the library of units names otherwise.
-const SYNONYMS: [(&str, &str); 9] = [
+const SYNONYMS: [(&str, &str); 11] = [
     ("fps", "ft/s"),
     ("kph", "km/h"),
     ("mph", "mi/h"),
     ("us", "µs"),
+    ("um", "µm"),
+    ("μm", "µm"),
     ("deg", "°"),
     ("deg/s", "°/s"),
     ("g/cm3", "g/cm³"),

@@ -45,7 +45,7 @@ pub fn movie(options: &MovieOptions, console: &Console) -> Result<(), CommandErr
         let found = format!("found no scene.toml in {}", folder.display());
         return Err(CommandError::BadInput(format!("movie: {found}, expected a folder written by gelfmu run")));
     }
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.gif", folder.display())));
+    let out = options.out.clone().unwrap_or_else(|| default_file(folder));
     let format = MovieFormat::of(&out)?;
     let has_ffmpeg = run_quietly(Command::new("ffmpeg").arg("-version"));
     let place = if has_ffmpeg { out.clone() } else { out.with_extension("frames") };
@@ -66,6 +66,13 @@ pub fn movie(options: &MovieOptions, console: &Console) -> Result<(), CommandErr
     Ok(())
 }
 
+/// Returns the file of a film without `--out`: beside the folder, under its name.
+fn default_file(folder: &Path) -> PathBuf {
+    let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+    let name = whole.file_name().map_or_else(|| "film".into(), |name| name.to_string_lossy().into_owned());
+    whole.with_file_name(format!("{name}.gif"))
+}
+
 fn refuse(file: &Path, found: &str, expected: &str) -> CommandError {
     CommandError::BadInput(format!("--out {}: {found}, expected {expected}", file.display()))
 }
@@ -80,6 +87,14 @@ fn run_quietly(command: &mut Command) -> bool {
 fn write_pictures(pictures: &[Vec<u8>], folder: &Path) -> Result<(), CommandError> {
     let failed = |path: &Path, source| RunError::File { verb: "write", path: path.to_path_buf(), source };
     std::fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
+    // Pictures of an earlier, longer film.
+    for number in pictures.len().. {
+        let file = folder.join(format!("{number:05}.png"));
+        if !file.is_file() {
+            break;
+        }
+        std::fs::remove_file(&file).map_err(|source| RunError::File { verb: "remove", path: file, source })?;
+    }
     for (number, picture) in pictures.iter().enumerate() {
         let file = folder.join(format!("{number:05}.png"));
         std::fs::write(&file, picture).map_err(|error| failed(&file, error))?;
@@ -92,14 +107,22 @@ fn encode(pictures: &[Vec<u8>], format: MovieFormat, rate: u32, out: &Path) -> R
     let folder =
         tempfile::tempdir().map_err(|source| RunError::File { verb: "write", path: std::env::temp_dir(), source })?;
     write_pictures(pictures, folder.path())?;
+    let film = folder.path().join("film").with_extension(out.extension().unwrap_or_default());
     let mut command = Command::new("ffmpeg");
     command.args(["-y", "-loglevel", "error", "-framerate", &rate.to_string(), "-i"]);
-    command.arg(folder.path().join("%05d.png")).args(format.encoding()).arg(out);
-    if run_quietly(&mut command) {
-        return Ok(());
+    command.arg(folder.path().join("%05d.png")).args(format.encoding()).arg(&film);
+    let output = command.stdin(Stdio::null()).output();
+    let why = match &output {
+        Ok(output) if output.status.success() => None,
+        Ok(output) => Some(String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned()),
+        Err(error) => Some(error.to_string()),
+    };
+    if let Some(why) = why {
+        return Err(CommandError::Stopped(format!(
+            "ffmpeg made no film ({why}): choose the other of .gif and .mp4, or an ffmpeg with this format"
+        )));
     }
-    Err(CommandError::Stopped(format!(
-        "ffmpeg could not write {}: choose a folder that can be written, or the other of .gif and .mp4",
-        out.display()
-    )))
+    // An earlier film stays until the new one is complete.
+    let copied = std::fs::copy(&film, out).map(drop);
+    copied.map_err(|source| RunError::File { verb: "write", path: out.to_path_buf(), source }.into())
 }

@@ -104,7 +104,7 @@ fn source(leaf: &InputValue, sources: &ValueSources) -> String {
     let covers = |(key, _): &&(String, String)| {
         leaf.key.strip_prefix(key.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };
-    let of_library = sources.library.iter().find(covers);
+    let of_library = sources.library.iter().filter(covers).max_by_key(|(key, _)| key.len());
     of_library.map_or("scene, or default".to_owned(), |(_, source)| format!("library: {source}"))
 }
 

@@ -19,13 +19,21 @@ impl BlockSize {
         let expected = || format!("found {text:?}, expected three lengths such as 15x15x40cm or 0.15x0.15x0.4 (m)");
         let parts: Vec<&str> = text.split(['x', '×', '*']).map(str::trim).collect();
         let [width, height, length] = parts[..] else { return Err(expected()) };
-        let digits = length.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
-        let unit = digits.trim();
+        let has_unit = |part: &&str| part.ends_with(|c: char| c.is_alphabetic());
+        if has_unit(&width) != has_unit(&length) && !has_unit(&length) || has_unit(&height) && !has_unit(&length) {
+            return Err(expected());
+        }
+        let unit = length.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').trim();
         let metres = |part: &str| {
-            let text =
-                if part.ends_with(|c: char| c.is_alphabetic()) { part.to_owned() } else { format!("{part} {unit}") };
+            let text = if has_unit(&part) { part.to_owned() } else { format!("{part} {unit}") };
             let value = QuantityKind::Length.parse(&text).map_err(|_| expected())?;
-            if (1e-3..=100.0).contains(&value) { Ok(value) } else { Err(expected()) }
+            let too_large =
+                || format!("found {text:?}, a block of more than 3 m; expected a unit, such as in 15x15x40cm");
+            match value {
+                _ if value > 3.0 => Err(too_large()),
+                _ if value >= 1e-3 => Ok(value),
+                _ => Err(expected()),
+            }
         };
         Ok(Self { width: metres(width)?, height: metres(height)?, length: metres(length)? })
     }
@@ -47,7 +55,7 @@ mod tests {
         assert_eq!(BlockSize::parse("15 x 20 x 40 cm"), block(0.15, 0.2, 0.4));
         assert_eq!(BlockSize::parse("0.15x0.15x0.4"), block(0.15, 0.15, 0.4));
         assert_eq!(BlockSize::parse("6inx6inx16in"), block(0.1524, 0.1524, 0.4064));
-        for text in ["15x15cm", "15x15x40kg", "axbxc", "0x15x40cm", "", "15x15x"] {
+        for text in ["15x15cm", "15x15x40kg", "axbxc", "0x15x40cm", "", "15x15x", "15x15x40", "15cmx15cmx40"] {
             assert!(BlockSize::parse(text).is_err(), "{text}");
         }
     }

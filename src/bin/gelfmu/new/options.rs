@@ -27,7 +27,7 @@ pub struct NewOptions {
     /// Gel: 10%, 20%, clear, or the name of a preset
     #[arg(long, value_name = "GEL", default_value = "10%", value_parser = parse_gel)]
     pub gel: Preset,
-    /// File to write, which must not exist (the scene is printed if absent)
+    /// File to write, which must not exist (without this option the scene is printed)
     #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
 }

@@ -6,7 +6,7 @@ use crate::failure::CommandError;
 use ballistic_gel::scene::{self, BodyShape, BulletNose, LibraryProjectile, Preset, ProjectileKind};
 
 /// Yaw of a service bullet at the gel where none is given, degrees.
-const USUAL_YAW: f64 = 2.0;
+pub const USUAL_YAW: f64 = 2.0;
 /// Drag coefficient of a sphere with an open cavity behind it (May 1975).
 const DRAG: f64 = 0.30;
 /// Resisting pressure of 10 % gelatin in Poncelet's law, Pa: a BB of 179.8 m/s then stops at 85 mm with this drag.
@@ -29,6 +29,14 @@ pub struct Shot {
     pub block: BlockSize,
     /// Gel.
     pub gel: Preset,
+}
+
+/// Terms of Poncelet's law, m dv/dt = −drag v² − force.
+struct PonceletTerms {
+    /// Half of drag coefficient, density and cross-section, kg/m.
+    drag: f64,
+    /// Resisting pressure times cross-section, N.
+    force: f64,
 }
 
 /// Part of the gel that is meshed.
@@ -55,7 +63,14 @@ impl Shot {
                 "--yaw {yaw}: a sphere has no axis that could yaw; leave it out"
             )));
         }
+        if options.roll != 0.0 && yaw == 0.0 && !matches!(projectile.shape, BodyShape::Chisel(_)) {
+            return Err(CommandError::BadInput(format!(
+                "--roll {}: a body of revolution without yaw looks the same from all sides; leave it out, or give --yaw",
+                options.roll
+            )));
+        }
         let speed = options.speed.unwrap_or(projectile.speed);
+        check_path(speed, options.block, radius_of(&projectile.shape))?;
         Ok(Self { projectile, speed, yaw, roll: options.roll, block: options.block, gel: options.gel })
     }
 
@@ -85,17 +100,7 @@ impl Shot {
 
     /// Greatest radius of the projectile, m.
     pub fn radius(&self) -> f64 {
-        match &self.projectile.shape {
-            BodyShape::Sphere { radius } | BodyShape::Cylinder { radius, .. } | BodyShape::Capsule { radius, .. } => {
-                *radius
-            }
-            BodyShape::Bullet(bullet) => bullet.radius,
-            BodyShape::Chisel(chisel) => chisel.radius,
-            BodyShape::Plate { size, .. } => 0.5 * size[0].max(size[1]),
-            BodyShape::Stl(_) | BodyShape::HalfSpace { .. } | BodyShape::Dome { .. } => {
-                unreachable!("the library has bodies of finite size")
-            }
-        }
+        radius_of(&self.projectile.shape)
     }
 
     /// Radius of the tip of a slender nose, m; `None` for a blunt body.
@@ -118,25 +123,54 @@ impl Shot {
         [roll_cos * cos, 0.0 - roll_sin * sin, roll_cos * sin, roll_sin * cos]
     }
 
-    /// Product of drag coefficient, density and half of the cross-section, kg/m, and of resisting pressure and
-    /// cross-section, N, of Poncelet's law for a sphere of the calibre.
-    fn poncelet(&self) -> (f64, f64) {
+    /// Terms of Poncelet's law for a sphere of the calibre in 10 % gelatin.
+    fn poncelet(&self) -> PonceletTerms {
         let area = std::f64::consts::PI * self.radius().powi(2);
-        (0.5 * DRAG * DENSITY * area, RESISTANCE * area)
+        PonceletTerms { drag: 0.5 * DRAG * DENSITY * area, force: RESISTANCE * area }
     }
 
-    /// Depth at which a sphere of the same calibre and mass stops in 10 % gelatin by Poncelet's law, m: the longest
-    /// path of the projectile, as yaw shortens it.
+    /// Depth at which a sphere of the same calibre and mass stops in 10 % gelatin by Poncelet's law, m; yaw
+    /// shortens the path.
     pub fn longest_path(&self) -> f64 {
-        let (drag, force) = self.poncelet();
+        let PonceletTerms { drag, force } = self.poncelet();
         self.projectile.mass / (2.0 * drag) * (drag * self.speed.powi(2) / force).ln_1p()
     }
 
     /// Time of that path, s.
     pub fn longest_time(&self) -> f64 {
-        let (drag, force) = self.poncelet();
+        let PonceletTerms { drag, force } = self.poncelet();
         self.projectile.mass / (drag * force).sqrt() * (self.speed * (drag / force).sqrt()).atan()
     }
+}
+
+/// Greatest radius of a shape, m.
+fn radius_of(shape: &BodyShape) -> f64 {
+    match shape {
+        BodyShape::Sphere { radius } | BodyShape::Cylinder { radius, .. } | BodyShape::Capsule { radius, .. } => {
+            *radius
+        }
+        BodyShape::Bullet(bullet) => bullet.radius,
+        BodyShape::Chisel(chisel) => chisel.radius,
+        BodyShape::Plate { size, .. } => 0.5 * size[0].max(size[1]),
+        BodyShape::Stl(_) | BodyShape::HalfSpace { .. } | BodyShape::Dome { .. } => {
+            unreachable!("the library has bodies of finite size")
+        }
+    }
+}
+
+/// Refuses speeds that no shot has, and blocks that are hardly larger than the projectile.
+fn check_path(speed: f64, block: BlockSize, radius: f64) -> Result<(), CommandError> {
+    if !(1.0..=5000.0).contains(&speed) {
+        return Err(CommandError::BadInput(format!("--speed {speed} m/s: expected a speed from 1 to 5000 m/s")));
+    }
+    let least = 4.0 * radius;
+    if block.width.min(block.height).min(block.length) < least {
+        return Err(CommandError::BadInput(format!(
+            "--block {} x {} x {} m: expected lengths of at least two calibres of the projectile, {least:.4} m",
+            block.width, block.height, block.length
+        )));
+    }
+    Ok(())
 }
 
 fn find_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {

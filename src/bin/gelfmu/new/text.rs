@@ -1,13 +1,17 @@
 //! Scene text of a shot.
 
-use super::shot::{MeshedPart, Shot};
+use super::shot::{MeshedPart, Shot, USUAL_YAW};
 use super::sizes::{LevelSizes, rounded};
 use crate::failure::CommandError;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, Preset, ProjectileKind};
 use nalgebra::{Quaternion, UnitQuaternion};
+use std::fmt::Write;
 
+/// Least speed of the wave of a reduced bulk modulus, m/s: that of `fbi-bb`, with which the gel stays nearly
+/// incompressible beside its shear moduli.
+const LEAST_WAVE: f64 = 800.0;
 /// Ratio of wave speed to impact speed from which compressibility changes the stagnation pressure by 2 % at most: that
 /// of `fbi-bb`.
 const WAVE_RATIO: f64 = 4.45;
@@ -42,36 +46,58 @@ fn header(shot: &Shot) -> String {
     let dimension = if shot.meshed_part() == MeshedPart::Meridian { "axisymmetric" } else { "spatial" };
     let yaw = if *yaw == 0.0 { String::new() } else { format!(" with {yaw}° of yaw") };
     let title = format!("{}: {} m/s{yaw} into {}", projectile.title, rounded(*speed), gel_name(shot.gel));
-    let limit = if projectile.kind == ProjectileKind::Service && shot.yaw != 0.0 { "at most " } else { "" };
-    let path = format!("{limit}{:.0} mm", 1e3 * shot.longest_path());
+    let path = format!("{:.0} mm", 1e3 * shot.longest_path());
     let fate = if shot.longest_path() > block.length { "may leave the block" } else { "should stay in the block" };
     let not_modelled =
         projectile.not_modelled.iter().map(|text| format!("# Not modelled: {text}\n")).collect::<String>();
-    let (about_end, end_time) = end_time(shot);
+    let EndTime { reason, time: end_time } = end_time(shot);
     format!(
-        "# Written by `gelfmu new`. All numbers are SI (m, kg, s, Pa); \"9.02 mm\", \"124 gr\" and the like are read, too.\n\
-         # By Poncelet's law a sphere of this calibre and mass would come to rest after {path}: it {fate}.\n{not_modelled}\
-         \n[scene]\nname = \"{}-{:.0}\"\ntitle = \"{title}\"\ndimension = \"{dimension}\"\n\
-         # {about_end} After an exit the run ends earlier.\n\
+        "# Written by `gelfmu new`. Numbers are SI (m, kg, s, Pa), angles in degrees; \"9.02 mm\" and \"124 gr\" are read, too.\n\
+         # By Poncelet's law a sphere of this calibre and mass comes to rest after {path} of 10 % gelatin: it {fate}.\n\
+         # A bullet that turns over stops earlier.\n{not_modelled}\
+         \n[scene]\nname = \"{}\"\ntitle = \"{title}\"\ndimension = \"{dimension}\"\n\
+         # {reason} After an exit the run ends earlier.\n\
          end_time = {end_time:?}\n\
          # The projectile flies about its radius in it.\n\
          communication_step = {:?}\n\
          # fidelity = \"draft\" # or coarse, standard, fine; or `gelfmu run FILE --fidelity draft`\n",
-        projectile.name.replace('.', "_"),
-        speed,
+        name(shot),
         communication_step(shot.radius() / speed)
     )
 }
 
-/// End of the run with its reason, s.
-fn end_time(shot: &Shot) -> (String, f64) {
+/// Name of the scene: projectile and speed, and yaw, roll and gel where they are not the usual ones.
+fn name(shot: &Shot) -> String {
+    let mut name = format!("{}-{:.0}", shot.projectile.name, shot.speed);
+    let usual = if shot.projectile.kind == ProjectileKind::Service { USUAL_YAW } else { 0.0 };
+    let parts = [("yaw", shot.yaw, usual), ("roll", shot.roll, 0.0)];
+    for (part, value, _) in parts.iter().filter(|(_, value, usual)| value != usual) {
+        write!(name, "-{part}{value}").expect("a string grows");
+    }
+    if shot.gel != Preset::Gelatin10 {
+        write!(name, "-{}", shot.gel.name()).expect("a string grows");
+    }
+    name.replace('.', "_")
+}
+
+/// End of a run.
+struct EndTime {
+    /// Sentence with the reason.
+    reason: String,
+    /// Time, s.
+    time: f64,
+}
+
+/// End of the run of a shot.
+fn end_time(shot: &Shot) -> EndTime {
     if shot.yaw == 0.0 {
-        let about =
+        let reason =
             format!("One and a half times the time of that path, and {:.0} ms to come to rest.", 1e3 * RELAXATION);
-        (about, rounded(1.5 * shot.longest_time() + RELAXATION))
+        EndTime { reason, time: rounded(1.5 * shot.longest_time() + RELAXATION) }
     } else {
-        let about = format!("The time of that path, and {:.0} ms: a projectile that yaws stops earlier.", 1e3 * MARGIN);
-        (about, rounded(shot.longest_time() + MARGIN))
+        let reason =
+            format!("The time of that path, and {:.0} ms: a projectile that yaws stops earlier.", 1e3 * MARGIN);
+        EndTime { reason, time: rounded(shot.longest_time() + MARGIN) }
     }
 }
 
@@ -128,24 +154,25 @@ fn bulk_modulus(shot: &Shot) -> String {
             .and_then(|fact| fact.value.parse::<f64>().ok())
     };
     let (Some(own), Some(density)) = (value("gel.bulk_modulus"), value("gel.density")) else { return String::new() };
-    let wave = WAVE_RATIO * shot.speed;
+    let wave = (WAVE_RATIO * shot.speed).max(LEAST_WAVE);
     let enough = rounded(density * wave * wave);
     if enough >= own {
         return String::new();
     }
     format!(
-        "# That of a wave of {wave:.0} m/s: the projectile is at Mach 0.22 with it, as in `fbi-bb`. It saves steps; without this line\n\
-         # it is the {own:?} Pa of the preset.\nbulk_modulus = {enough:?}\n"
+        "# That of a wave of {wave:.0} m/s: the projectile is at Mach {:.2} with it (0.22 in `fbi-bb`), which saves steps.\n\
+         # Without this line it is the {own:?} Pa of the preset.\nbulk_modulus = {enough:?}\n",
+        shot.speed / wave
     )
 }
 
 fn projectile(shot: &Shot, height: f64) -> String {
     let lines = shot.projectile.table_lines().join("\n");
-    let orientation = if shot.yaw == 0.0 {
+    let [w, x, y, z] = shot.orientation();
+    let orientation = if [x, y, z] == [0.0; 3] {
         String::new()
     } else {
-        let [w, x, y, z] = shot.orientation();
-        let roll = if x == 0.0 { String::new() } else { format!(", the plane of the yaw turned by {}°", shot.roll) };
+        let roll = if z == 0.0 { String::new() } else { format!(", turned by {}° about the path", shot.roll) };
         format!("# {}° of yaw{roll}.\norientation = [{w:?}, {x:?}, {y:?}, {z:?}]\n", shot.yaw)
     };
     format!(

@@ -92,7 +92,7 @@ mod tests {
         assert!(shots.len() > 15);
         for (i, measured) in shots.iter().enumerate() {
             let shot = measured.shot(measured.yaw, 0.0);
-            assert!(shot.block.length > 1.15 * measured.high && measured.low <= measured.high, "{}", measured.name);
+            assert!(shot.block.length > 1.19 * measured.high && measured.low <= measured.high, "{}", measured.name);
             assert!(measured.low > 0.0 && !measured.source.is_empty());
             assert!(shots[..i].iter().all(|other| other.name != measured.name), "{} twice", measured.name);
             assert_eq!(measured.is_of_service_bullet(), measured.yaw != 0.0, "{}", measured.name);

@@ -19,6 +19,7 @@ use ballistic_gel::scene;
 use case::cases_of;
 use measured::{ValidationShot, measured_shots};
 use serde_json::json;
+use table::AgreementCount;
 
 /// Name of the command in the folder manifest.
 const COMMAND: &str = "validate";
@@ -54,7 +55,9 @@ pub fn validate(options: &ValidateOptions, console: &Console) -> Result<u8, Comm
     let results = table::by_shot(&finished?, &shots);
     write_files(&mut folder, &results)?;
     report(&results, console);
-    finish(folder, options, console)
+    let has_failures = results.iter().any(|result| !result.failures.is_empty());
+    let code = finish(folder, options, console)?;
+    Ok(if code == 0 && has_failures { 1 } else { code })
 }
 
 fn wanted_shots(options: &ValidateOptions) -> Result<Vec<ValidationShot>, CommandError> {
@@ -79,7 +82,7 @@ fn write_files(folder: &mut ResultFolder, results: &[table::ShotResult]) -> Resu
 }
 
 fn report(results: &[table::ShotResult], console: &Console) {
-    let (agreeing, judged) = table::tally(results);
+    let AgreementCount { agreeing, judged } = table::count_agreement(results);
     let failures: Vec<&String> = results.iter().flat_map(|result| &result.failures).collect();
     let value = json!({
         "rows": results.iter().flat_map(|result| &result.rows).collect::<Vec<_>>(),

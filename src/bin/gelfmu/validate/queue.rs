@@ -6,9 +6,11 @@ use crate::failure::{CommandError, RunError};
 use crate::interrupt;
 use crate::progress::ProgressDisplay;
 use crate::trade::file_failure;
+use ballistic_gel::fmi2::SOURCE_STAMP;
 use ballistic_gel::output::ResultFolder;
+use ballistic_gel::scene;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -43,7 +45,7 @@ pub fn run_cases(
     let (mut finished, mut waiting) = (vec![], vec![]);
     for case in cases {
         let text = case.scene_text()?;
-        let file = format!("{ROWS_FOLDER}/{:032x}.json", row_hash(&text));
+        let file = format!("{ROWS_FOLDER}/{:032x}.json", row_hash(&text)?);
         match kept_row(folder, &file) {
             Some(row) => finished.push(FinishedCase { case, row: Ok(row) }),
             None => waiting.push((case, text, file)),
@@ -61,7 +63,6 @@ pub fn run_cases(
         }
         std::thread::sleep(POLL_INTERVAL);
         if interrupt::asked() {
-            running.iter_mut().for_each(|run| stop(&mut run.child));
             return Ok(finished);
         }
         let labels: Vec<String> = running.iter().map(|run| run.case.label()).collect();
@@ -69,18 +70,20 @@ pub fn run_cases(
         for mut run in std::mem::take(&mut running) {
             match run.child.try_wait().map_err(file_failure("wait for", run.folder.path()))? {
                 None => running.push(run),
-                Some(_) => {
+                Some(status) => {
                     done += 1;
-                    finished.push(collect(run, folder)?);
+                    finished.push(collect(run, status, folder)?);
                 }
             }
         }
     }
 }
 
-/// Hashes what decides a row: the scene and the version.
-fn row_hash(text: &str) -> u128 {
-    xxhash_rust::xxh3::xxh3_128(format!("{} {text}", env!("CARGO_PKG_VERSION")).as_bytes())
+/// Hashes what decides a row: the scene without its comments, and the sources of the solver.
+fn row_hash(text: &str) -> Result<u128, CommandError> {
+    let scene = scene::read(text).map_err(|error| CommandError::BadInput(error.to_string()))?;
+    let scene = serde_json::to_string(&scene).expect("a scene consists of tables, numbers and text");
+    Ok(xxhash_rust::xxh3::xxh3_128(format!("{SOURCE_STAMP} {scene}").as_bytes()))
 }
 
 fn kept_row(folder: &ResultFolder, file: &str) -> Option<CaseRow> {
@@ -106,8 +109,8 @@ fn results(folder: &TempDir) -> PathBuf {
     folder.path().join("results")
 }
 
-/// Reads the figures of a finished run and keeps its row.
-fn collect(run: RunningCase, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
+/// Reads the figures of a finished run and keeps its row, unless the run was ended from outside.
+fn collect(run: RunningCase, status: ExitStatus, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
     let read = |name: &str| std::fs::read_to_string(results(&run.folder).join(name));
     let table = read("shot.csv").unwrap_or_default();
     let summary = read("summary.json").map_err(|error| format!("the run wrote no summary: {error}"));
@@ -115,16 +118,20 @@ fn collect(run: RunningCase, folder: &mut ResultFolder) -> Result<FinishedCase, 
         let summary = serde_json::from_str(&text).map_err(|error| error.to_string())?;
         CaseRow::of(&run.case, &summary, &table).ok_or_else(|| "a figure is missing in the summary".to_owned())
     });
-    if let Ok(row) = &row {
+    if let Ok(row) = &row
+        && status.code().is_some_and(|code| code != i32::from(interrupt::INTERRUPTED))
+    {
         let text = serde_json::to_string_pretty(row).expect("numbers and text can be written");
         let kept = folder.write(&run.file, text.as_bytes()).and_then(|()| folder.begin());
         kept.map_err(RunError::from)?;
     }
-    Ok(FinishedCase { case: run.case, row })
+    Ok(FinishedCase { case: run.case.clone(), row })
 }
 
-/// Ends a process, unless it has ended already.
-fn stop(child: &mut Child) {
-    let _ = child.kill();
-    let _ = child.wait();
+impl Drop for RunningCase {
+    /// Ends the process, unless it has ended already, before its folder is removed.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
 }

@@ -52,17 +52,27 @@ impl ShotResult {
         self.coarse()?.value(self.measured.measure)
     }
 
-    /// Returns true if the computed value is in the band around the measured range.
+    /// Returns true if the computed value is in the band around the measured range; a run that did not get there does
+    /// not agree. `None` without a run at `coarse`.
     pub fn agrees(&self) -> Option<bool> {
-        self.value().map(|value| (self.measured.ratio(value) - 1.0).abs() <= BAND)
+        self.coarse()?;
+        Some(self.value().is_some_and(|value| (self.measured.ratio(value) - 1.0).abs() <= BAND))
     }
 }
 
-/// Number of counted shots that agree, and of all that count.
-pub fn tally(results: &[ShotResult]) -> (usize, usize) {
+/// Shots of grade B that agree, and those that were run at `coarse`.
+pub struct AgreementCount {
+    /// Number of shots that agree.
+    pub agreeing: usize,
+    /// Number of shots that were run.
+    pub judged: usize,
+}
+
+/// Counts the shots of grade B.
+pub fn count_agreement(results: &[ShotResult]) -> AgreementCount {
     let counted = results.iter().filter(|result| result.measured.grade == SourceGrade::B);
     let judged: Vec<bool> = counted.filter_map(ShotResult::agrees).collect();
-    (judged.iter().filter(|agrees| **agrees).count(), judged.len())
+    AgreementCount { agreeing: judged.iter().filter(|agrees| **agrees).count(), judged: judged.len() }
 }
 
 /// All rows as CSV.
@@ -77,8 +87,8 @@ pub fn to_csv(results: &[ShotResult]) -> String {
 /// Table as Markdown.
 pub fn to_markdown(results: &[ShotResult]) -> String {
     let mut text = String::from(
-        "| shot | figure | measured, mm | grade | computed at `coarse`, mm | to the measured | scatter at `draft`, mm | cavity, mm | energy, J/cm | CPU s, `coarse` |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+        "| shot | figure | measured, mm | grade | computed at `coarse`, mm | to the measured | scatter at `draft`, mm \
+         | cavity, mm | energy, J/cm | wall s, `coarse` |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for result in results {
         let ShotResult { measured, .. } = result;
