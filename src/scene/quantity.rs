@@ -201,7 +201,7 @@ fn split_unit(text: &str) -> (&str, &str) {
         let rest = text[at..].strip_prefix(['e', 'E']).map(|rest| rest.trim_start_matches(['+', '-']));
         rest.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
     };
-    let is_unit = |(at, c): &(usize, char)| !(c.is_ascii_digit() || "+-._ ".contains(*c)) && !is_exponent(*at);
+    let is_unit = |(at, c): &(usize, char)| !(c.is_ascii_digit() || "+-._ ".contains(*c) || is_exponent(*at));
     let at = text.char_indices().find(is_unit).map_or(text.len(), |(at, _)| at);
     (text[..at].trim(), text[at..].trim())
 }

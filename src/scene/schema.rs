@@ -67,11 +67,11 @@ mod tests {
 
     /// Unit that a description names behind a comma.
     fn described_unit(description: &str) -> Option<QuantityKind> {
-        let after_comma = description.split(", ").skip(1).map(|part| {
+        let mut after_comma = description.split(", ").skip(1).map(|part| {
             let end = part.find([';', '.', ':', ',', '\n']).unwrap_or(part.len());
             part[..end].split(" (").next().unwrap_or_default().trim().to_owned()
         });
-        after_comma.filter_map(|unit| KINDS.into_iter().find(|kind| kind.unit() == unit)).next()
+        after_comma.find_map(|unit| KINDS.into_iter().find(|kind| kind.unit() == unit))
     }
 
     fn properties<'a>(schema: &'a Value, into: &mut Vec<(&'a String, &'a Value)>) {

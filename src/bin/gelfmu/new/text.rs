@@ -49,7 +49,7 @@ fn header(shot: &Shot) -> String {
     let path = format!("{:.0} mm", 1e3 * shot.longest_path());
     let fate = if shot.longest_path() > block.length { "may leave the block" } else { "should stay in the block" };
     let not_modelled =
-        projectile.not_modelled.iter().map(|text| format!("# Not modelled: {text}\n")).collect::<String>();
+        projectile.not_modelled.as_ref().map(|text| format!("# Not modelled: {text}\n")).unwrap_or_default();
     let EndTime { reason, time: end_time } = end_time(shot);
     format!(
         "# Written by `gelfmu new`. Numbers are SI (m, kg, s, Pa), angles in degrees; \"9.02 mm\" and \"124 gr\" are read, too.\n\

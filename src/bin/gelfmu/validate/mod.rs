@@ -91,10 +91,11 @@ fn report(results: &[table::ShotResult], console: &Console) {
         "failures": failures,
     });
     let band = 100.0 * table::BAND;
-    let told = failures.iter().map(|why| format!("\n{why}")).collect::<String>();
+    let failed: Vec<&str> = failures.iter().map(|why| why.as_str()).collect();
     let text = format!(
-        "{}\n{agreeing} of {judged} shots of grade B agree within {band:.0} %{told}",
-        table::to_markdown(results)
+        "{}\n{agreeing} of {judged} shots of grade B agree within {band:.0} %\n{}",
+        table::to_markdown(results),
+        failed.join("\n")
     );
     console.result(&value, &text);
 }

@@ -72,7 +72,7 @@ pub fn run_cases(
                 None => running.push(run),
                 Some(status) => {
                     done += 1;
-                    finished.push(collect(run, status, folder)?);
+                    finished.push(collect(&run, status, folder)?);
                 }
             }
         }
@@ -110,7 +110,7 @@ fn results(folder: &TempDir) -> PathBuf {
 }
 
 /// Reads the figures of a finished run and keeps its row, unless the run was ended from outside.
-fn collect(run: RunningCase, status: ExitStatus, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
+fn collect(run: &RunningCase, status: ExitStatus, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
     let read = |name: &str| std::fs::read_to_string(results(&run.folder).join(name));
     let table = read("shot.csv").unwrap_or_default();
     let summary = read("summary.json").map_err(|error| format!("the run wrote no summary: {error}"));
