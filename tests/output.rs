@@ -66,6 +66,7 @@ const KEYS: [&str; 63] = [
     "final_cavity_diameter",
     "rest_depth",
     "time_of_rest",
+    "neck_length",
     "depth_of_greatest_cavity",
     "cavity_course",
     "time_of_cavity_collapse",

@@ -14,6 +14,8 @@ pub struct WoundFigures {
     /// Time of rest, s: start of the first millisecond from which on the foremost point moves by less than 0.2 mm in
     /// every millisecond.
     pub time_of_rest: Option<f64>,
+    /// Length of the neck, m: depth at which the yaw passes 30°.
+    pub neck_length: Option<f64>,
     /// Depth of the greatest diameter of the cavity, m. This figure and the next need a penetration along −z by which
     /// the rear of the projectile is deeper than one projectile diameter.
     pub depth_of_greatest_cavity: Option<f64>,
@@ -39,6 +41,7 @@ impl WoundFigures {
         let Some(shot) = penetration else { return rested };
         let (course, pulsation) = (&shot.cavity.course, shot.cavity.course.pulsation());
         Self {
+            neck_length: shot.track.neck_length(),
             depth_of_greatest_cavity: course.greatest().map(|point| point.depth),
             cavity_course: Some(course.points().to_vec()).filter(|points| !points.is_empty()),
             time_of_cavity_collapse: course.time_of_collapse(),

@@ -4,11 +4,14 @@ use super::shot_line::{MAX_DEPTHS, ShotLine, depths_per_metre};
 use crate::math::Vector3;
 use crate::output::files::{OutputError, format_cell};
 use crate::output::history::{HistoryFile, HistoryRow};
+use nalgebra::Vector2;
 use std::fmt::Write;
 
 /// Depth window of the mean force, m: a communication step of a shot covers some millimetres.
 const FORCE_WINDOW: f64 = 4e-3;
 const CENTIMETRES: f64 = 100.0;
+/// Yaw at the end of the neck, rad: 30°.
+const NECK_YAW: f64 = std::f64::consts::FRAC_PI_6;
 /// Tolerance of depths, m, for round-off.
 const DEPTH_TOLERANCE: f64 = 1e-9;
 
@@ -25,6 +28,8 @@ pub(in crate::output) struct TrackPoint {
     pub(in crate::output) energy: f64,
     /// Yaw, rad: angle between axis and velocity, or between axis and reversed velocity on the way back.
     pub(in crate::output) yaw: f64,
+    /// Impulse of the gel on the projectile across the line of fire, down to the depth, along x and y, N·s.
+    pub(in crate::output) side_impulse: Vector2<f64>,
 }
 
 /// Track to the greatest depth; each depth carries the time of its first arrival.
@@ -52,11 +57,12 @@ impl ProjectileTrack {
     /// exact for a body without other loads.
     pub(super) fn of(line: &ShotLine, history: &HistoryFile) -> Result<Self, OutputError> {
         let mut points: Vec<TrackPoint> = vec![];
-        let (mut before, mut energy) = (None, 0.0);
+        let (mut before, mut sums) = (None, TrackSums::default());
         history.for_each_row(|row| {
             let now = StepVelocities::of(row);
-            energy += before.as_ref().map_or(0.0, |before| energy_given(before, row, &now));
-            append_deeper(&mut points, line.gel_depth, row, -now.velocity.z, energy);
+            sums.energy += before.as_ref().map_or(0.0, |before| energy_given(before, row, &now));
+            sums.side_impulse += row.vector("impulse_", "_N_s").xy();
+            append_deeper(&mut points, line.gel_depth, row, -now.velocity.z, &sums);
             before = Some(now);
         })?;
         Ok(Self { points, end: line.gel_depth })
@@ -94,6 +100,21 @@ impl ProjectileTrack {
         (to > from).then(|| (self.interpolate(to).energy - self.interpolate(from).energy) / (to - from))
     }
 
+    /// Returns the mean force across the line of fire, N, over the same window.
+    pub(in crate::output) fn side_force(&self, depth: f64) -> Option<f64> {
+        let from = self.interpolate((depth - FORCE_WINDOW / 2.0).max(self.first_depth()));
+        let to = self.interpolate((depth + FORCE_WINDOW / 2.0).min(self.greatest_depth()));
+        (to.time > from.time).then(|| (to.side_impulse - from.side_impulse).norm() / (to.time - from.time))
+    }
+
+    /// Returns the length of the neck, m: the depth at which the yaw first passes 30°; `None` if it never does, or does
+    /// from the start.
+    pub(in crate::output) fn neck_length(&self) -> Option<f64> {
+        let after = self.points.iter().position(|place| place.yaw >= NECK_YAW)?;
+        let (a, b) = (self.points.get(after.checked_sub(1)?)?, &self.points[after]);
+        Some(a.depth + (NECK_YAW - a.yaw) / (b.yaw - a.yaw) * (b.depth - a.depth))
+    }
+
     /// Returns the energy given to the gel in each centimetre of depth, J; the last centimetre ends at the greatest
     /// depth.
     pub(in crate::output) fn energy_per_centimetre(&self) -> Vec<f64> {
@@ -106,11 +127,12 @@ impl ProjectileTrack {
 
     /// Returns the text of `shot.csv`.
     pub(super) fn csv(&self) -> String {
-        let mut text = String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad\n");
+        let mut text = String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad,side_force_N\n");
         for place in self.table() {
-            let TrackPoint { depth, time, velocity, energy, yaw } = place;
-            let force = self.force(depth).unwrap_or(f64::NAN);
-            let row = [depth, time, velocity, force, energy, yaw].map(format_cell);
+            let TrackPoint { depth, time, velocity, energy, yaw, .. } = place;
+            let [force, side_force] =
+                [self.force(depth), self.side_force(depth)].map(|force| force.unwrap_or(f64::NAN));
+            let row = [depth, time, velocity, force, energy, yaw, side_force].map(format_cell);
             writeln!(text, "{}", row.join(",")).expect("a string grows");
         }
         text
@@ -139,12 +161,22 @@ impl ProjectileTrack {
             velocity: between(a.velocity * a.velocity.abs(), b.velocity * b.velocity.abs()).max(0.0).sqrt(),
             energy: between(a.energy, b.energy),
             yaw: between(a.yaw, b.yaw),
+            side_impulse: a.side_impulse + share * (b.side_impulse - a.side_impulse),
         }
     }
 }
 
+/// Sums over the rows of a history so far.
+#[derive(Debug, Clone, Copy, Default)]
+struct TrackSums {
+    /// Energy given to the gel, J.
+    energy: f64,
+    /// Impulse of the gel on the projectile across the line of fire, N·s.
+    side_impulse: Vector2<f64>,
+}
+
 /// Appends a row deeper than all rows before; only the last row above the gel is kept.
-fn append_deeper(points: &mut Vec<TrackPoint>, end: f64, row: &HistoryRow, velocity: f64, energy: f64) {
+fn append_deeper(points: &mut Vec<TrackPoint>, end: f64, row: &HistoryRow, velocity: f64, sums: &TrackSums) {
     let depth = row.get("depth_m");
     let deepest = points.last().map_or(f64::NEG_INFINITY, |last| last.depth);
     if !depth.is_finite() || depth <= deepest || deepest >= end {
@@ -155,11 +187,43 @@ fn append_deeper(points: &mut Vec<TrackPoint>, end: f64, row: &HistoryRow, veloc
     }
     let (time, yaw) = (row.get("time_s"), row.get("yaw_rad"));
     let yaw = if velocity < 0.0 { std::f64::consts::PI - yaw } else { yaw };
-    points.push(TrackPoint { depth, time, velocity, energy, yaw });
+    let &TrackSums { energy, side_impulse } = sums;
+    points.push(TrackPoint { depth, time, velocity, energy, yaw, side_impulse });
 }
 
 /// Returns the energy given to the gel in the step that ends with this row, J.
 fn energy_given(before: &StepVelocities, row: &HistoryRow, now: &StepVelocities) -> f64 {
     let (impulse, angular) = (row.vector("impulse_", "_N_s"), row.vector("angular_impulse_", "_N_m_s"));
     -0.5 * (impulse.dot(&(before.velocity + now.velocity)) + angular.dot(&(before.spin + now.spin)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a track of 10 cm at 100 m/s with a yaw of 0.1 rad per cm and 2 N across the line of fire.
+    fn track() -> ProjectileTrack {
+        let point = |i: i32| {
+            let depth = 0.01 * f64::from(i);
+            let time = depth / 100.0;
+            let (yaw, side_impulse) = (0.1 * f64::from(i), Vector2::new(1.2, -1.6) * time);
+            TrackPoint { depth, time, velocity: 100.0, energy: 0.0, yaw, side_impulse }
+        };
+        ProjectileTrack { points: (0..=10).map(point).collect(), end: 1.0 }
+    }
+
+    #[test]
+    fn the_neck_ends_where_the_yaw_passes_30_degrees() {
+        let mut track = track();
+        assert!((track.neck_length().unwrap() - 0.1 * NECK_YAW).abs() < 1e-12);
+        track.points.truncate(5);
+        assert_eq!(track.neck_length(), None);
+    }
+
+    #[test]
+    fn the_side_force_is_the_rate_of_the_side_impulse() {
+        for depth in [0.0, 0.013, 0.1] {
+            assert!((track().side_force(depth).unwrap() - 2.0).abs() < 1e-9, "{depth}");
+        }
+    }
 }

@@ -34,7 +34,12 @@ fn force_plot(shot: &PenetrationRecord) -> CurvePlot {
     let curve = curve_along_track(shot, "mean over 4 mm of depth", |shot, place| {
         shot.track.force(place.depth).unwrap_or(f64::NAN)
     });
-    depth_plot(shot, "Force on the projectile by depth", "N", vec![curve])
+    let across = curve_along_track(shot, "across the line of fire", |shot, place| {
+        shot.track.side_force(place.depth).unwrap_or(f64::NAN)
+    });
+    let is_turned = across.points.iter().any(|(_, force)| *force > 0.0);
+    let curves = if is_turned { vec![curve, across] } else { vec![curve] };
+    depth_plot(shot, "Force on the projectile by depth", "N", curves)
 }
 
 /// Returns the plot of the energy per centimetre, as a step curve.

@@ -111,12 +111,11 @@ fn results(folder: &TempDir) -> PathBuf {
 
 /// Reads the figures of a finished run and keeps its row, unless the run was ended from outside.
 fn collect(run: &RunningCase, status: ExitStatus, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
-    let read = |name: &str| std::fs::read_to_string(results(&run.folder).join(name));
-    let table = read("shot.csv").unwrap_or_default();
-    let summary = read("summary.json").map_err(|error| format!("the run wrote no summary: {error}"));
+    let text = std::fs::read_to_string(results(&run.folder).join("summary.json"));
+    let summary = text.map_err(|error| format!("the run wrote no summary: {error}"));
     let row = summary.and_then(|text| {
         let summary = serde_json::from_str(&text).map_err(|error| error.to_string())?;
-        CaseRow::of(&run.case, &summary, &table).ok_or_else(|| "a figure is missing in the summary".to_owned())
+        CaseRow::of(&run.case, &summary).ok_or_else(|| "a figure is missing in the summary".to_owned())
     });
     if let Ok(row) = &row
         && status.code().is_some_and(|code| code != i32::from(interrupt::INTERRUPTED))
