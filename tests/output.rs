@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 63] = [
+const KEYS: [&str; 64] = [
     "ended_by",
     "perforated",
     "exit_velocity",
