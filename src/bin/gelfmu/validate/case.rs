@@ -1,9 +1,9 @@
 //! Cases of a measured shot: level, yaw and roll.
 
-use super::measured::ValidationShot;
+use super::measured::{MeasuredFigure, ValidationShot};
 use crate::failure::CommandError;
 use crate::new::{Shot, scene_text};
-use ballistic_gel::scene;
+use ballistic_gel::scene::{self, Override};
 
 /// Case: one run.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +41,16 @@ impl ShotCase {
     /// Scene of the case at its level.
     pub fn scene_text(&self) -> Result<String, CommandError> {
         let level = format!("scene.fidelity={}", self.level).parse().expect("a key and a value");
-        let resolved = scene::resolve(&scene_text(&self.shot())?, &[level]);
+        let overrides: Vec<Override> = [Some(level), self.end_of_neck()].into_iter().flatten().collect();
+        let resolved = scene::resolve(&scene_text(&self.shot())?, &overrides);
         resolved.map_err(|error| CommandError::BadInput(format!("{}: {error}", self.label())))
+    }
+
+    /// End of the run of a shot whose neck was measured: twice the time to its end at the speed of the impact.
+    fn end_of_neck(&self) -> Option<Override> {
+        let ValidationShot { measure, high, speed, .. } = self.measured;
+        let end = format!("scene.end_time={:?}", 2.0 * high / speed);
+        (measure == MeasuredFigure::Neck).then(|| end.parse().expect("a key and a value"))
     }
 
     /// Label for the progress.
