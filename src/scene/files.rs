@@ -52,7 +52,7 @@ pub(super) fn attach_files(scene: &mut Scene, files: &FileSource<'_>) -> Result<
                 stl.content = Some(read_stl(stl, files).map_err(named)?);
             }
             // Lengths that make no solid are refused with their keys, later.
-            BodyShape::Chisel(chisel) => chisel.solid = chisel.outline().solid().ok().map(Arc::new),
+            BodyShape::Chisel(chisel) => chisel.build(),
             _ => {}
         }
     }

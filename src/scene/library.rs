@@ -114,7 +114,7 @@ impl LibraryProjectile {
         let mut projectile: Self = toml::from_str(&si_text(text)?)
             .map_err(|error| SceneError::value("", error.message(), "the keys of a projectile"))?;
         if let BodyShape::Chisel(chisel) = &mut projectile.shape {
-            chisel.solid = chisel.outline().solid().ok().map(Into::into);
+            chisel.build();
         }
         Ok(projectile)
     }

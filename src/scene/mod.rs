@@ -49,7 +49,7 @@ pub use physics::{modelled_physics, switched_off};
 pub(crate) use places::numbered;
 pub use preset::{ApplicableModels, Preset, PresetValue, ShotRange};
 pub use projectile::*;
-pub use quantity::{QuantityKind, radians};
+pub use quantity::QuantityKind;
 pub use read::{MOST_BYTES, OverriddenScene, OverrideError, read, read_with, read_with_files};
 pub use remesh::{RemeshMethod, RemeshSpec};
 #[cfg(feature = "cli")]

@@ -1,6 +1,7 @@
 //! Overrides: single values written over those of a scene text.
 
 use super::former_keys::{key_in_document, present_key};
+use super::quantity::begins_like_number;
 use super::{FidelityKind, FidelityLevel, QuantityKind, Scene, SceneError, explain};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
@@ -205,9 +206,8 @@ fn parse_value(change: &Override) -> Result<Value, SceneError> {
 /// Returns true for a number with any unit, such as 124 gr, of a key with a unit.
 fn is_quantity(change: &Override) -> bool {
     let name = change.key.rsplit('.').next().unwrap_or_default();
-    let is_number = change.value.trim_start_matches(['+', '-', '.']).starts_with(|c: char| c.is_ascii_digit());
     let has_unit = change.value.ends_with(|c: char| c.is_alphabetic() || "°³".contains(c));
-    QuantityKind::of_key(name).is_some() && is_number && has_unit
+    QuantityKind::of_key(name).is_some() && begins_like_number(&change.value) && has_unit
 }
 
 fn implicit_table() -> Item {

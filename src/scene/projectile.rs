@@ -1,6 +1,5 @@
 //! Tables of a rigid body. The field docs are the descriptions that an editor shows; units are SI.
 
-use super::radians;
 use crate::geometry::{ChiselCylinder, TriangulatedBody};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -133,11 +132,16 @@ pub struct ChiselSpec {
 }
 
 impl ChiselSpec {
+    /// Builds the solid body; without one the lengths make none.
+    pub(super) fn build(&mut self) {
+        self.solid = self.outline().solid().ok().map(Arc::new);
+    }
+
     /// Outline of the body.
     #[must_use]
     pub fn outline(&self) -> ChiselCylinder {
         let &Self { radius, length, face_width, face_angle, .. } = self;
-        let (sin, cos) = libm::sincos(radians(face_angle));
+        let (sin, cos) = libm::sincos(face_angle.to_radians());
         ChiselCylinder { radius, length, face_width, slope: sin / cos }
     }
 }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use uom::si::angle::{degree, radian};
+use uom::si::angle::degree;
 use uom::si::{angular_velocity, f64 as si, length, mass, mass_density, pressure, time, velocity};
 
 /// Physical quantity of a key of a scene, or of an option of the command.
@@ -189,12 +189,6 @@ impl QuantityKind {
     }
 }
 
-/// Angle in radians of an angle of a scene, in degrees.
-#[must_use]
-pub fn radians(degrees: f64) -> f64 {
-    si::Angle::new::<degree>(degrees).get::<radian>()
-}
-
 /// Splits a text at the first character of its unit; an exponent belongs to the number.
 fn split_unit(text: &str) -> (&str, &str) {
     let is_exponent = |at: usize| {
@@ -207,7 +201,7 @@ fn split_unit(text: &str) -> (&str, &str) {
 }
 
 /// Returns true for a text that begins like a number: `"never"` or a name is none.
-fn begins_like_number(text: &str) -> bool {
+pub(super) fn begins_like_number(text: &str) -> bool {
     text.trim_start().starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
 }
 

@@ -7,27 +7,19 @@ use clap::error::ErrorKind;
 use clap::{Arg, Command};
 use std::ffi::OsStr;
 
-/// Parser of a scene argument: built-in names are completed, and every text is accepted as a path.
+/// Parser of a name: known names are completed, and every text is accepted.
 #[derive(Debug, Clone, Copy)]
-pub struct SceneNameParser;
-
-impl TypedValueParser for SceneNameParser {
-    type Value = String;
-
-    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
-        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(scene::builtins().map(|(name, _)| PossibleValue::new(name))))
-    }
+pub struct NameParser {
+    /// Lists the known names.
+    known: fn() -> Vec<&'static str>,
 }
 
-/// Parser of a projectile's name: the names of the library are completed.
-#[derive(Debug, Clone, Copy)]
-pub struct ProjectileNameParser;
+/// Parser of a scene argument: the name of a built-in scene, or a path.
+pub const SCENE_NAME: NameParser = NameParser { known: || scene::builtins().map(|(name, _)| name).collect() };
+/// Parser of the name of a projectile of the library.
+pub const PROJECTILE_NAME: NameParser = NameParser { known: || scene::library().map(|(name, _)| name).collect() };
 
-impl TypedValueParser for ProjectileNameParser {
+impl TypedValueParser for NameParser {
     type Value = String;
 
     fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
@@ -35,7 +27,7 @@ impl TypedValueParser for ProjectileNameParser {
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(scene::library().map(|(name, _)| PossibleValue::new(name))))
+        Some(Box::new((self.known)().into_iter().map(PossibleValue::new)))
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::bench::BenchOptions;
 use crate::new::NewOptions;
 use crate::option_values::{
-    ProjectileNameParser, SceneNameParser, level_parser, parse_error, parse_jobs, parse_length, parse_speed,
-    parse_threads, parse_time,
+    PROJECTILE_NAME, SCENE_NAME, level_parser, parse_error, parse_jobs, parse_length, parse_speed, parse_threads,
+    parse_time,
 };
 use crate::output_choice::OutputChoice;
 use crate::report_options::{MovieOptions, ReportOptions};
@@ -91,7 +91,7 @@ pub enum GelfmuCommand {
     /// List the projectiles of the library, or print one with the source of each value
     Projectiles {
         /// Name of the projectile to print
-        #[arg(value_parser = ProjectileNameParser, hide_possible_values = true)]
+        #[arg(value_parser = PROJECTILE_NAME, hide_possible_values = true)]
         name: Option<String>,
     },
     /// Run the measured shots of the library and print computed beside measured depths
@@ -101,7 +101,7 @@ pub enum GelfmuCommand {
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
-        #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
+        #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
         name: Option<String>,
     },
     /// Print the JSON schema of a scene file, for completion and validation in an editor
@@ -120,7 +120,7 @@ pub const DEFAULT_SCENE: &str = "fbi-bb";
 #[derive(Debug, Args)]
 pub struct CheckOptions {
     /// Name of a built-in scene, or path of a scene file
-    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
+    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
     pub scene: String,
     /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -132,7 +132,7 @@ pub struct CheckOptions {
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 pub struct RunOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
-    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
+    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -179,7 +179,7 @@ pub struct LevelOptions {
 #[derive(Debug, Args)]
 pub struct CalibrateOptions {
     /// Name of a built-in scene, or path of a scene file, with the gel to begin with (`fbi-bb` if absent)
-    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
+    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Rest depth of the projectile, from the entry surface to its foremost point, m
     #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = parse_length, allow_hyphen_values = true)]
@@ -242,7 +242,7 @@ pub const DEMO_SCENE: &str = "ball-square";
 pub struct RemeshDemoOptions {
     /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is
     /// given remesh.quality=0.05 and remesh.min_volume_ratio=0
-    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
+    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Remesh at this time, s, even if the mesh is not distorted (the first remesh if absent)
     #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
@@ -265,7 +265,7 @@ pub struct RemeshDemoOptions {
 #[derive(Debug, Args)]
 pub struct TradeOptions {
     /// Name of a built-in scene, or path of a scene file
-    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
+    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
     pub scene: String,
     /// Replace a value of the scene in every run, e.g. remesh.quality=0.3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -314,14 +314,14 @@ pub struct TradeRowOptions {
 #[derive(Debug, Args)]
 pub struct PackOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
-    #[arg(value_name = "SCENE", value_parser = SceneNameParser, hide_possible_values = true)]
+    #[arg(value_name = "SCENE", value_parser = SCENE_NAME, hide_possible_values = true)]
     pub named: Option<String>,
     /// Name or path of the scene, as an option
     #[arg(
         long,
         value_name = "SCENE",
         conflicts_with = "named",
-        value_parser = SceneNameParser,
+        value_parser = SCENE_NAME,
         hide_possible_values = true
     )]
     pub scene: Option<String>,

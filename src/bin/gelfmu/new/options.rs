@@ -1,7 +1,7 @@
 //! Options of `gelfmu new`.
 
 use super::block::BlockSize;
-use crate::option_values::{ProjectileNameParser, parse_speed};
+use crate::option_values::{PROJECTILE_NAME, parse_speed};
 use ballistic_gel::scene::{Preset, QuantityKind};
 use clap::Args;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct NewOptions {
     /// Projectile of the library, e.g. 9mm-fmj; `gelfmu projectiles` lists them
-    #[arg(long, value_name = "NAME", value_parser = ProjectileNameParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME", value_parser = PROJECTILE_NAME, hide_possible_values = true)]
     pub projectile: String,
     /// Speed at the gel, m/s or with a unit, e.g. "1150 ft/s" (the usual speed of the projectile if absent)
     #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]

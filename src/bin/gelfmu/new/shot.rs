@@ -55,7 +55,7 @@ pub enum MeshedPart {
 impl Shot {
     /// Shot of the options of `gelfmu new`.
     pub fn of(options: &NewOptions) -> Result<Self, CommandError> {
-        let projectile = find_projectile(&options.projectile)?;
+        let projectile = named_projectile(&options.projectile)?;
         let usual_yaw = if projectile.kind == ProjectileKind::Service { USUAL_YAW } else { 0.0 };
         let yaw = options.yaw.unwrap_or(usual_yaw);
         if yaw != 0.0 && matches!(projectile.shape, BodyShape::Sphere { .. }) {
@@ -116,7 +116,7 @@ impl Shot {
 
     /// Angular position of the body: Hamilton quaternion of the yaw about y, then of the roll about z.
     pub fn orientation(&self) -> [f64; 4] {
-        let half = |degrees: f64| (0.5 * scene::radians(degrees)).sin_cos();
+        let half = |degrees: f64| (0.5 * degrees.to_radians()).sin_cos();
         let roll = if self.is_square_on() { 0.0 } else { self.roll };
         let ((sin, cos), (roll_sin, roll_cos)) = (half(self.yaw), half(roll));
         // Adding 0 turns a negative zero into a zero.
@@ -173,7 +173,8 @@ fn check_path(speed: f64, block: BlockSize, radius: f64) -> Result<(), CommandEr
     Ok(())
 }
 
-fn find_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
+/// Projectile of the library by its name.
+pub fn named_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
     LibraryProjectile::named(name).ok_or_else(|| {
         let known = || scene::library().map(|(known, _)| known);
         let hint = scene::did_you_mean(name, known());
@@ -182,11 +183,6 @@ fn find_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
             known().collect::<Vec<_>>().join(", ")
         ))
     })
-}
-
-/// Projectile of the library by its name, for the other subcommands.
-pub fn named_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
-    find_projectile(name)
 }
 
 #[cfg(test)]
