@@ -84,12 +84,13 @@ impl FrameSeries {
     ) -> Result<(), OutputError> {
         let before = self.next_due();
         let next_due = self.due.partition_point(|due| *due <= frame.time + self.tolerance);
-        let stride = (self.due.len() - 1).div_ceil(MAX_PICTURE_INTERVALS).max(1);
-        let is_pictured = next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(stride));
+        let is_kept = |most_intervals: usize| {
+            let stride = (self.due.len() - 1).div_ceil(most_intervals).max(1);
+            next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(stride))
+        };
+        let [is_pictured, is_viewed] = [MAX_PICTURE_INTERVALS, MAX_VIEW_INTERVALS].map(is_kept);
         self.write_files(frame, scene, folder)?;
         let shot = (is_pictured && self.has_pictures).then(|| self.render(frame, scene));
-        let view_stride = (self.due.len() - 1).div_ceil(MAX_VIEW_INTERVALS).max(1);
-        let is_viewed = next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(view_stride));
         let view = (is_viewed && self.has_pictures).then(|| ViewFrame::of(frame, scene));
         self.written.push(WrittenFrame { time: frame.time, next_due, shot, view });
         self.write_collection(folder)
