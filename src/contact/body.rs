@@ -187,6 +187,16 @@ impl RigidBody {
         state.orientation.transform_vector(&(self.inverse_inertia * local))
     }
 
+    /// Returns I⁻¹ in the world frame, 1/(kg·m²).
+    #[must_use]
+    pub(super) fn inverse_inertia_in_world(&self, state: &BodyState) -> Tensor3 {
+        if let Some(inverse) = self.isotropic {
+            return Tensor3::identity() * inverse;
+        }
+        let turn = state.orientation.to_rotation_matrix();
+        turn.matrix() * self.inverse_inertia * turn.matrix().transpose()
+    }
+
     /// Returns I ω in the world frame, N·m·s.
     #[must_use]
     pub fn angular_momentum(&self, state: &BodyState, angular_velocity: &Vector3) -> Vector3 {

@@ -22,6 +22,7 @@ mod separation_list;
 #[cfg(test)]
 mod separation_tests;
 mod solver;
+mod solver_body;
 mod surface;
 mod surface_motion;
 mod symmetry;

@@ -137,7 +137,7 @@ impl<const D: usize> ContactPoint<D> {
             ..Self::empty()
         };
         touch.compliance = touch.compliance_along(surface.masses(), rigid, at, &gap.normal);
-        touch.before = touch.relative_velocity(rigid, at, |node| surface.velocity_before(node));
+        touch.before = touch.relative_velocity(&rigid.velocity_at(at, &point), |node| surface.velocity_before(node));
         (touch.compliance > 0.0).then_some(touch)
     }
 
@@ -154,15 +154,15 @@ impl<const D: usize> ContactPoint<D> {
         self.carriers().map(own).sum::<f64>() + rigid.compliance(at, &(self.point - at.position), direction)
     }
 
-    /// Returns the relative velocity Σ w v_a − V(x) for given velocities of the nodes, m/s.
+    /// Returns the relative velocity Σ w v_a − V(x) for given velocities of the body at the contact point and of the
+    /// nodes, m/s.
     pub(crate) fn relative_velocity(
         &self,
-        rigid: &RigidBody,
-        at: &BodyState,
+        body_velocity: &Vector3,
         velocity: impl Fn(NodeId) -> Vector<D>,
     ) -> Vector3 {
         let gel: Vector3 = self.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
-        gel - rigid.velocity_at(at, &self.point) - self.swell
+        gel - body_velocity - self.swell
     }
 
     /// Returns the lead velocity ½ a Δt of a body that accelerates towards the contact point, m/s.

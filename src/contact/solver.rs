@@ -2,6 +2,7 @@
 
 use super::point::{ContactPoint, free_part};
 use super::self_contact::{SelfContact, correct_self_contacts};
+use super::solver_body::SolverBody;
 use super::surface::NodalMasses;
 use super::symmetry::{SymmetryContact, correct_symmetry_contacts};
 use super::{BodyMotion, BodyState, RigidBody, impulse, reversal};
@@ -36,12 +37,15 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
     /// far, m/s.
     pub fn solve(mut self, restitution: f64, friction: f64, greatest_approach: f64) {
         let greatest_approach = self.own.iter().map(|contact| -contact.before).fold(greatest_approach, f64::max);
+        let states = self.bodies.iter().zip(&*self.now);
+        let mut bodies: Vec<SolverBody> = states.map(|(rigid, state)| SolverBody::new(rigid, state)).collect();
         for _ in 0..MAX_SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.points.len() {
-                residual = residual.max(self.correct_normal_impulse(i, restitution));
+                let body = &mut bodies[self.points[i].body];
+                residual = residual.max(self.correct_normal_impulse(i, body, restitution));
                 if friction > 0.0 {
-                    residual = residual.max(self.correct_friction_impulse(i, friction));
+                    residual = residual.max(self.correct_friction_impulse(i, body, friction));
                 }
             }
             residual = residual.max(self.correct_gel_contacts());
@@ -57,10 +61,13 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
         for i in 0..self.points.len() {
             if self.points[i].nodes().iter().all(|node| nodes.contains(node)) {
                 let touch = &self.points[i];
-                let j = reversal(touch.normal.dot(&self.relative(touch)), touch.compliance);
-                let push = touch.normal * j;
+                let (rigid, body) = (&self.bodies[touch.body], touch.body);
+                let relative = self.relative(touch, &rigid.velocity_at(&self.now[body], &touch.point));
+                let j = reversal(touch.normal.dot(&relative), touch.compliance);
+                let (push, point) = (touch.normal * j, touch.point);
                 self.points[i].impulse += j;
-                self.apply_impulse(i, &push);
+                self.push_nodes(i, &push);
+                rigid.strike(&mut self.now[body], &point, &-push);
             }
         }
     }
@@ -73,42 +80,47 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
     }
 
     /// Returns the relative velocity Σ w v_a − V(x) with the impulses so far, m/s.
-    fn relative(&self, touch: &ContactPoint<D>) -> Vector3 {
-        let (rigid, now) = (&self.bodies[touch.body], &self.now[touch.body]);
-        touch.relative_velocity(rigid, now, |node| self.velocity[node.index()])
+    fn relative(&self, touch: &ContactPoint<D>, body_velocity: &Vector3) -> Vector3 {
+        touch.relative_velocity(body_velocity, |node| self.velocity[node.index()])
     }
 
     /// Applies w times the impulse to each carrying node and minus the impulse to the body, at the contact point.
-    fn apply_impulse(&mut self, point: usize, impulse: &Vector3) {
+    fn apply_impulse(&mut self, point: usize, body: &mut SolverBody<'_>, impulse: &Vector3) {
+        self.push_nodes(point, impulse);
+        body.strike(&self.points[point].point, &-impulse);
+    }
+
+    /// Applies w times the impulse to each carrying node.
+    fn push_nodes(&mut self, point: usize, impulse: &Vector3) {
         let touch = &self.points[point];
         for (node, w) in touch.carriers() {
             let push = free_part(self.masses, node, impulse) * (w / self.masses.mass(node));
             self.velocity[node.index()] += push;
         }
-        self.bodies[touch.body].strike(&mut self.now[touch.body], &touch.point, &-impulse);
     }
 
     /// Corrects one normal impulse; returns the change of velocity, m/s.
-    fn correct_normal_impulse(&mut self, i: usize, restitution: f64) -> f64 {
+    fn correct_normal_impulse(&mut self, i: usize, body: &mut SolverBody<'_>, restitution: f64) -> f64 {
         let touch = &self.points[i];
         let rebound = touch.bias + touch.lead - restitution * (touch.approach() + touch.lead);
         let accumulated = touch.impulse;
-        let free = touch.normal.dot(&self.relative(touch)) - touch.compliance * accumulated;
+        let relative = self.relative(touch, &body.velocity_at(&touch.point));
+        let free = touch.normal.dot(&relative) - touch.compliance * accumulated;
         let change = impulse(free, rebound, touch.compliance) - accumulated;
         if change == 0.0 {
             return 0.0;
         }
         let (push, velocity_change) = (touch.normal * change, change.abs() * touch.compliance);
         self.points[i].impulse += change;
-        self.apply_impulse(i, &push);
+        self.apply_impulse(i, body, &push);
         velocity_change
     }
 
     /// Corrects one friction impulse: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; returns the change
     /// of velocity, m/s.
-    fn correct_friction_impulse(&mut self, i: usize, friction: f64) -> f64 {
+    fn correct_friction_impulse(&mut self, i: usize, body: &mut SolverBody<'_>, friction: f64) -> f64 {
         let touch = &self.points[i];
-        let relative = self.relative(touch);
+        let relative = self.relative(touch, &body.velocity_at(&touch.point));
         let sliding = relative - touch.normal * touch.normal.dot(&relative);
         let Some(direction) = sliding.try_normalize(0.0) else { return 0.0 };
         let (rigid, at) = (&self.bodies[touch.body], &self.was[touch.body]);
@@ -120,7 +132,7 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
         let drag = if sticking.norm() > limit { sticking.normalize() * limit } else { sticking };
         let change = drag - touch.drag;
         self.points[i].drag = drag;
-        self.apply_impulse(i, &change);
+        self.apply_impulse(i, body, &change);
         change.norm() * compliance
     }
 
