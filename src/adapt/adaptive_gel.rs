@@ -152,13 +152,29 @@ impl<const D: usize> AdaptiveGel<D> {
         velocity: Vec<Vector<D>>,
         properties: MeshProperties,
     ) -> Result<(), UnusableStep> {
-        let MeshProperties { qualities, adjacency } = properties;
+        let engine = self.engine_on_mesh(birth, memory, velocity)?;
+        self.install_engine(engine, properties);
+        Ok(())
+    }
+
+    /// Creates the engine that would continue the run on a mesh.
+    pub(super) fn engine_on_mesh(
+        &self,
+        birth: MeshInstance<D>,
+        memory: Vec<HistoryVariables<D>>,
+        velocity: Vec<Vector<D>>,
+    ) -> Result<Engine<D, Simplices<D>>, UnusableStep> {
         let gel = self.gel_on_mesh(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
-        self.engine = self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))?;
+        self.engine.continue_on_mesh(gel, Some(memory), nodes, Some(birth))
+    }
+
+    /// Continues the run with an engine on another mesh of these properties.
+    pub(super) fn install_engine(&mut self, engine: Engine<D, Simplices<D>>, properties: MeshProperties) {
+        let MeshProperties { qualities, adjacency } = properties;
+        self.engine = engine.with_pool(self.engine.take_pool());
         let steps = self.definition.steps_when_new(&self.engine);
         self.adopt_mesh(&self.current_mesh(), &qualities, &steps, adjacency);
-        Ok(())
     }
 
     /// Takes over the data that is kept beside the engine; `qualities` and `steps`, s, are those of the elements when the

@@ -65,6 +65,9 @@ const PINCH_FRACTION: f64 = 0.01;
 /// Ratio of the energy to the energy provided, above which a run has diverged.
 const RUNAWAY_RATIO: f64 = 10.0;
 
+/// Greatest gain of energy by one remeshing, as a fraction of the energy provided.
+const MAX_ENERGY_GAIN: f64 = 0.01;
+
 /// Failed replacement of a mesh.
 struct FailedReplacement {
     /// Reasons why each candidate was refused.
@@ -186,7 +189,7 @@ fn install_first<const D: usize>(
     let n_attempts = if settings.method == RemeshMethod::Local { 1 } else { SIZE_FACTORS.len() };
     for (size_factor, number) in SIZE_FACTORS.into_iter().zip(1..).take(n_attempts) {
         let installed = generate_candidate(gel, &input, generator, size_factor)
-            .and_then(|candidate| install_candidate(gel, candidate, number, begun).map_err(RemeshRefusal::Steps));
+            .and_then(|candidate| install_candidate(gel, candidate, number, begun));
         match installed {
             Ok(()) => return Ok(()),
             Err(why) => reasons.push(why),
@@ -197,16 +200,26 @@ fn install_first<const D: usize>(
 
 /// Continues with a candidate mesh of this attempt, from 1; `begun` is when the remeshing began. The energy that operations or
 /// the averages of a two-network gel took returns to the motion of the new elements.
+///
+/// # Errors
+/// [`RemeshRefusal`] if the mesh has no valid step, or too much energy.
 fn install_candidate<const D: usize>(
     gel: &mut AdaptiveGel<D>,
     candidate: CandidateMesh<D>,
     attempt: usize,
     begun: Instant,
-) -> Result<(), UnusableStep> {
+) -> Result<(), RemeshRefusal> {
     let mut record = record_of(&candidate, gel.engine.now(), attempt);
     let booked = gel.engine.state().ledger.energy.remesh;
     let (new_elements, is_edited) = (candidate.new_elements_with_masses(), candidate.edits.is_some());
-    gel.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)?;
+    let CandidateMesh { birth, memory, velocity, properties, .. } = candidate;
+    let engine = gel.engine_on_mesh(birth, memory, velocity).map_err(RemeshRefusal::Steps)?;
+    let gained = engine.state().ledger.energy.remesh - booked;
+    let limit = greatest_gain(gel);
+    if gained > limit {
+        return Err(RemeshRefusal::Energy { gained, limit });
+    }
+    gel.install_engine(engine, properties);
     gel.engine.count_remesh();
     if gel.has_networks() || is_edited {
         gel.engine.return_energy(&new_elements, booked - gel.engine.state().ledger.energy.remesh);
@@ -217,6 +230,13 @@ fn install_candidate<const D: usize>(
     Ok(())
 }
 
+/// Greatest energy that a new mesh may gain, J.
+fn greatest_gain<const D: usize>(gel: &AdaptiveGel<D>) -> f64 {
+    let BalanceTotals { ledger, initial_energy, .. } = gel.engine.totals(gel.engine.now());
+    let round_off = gel.definition.energy_round_off(gel.mass());
+    (MAX_ENERGY_GAIN * ledger.energy.provided(initial_energy)).max(round_off)
+}
+
 /// Continues with the mesh after local operations; `begun` is when the remeshing began.
 fn install_edited<const D: usize>(
     gel: &mut AdaptiveGel<D>,
@@ -225,7 +245,7 @@ fn install_edited<const D: usize>(
     begun: Instant,
 ) -> Result<(), RemeshRefusal> {
     let candidate = candidate_of(gel, input, edited)?;
-    install_candidate(gel, candidate, 1, begun).map_err(RemeshRefusal::Steps)
+    install_candidate(gel, candidate, 1, begun)
 }
 
 /// Continues with the old mesh, as after a remeshing that leaves every element unchanged.

@@ -45,6 +45,14 @@ pub enum RemeshRefusal {
         /// Kinetic energy of the new mesh, J.
         after: f64,
     },
+    /// Energy has increased beyond what the motion around the new elements could return.
+    #[error("the energy on the new mesh is {gained:.3e} J greater than on the old one, expected at most {limit:.3e} J")]
+    Energy {
+        /// Gain of kinetic and stored energy, J.
+        gained: f64,
+        /// Greatest gain that is accepted, J.
+        limit: f64,
+    },
     /// Element without a valid rest shape.
     #[error("an element of the new mesh has no reference shape: the old elements under it are inverted")]
     Restless,

@@ -258,18 +258,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Creates an engine that continues with another gel from the end of this one, with its nodes at these positions
     /// and velocities. The changes of energy, momentum and angular momentum are booked. `birth` is the new mesh and
-    /// is given the steps with which it begins.
+    /// is given the steps with which it begins. The thread pool stays here.
     ///
     /// # Errors
-    /// [`UnusableStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.
+    /// [`UnusableStep`] if a step of the new mesh is no valid step.
     pub fn continue_on_mesh(
-        &mut self,
+        &self,
         gel: DiscreteGel<D, P>,
         memory: Option<Vec<HistoryVariables<D>>>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
         birth: Option<MeshInstance<D>>,
     ) -> Result<Self, UnusableStep> {
-        let system = handover::continue_on_mesh(&mut self.system, gel, memory, nodes, birth)?;
+        let system = handover::continue_on_mesh(&self.system, gel, memory, nodes, birth)?;
         Ok(Self { system, start: self.start })
     }
 

@@ -13,12 +13,12 @@ use std::sync::Arc;
 
 /// Creates a system that continues with another gel from the end of this one, with its nodes at these positions and
 /// velocities. The changes of energy, momentum and angular momentum are booked. `birth` is the new mesh and is given
-/// the steps with which it begins; steps that it has already are not exceeded at first.
+/// the steps with which it begins; steps that it has already are not exceeded at first. The thread pool stays with this system.
 ///
 /// # Errors
-/// [`UnusableStep`] if a step of the new mesh is no valid step; this system then keeps all its data.
+/// [`UnusableStep`] if a step of the new mesh is no valid step.
 pub(super) fn continue_on_mesh<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
+    system: &DiscreteSystem<D, P>,
     gel: DiscreteGel<D, P>,
     memory: Option<Vec<HistoryVariables<D>>>,
     nodes: Vec<(Vector<D>, Vector<D>)>,
@@ -36,7 +36,6 @@ pub(super) fn continue_on_mesh<const D: usize, P: Potential<D>>(
     ledger.momentum.remesh += now.momentum - was.momentum;
     ledger.angular_momentum.remesh += now.angular_momentum - was.angular_momentum;
     new.state.birth = birth.map(|birth| Arc::new(MeshInstance { steps, ..birth }));
-    new.pool = system.pool.take();
     Ok(new)
 }
 
