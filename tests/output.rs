@@ -6,6 +6,8 @@
 mod extremes;
 #[path = "output/fragments.rs"]
 mod fragments;
+#[path = "output/page.rs"]
+mod page;
 #[path = "output/stage.rs"]
 mod stage;
 #[path = "hostile/written.rs"]
@@ -15,6 +17,7 @@ use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder, model_picture};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{MeshFrame, Observation};
+use page::page_of;
 use stage::{frame, observation, scene};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -265,7 +268,7 @@ fn a_run_that_stopped_keeps_what_it_computed_and_says_why() {
     assert_eq!(summary["failure"], "element 7 is inverted: J < 0");
     assert_eq!(summary["rebound_velocity"], serde_json::Value::Null);
     assert_eq!(frames(&folder), 10, "nine due frames and the last state");
-    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = page_of(&folder);
     assert!(page.contains("stopped early") && page.contains("element 7 is inverted: J &lt; 0"));
 }
 
@@ -308,8 +311,7 @@ fn a_folder_that_cannot_be_made_is_named() {
 #[test]
 fn reports_are_well_formed_and_need_nothing_from_outside() {
     for dimension in ["planar", "axisymmetric", "spatial"] {
-        let page = fs::read_to_string(run(&format!("report-{dimension}"), &scene(dimension), None).join("report.html"))
-            .unwrap();
+        let page = page_of(&run(&format!("report-{dimension}"), &scene(dimension), None));
         let mut reader = quick_xml::Reader::from_str(&page);
         while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
         assert_eq!(page.matches("<svg ").count(), 5, "position, velocity, force, energy, closure");
@@ -353,7 +355,7 @@ fn the_model_picture_shows_gel_and_projectile() {
 #[test]
 fn a_slice_without_thickness_says_per_metre_and_one_with_a_thickness_does_not() {
     let mut scene = scene("planar");
-    let page = |name: &str, scene: &Scene| fs::read_to_string(run(name, scene, None).join("report.html")).unwrap();
+    let page = |name: &str, scene: &Scene| page_of(&run(name, scene, None));
 
     scene.gel.thickness = None;
     let per_metre = page("per-metre", &scene);
@@ -366,7 +368,7 @@ fn a_slice_without_thickness_says_per_metre_and_one_with_a_thickness_does_not() 
 #[test]
 fn every_chart_reaches_to_the_end_of_the_run() {
     let scene = scene("spatial");
-    let page = fs::read_to_string(run("last-label", &scene, None).join("report.html")).unwrap();
+    let page = page_of(&run("last-label", &scene, None));
     let charts: Vec<&str> = page.split("<figure class=\"plot\">").skip(1).collect();
     assert!(charts.len() > 3);
     let labels = |chart: &str| -> Vec<String> {
@@ -448,13 +450,13 @@ fn summary_and_report_tell_what_became_of_each_fragment() {
     assert_eq!((&figures[0]["peak_force"], &figures[1]["peak_force"]), (&12.5.into(), &0.0.into()));
     assert_eq!(figures[1]["final_velocity"], serde_json::json!([3.0, 0.0, -4.0]));
     assert_eq!(figures[0]["total_impulse"], serde_json::json!([0.03, 0.0, 0.04]));
-    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = page_of(&folder);
     assert!(page.contains("There are 2 fragments beside the projectile, 1 of 2 active at the end."));
     let row = |cells: &str| format!("<tr><th scope=\"row\">fragment[{cells}</td></tr>").replace('|', "</td><td>");
     let one = row("1]</th><td>active|12.50 mm|10.00 mm|0 m/s|12.50 N|50.00 mN s");
     let two = row("2]</th><td>inactive|0 m|−15.00 mm|5.000 m/s|0 N|0 N s");
     assert!(page.contains(&one) && page.contains(&two), "{}", between(&page, "<h2>Fragments</h2>", "</section>"));
-    let without = fs::read_to_string(run("no-fragments", &self::scene("spatial"), None).join("report.html")).unwrap();
+    let without = page_of(&run("no-fragments", &self::scene("spatial"), None));
     assert!(!without.contains("fragment["));
 }
 

@@ -2,10 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "output/page.rs"]
+mod page;
+
 use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, MeshFrame, SavedSimulation, Simulation};
+use page::page_of;
 use std::path::{Path, PathBuf};
 
 /// The ball of the calibration shot through 12 mm of its gel, on cells of R/3; it leaves within 0.1 ms.
@@ -59,7 +63,7 @@ fn run(folder: &Path, scene: &Scene) -> (serde_json::Value, Simulation) {
         recorder.record(&simulation).unwrap();
     }
     recorder.finish(&simulation, None).unwrap();
-    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = page_of(folder);
     assert_eq!(page.contains("has perforated the gel"), simulation.exit(0).is_some(), "{}", folder.display());
     (serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap(), simulation)
 }

@@ -1,4 +1,4 @@
-//! Claims of `gelfmu run --measured` and `gelfmu movie`: what they write, and what they refuse before they begin.
+//! Claims of `gelfmu run --measured`, `gelfmu report` and `gelfmu movie`: what they write, and what they refuse before they begin.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -82,4 +82,38 @@ fn a_film_without_ffmpeg_is_left_as_pictures() {
     let said = gelfmu(folder.path(), &["movie", "nothing"]);
     assert_eq!(said.status.code(), Some(2));
     assert!(err(&said).contains("found no scene.toml in nothing, expected a folder written by gelfmu run"));
+}
+
+#[test]
+fn a_report_is_made_of_the_files_of_a_run_and_with_a_laboratorys_curve_afterwards() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let run = ["run", "fbi-bb", "--fidelity", "draft", "--set=scene.end_time=1e-3", "--direct", "--quiet"];
+    assert!(gelfmu(folder.path(), &[&run[..], &["--out", "shot", "--no-report"]].concat()).status.success());
+    assert!(!place("shot/report.html").exists());
+    assert!(gelfmu(folder.path(), &["report", "shot"]).status.success());
+    let page = fs::read_to_string(place("shot/report.html")).unwrap();
+    assert!(page.contains("id=\"view-data\"") && page.contains("Speed of the projectile by depth"));
+    assert!(gelfmu(folder.path(), &[&run[..], &["--out", "whole"]].concat()).status.success());
+    let plots = |page: &str| page.matches("<figure class=\"plot\">").count();
+    assert_eq!(plots(&page), plots(&fs::read_to_string(place("whole/report.html")).unwrap()), "that of the run itself");
+
+    fs::write(place("lab.csv"), "depth_mm,velocity_m_per_s\n0,180\n5,150\n").unwrap();
+    for _ in 0..2 {
+        assert!(gelfmu(folder.path(), &["report", "shot", "--measured", "lab.csv"]).status.success());
+    }
+    let page = fs::read_to_string(place("shot/report.html")).unwrap();
+    assert_eq!(page.matches("Compared with the laboratory").count(), 1);
+    let summary: Value =
+        serde_json::from_slice(&fs::read(place("shot/summary.json")).unwrap()).expect("one key for the comparison");
+    assert_eq!(summary["measured"]["curves"].as_array().map(Vec::len), Some(1));
+
+    let said = gelfmu(folder.path(), &["report", "nowhere"]);
+    assert_eq!(said.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("found no scene.toml in nowhere"));
+    // A folder that is not of a run is left alone.
+    fs::create_dir(place("mine")).unwrap();
+    fs::write(place("mine/scene.toml"), fs::read(place("shot/scene.toml")).unwrap()).unwrap();
+    assert_eq!(gelfmu(folder.path(), &["report", "mine"]).status.code(), Some(1));
+    assert!(!place("mine/report.html").exists());
 }

@@ -1,8 +1,12 @@
 //! Sensors in the gel: waves, hydrostatic pressure, remeshing, files.
 
+#[path = "output/page.rs"]
+mod page;
+
 use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, SensorReport, Simulation};
+use page::page_of;
 use std::path::Path;
 
 const DENSITY: f64 = 1000.0;
@@ -189,6 +193,6 @@ fn files_of_a_run_have_its_sensors() {
     assert_eq!((second["position"][2].as_f64(), &second["dent"]), (Some(-0.013), &serde_json::Value::Null));
     assert_eq!(first["dent"]["depth"].as_f64(), Some(deepest));
     assert!(first["dent"]["viscous_criterion"].as_f64().expect("a number") > 0.0);
-    let page = text("report.html");
+    let page = page_of(&folder);
     assert!(page.contains("Pressure at the sensors") && page.contains("sensor[2]"));
 }

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "output/page.rs"]
+mod page;
 #[path = "output/stage.rs"]
 mod stage;
 
@@ -9,6 +11,7 @@ use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{ExitReport, FrameCells, MeshFrame, Observation};
+use page::page_of;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -207,7 +210,7 @@ fn a_ball_that_stays_in_the_gel_has_a_rest_depth() {
     let summary = summary(&folder);
     let figure = |key: &str| summary[key].as_f64().unwrap();
     assert!((figure("rest_depth") - depth(stop)).abs() < 1e-12 && (figure("time_of_rest") - stop).abs() < 1e-9);
-    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = page_of(&folder);
     assert!(page.contains("<dt>rest depth</dt><dd>16.80 mm</dd>"), "{page}");
 }
 
@@ -260,7 +263,7 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
     assert_eq!((found["final_depth"].as_f64(), found["peak_depth"].as_f64()), (Some(0.05), Some(0.05)));
     assert_eq!((found["ended_by"].as_str(), found["completed"].as_bool()), (Some("exit"), Some(true)));
     assert!(found["rebound_velocity"].is_null() && found["perforated"].as_bool() == Some(true), "{found}");
-    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = page_of(&folder);
     assert!(
         page.contains("has perforated the gel: it left the back face with <strong>3.000 m/s</strong> at 9.000 ms"),
         "{page}"
@@ -277,7 +280,7 @@ fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
     let (shallow, deep) = (summary(&folder), run("deep", 1.0));
     assert_eq!(shallow["greatest_cavity_diameter"], serde_json::Value::Null);
     assert_eq!(shallow["energy_per_centimetre"], serde_json::Value::Null);
-    let page = |folder: &Path| fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = page_of;
     assert!(!page(&folder).contains("Along the path") && page(&deep).contains("Along the path"));
     let titles = [
         "Speed of the projectile by depth",

@@ -156,11 +156,7 @@ impl<const D: usize> ContactPoint<D> {
 
     /// Returns the relative velocity Σ w v_a − V(x) for given velocities of the body at the contact point and of the
     /// nodes, m/s.
-    pub(crate) fn relative_velocity(
-        &self,
-        body_velocity: &Vector3,
-        velocity: impl Fn(NodeId) -> Vector<D>,
-    ) -> Vector3 {
+    pub(crate) fn relative_velocity(&self, body_velocity: &Vector3, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
         let gel: Vector3 = self.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
         gel - body_velocity - self.swell
     }

@@ -39,7 +39,8 @@ impl ResultRecording {
         threads: usize,
     ) -> Result<(), CallError> {
         let _reserve = reserve_for_writing(model)?;
-        let needs = output::result_names(&model.scene);
+        let mut needs = output::result_names(&model.scene);
+        needs.push(output::SCENE.to_owned());
         let policy = TakeoverPolicy::Replace;
         let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs, is_of_fmu: true };
         let folder = ResultFolder::claim(folder, &claim)?;

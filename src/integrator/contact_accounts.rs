@@ -84,7 +84,8 @@ pub(super) fn post_contact_work<const D: usize, P: Potential<D>>(system: &mut Di
     for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
         let j = touch.impulse;
         let (rigid, now) = (&system.model.bodies[touch.body], &system.workspace.bodies_after[touch.body]);
-        let relative = touch.relative_velocity(&rigid.velocity_at(now, &touch.point), |node| system.state.velocity[node.index()]);
+        let relative =
+            touch.relative_velocity(&rigid.velocity_at(now, &touch.point), |node| system.state.velocity[node.index()]);
         let mean = 0.5 * (touch.before + relative);
         let removal = j * touch.bias;
         system.state.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;

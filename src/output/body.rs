@@ -48,6 +48,7 @@ pub(super) fn body_surface(shape: &ShapeGeometry, place: &BodyPose, scenery: &Ax
     BodySurface { bounded, velocity: place.kinematics.velocity, ..solid }
 }
 
+#[cfg(feature = "cli")]
 /// Returns the box of the visible part of a body in a picture of `scenery`; an unbounded body counts with its surface
 /// alone.
 pub(super) fn visible_box(shape: &ShapeGeometry, place: &BodyPose, scenery: &AxisAlignedBox) -> AxisAlignedBox {

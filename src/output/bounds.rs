@@ -21,6 +21,7 @@ impl AxisAlignedBox {
         Self { lower: self.lower.inf(&other.lower), upper: self.upper.sup(&other.upper) }
     }
 
+    #[cfg(feature = "cli")]
     /// Returns the part of this box inside `other` grown by `margin`, m.
     pub(super) fn clipped_to(&self, other: &Self, margin: f64) -> Self {
         let limits = other.grown(margin);
@@ -28,6 +29,7 @@ impl AxisAlignedBox {
         Self { lower: clamp(&self.lower), upper: clamp(&self.upper) }
     }
 
+    #[cfg(feature = "cli")]
     /// Returns this box grown by `margin`, m, on every side.
     pub(super) fn grown(&self, margin: f64) -> Self {
         Self { lower: self.lower.add_scalar(-margin), upper: self.upper.add_scalar(margin) }
@@ -42,6 +44,7 @@ impl AxisAlignedBox {
         0.5 * (self.upper - self.lower).norm()
     }
 
+    #[cfg(feature = "cli")]
     pub(super) fn corners(&self) -> impl Iterator<Item = Vector3> + '_ {
         (0..8).map(|bits| {
             Vector3::from_fn(|axis, _| if bits >> axis & 1 == 0 { self.lower[axis] } else { self.upper[axis] })

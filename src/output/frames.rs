@@ -1,21 +1,13 @@
-//! Frames: the mesh at equally spaced times, as VTK files for ParaView and as pictures for the report.
+//! Frames: the mesh at equally spaced times, as VTK files for ParaView, of which the report is made, too.
 
 use super::body;
 use super::bounds::AxisAlignedBox;
 use super::files::OutputError;
 use super::folder::ResultFolder;
-use super::picture::{Camera, MeshPicture};
-use super::view::ViewFrame;
 use super::vtu;
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
 use std::fmt::Write;
-
-/// Limit of the number of intervals between pictures of the report; 13 pictures keep the page at some megabytes.
-const MAX_PICTURE_INTERVALS: usize = 12;
-
-/// Limit of the number of intervals between frames of the view in three dimensions.
-const MAX_VIEW_INTERVALS: usize = 120;
 
 /// Name of the collection file that ParaView opens.
 const COLLECTION: &str = "series.pvd";
@@ -26,8 +18,6 @@ struct WrittenFrame {
     time: f64,
     /// Index of the next due time.
     next_due: usize,
-    shot: Option<MeshPicture>,
-    view: Option<ViewFrame>,
 }
 
 /// Number of times at which the cavity is evaluated in a run without frames.
@@ -40,9 +30,6 @@ pub(super) struct FrameSeries {
     tolerance: f64,
     /// True if frames are written; otherwise they serve the cavity alone.
     has_files: bool,
-    /// True if the report shows pictures of the frames.
-    has_pictures: bool,
-    camera: Option<Camera>,
     written: Vec<WrittenFrame>,
 }
 
@@ -57,8 +44,6 @@ impl FrameSeries {
             // A communication point is a sum of steps and may miss a due time by round-off.
             tolerance: 1e-9 * end,
             has_files,
-            has_pictures: has_files && scene.output.report,
-            camera: None,
             written: Vec::new(),
         };
         series.write_collection(folder)?;
@@ -82,17 +67,9 @@ impl FrameSeries {
         scene: &Scene,
         folder: &mut ResultFolder,
     ) -> Result<(), OutputError> {
-        let before = self.next_due();
         let next_due = self.due.partition_point(|due| *due <= frame.time + self.tolerance);
-        let is_kept = |most_intervals: usize| {
-            let stride = (self.due.len() - 1).div_ceil(most_intervals).max(1);
-            next_due == self.due.len() || (before..next_due).any(|i| i.is_multiple_of(stride))
-        };
-        let [is_pictured, is_viewed] = [MAX_PICTURE_INTERVALS, MAX_VIEW_INTERVALS].map(is_kept);
         self.write_files(frame, scene, folder)?;
-        let shot = (is_pictured && self.has_pictures).then(|| self.render(frame, scene));
-        let view = (is_viewed && self.has_pictures).then(|| ViewFrame::of(frame, scene));
-        self.written.push(WrittenFrame { time: frame.time, next_due, shot, view });
+        self.written.push(WrittenFrame { time: frame.time, next_due });
         self.write_collection(folder)
     }
 
@@ -107,9 +84,7 @@ impl FrameSeries {
             return Ok(());
         }
         self.write_files(frame, scene, folder)?;
-        let shot = self.has_pictures.then(|| self.render(frame, scene));
-        let view = self.has_pictures.then(|| ViewFrame::of(frame, scene));
-        self.written.push(WrittenFrame { time: frame.time, next_due: self.next_due(), shot, view });
+        self.written.push(WrittenFrame { time: frame.time, next_due: self.next_due() });
         self.write_collection(folder)
     }
 
@@ -122,16 +97,6 @@ impl FrameSeries {
         }
         self.written.truncate(kept);
         self.write_collection(folder)
-    }
-
-    /// Returns the pictures in order of time.
-    pub(super) fn shots(&self) -> Vec<&MeshPicture> {
-        self.written.iter().filter_map(|written| written.shot.as_ref()).collect()
-    }
-
-    /// Returns the frames of the view in order of time.
-    pub(super) fn views(&self) -> Vec<&ViewFrame> {
-        self.written.iter().filter_map(|written| written.view.as_ref()).collect()
     }
 
     fn next_due(&self) -> usize {
@@ -148,12 +113,6 @@ impl FrameSeries {
         folder.write(&frame_file("frame", number), &vtu::gel_file(frame))?;
         let surface = vtu::bodies_file(&solids, frame.time);
         folder.write(&frame_file("projectile", number), &surface)
-    }
-
-    /// Renders a frame with the camera of the first picture.
-    fn render(&mut self, frame: &MeshFrame, scene: &Scene) -> MeshPicture {
-        let camera = self.camera.get_or_insert_with(|| Camera::of(frame, scene));
-        MeshPicture::take(frame, scene, camera)
     }
 
     fn write_collection(&self, folder: &mut ResultFolder) -> Result<(), OutputError> {
@@ -186,6 +145,6 @@ pub(super) fn frame_file_names(scene: &Scene) -> Vec<String> {
 }
 
 /// Returns the path of a frame file relative to the folder of the run.
-fn frame_file(name: &str, number: usize) -> String {
+pub(super) fn frame_file(name: &str, number: usize) -> String {
     format!("frames/{name}_{number:05}.vtu")
 }

@@ -223,28 +223,11 @@ impl HistoryFile {
         cut(&mut self.file).map(|_| ()).map_err(with_path(&self.path))
     }
 
-    /// Reads at most `limit` rows back from the file, evenly spaced by number, the last row included.
-    pub(super) fn read_thinned(&self, limit: usize) -> Result<Vec<HistoryRow>, OutputError> {
-        let stride = self.rows.len().div_ceil(limit).max(1);
-        let last = self.rows.len().saturating_sub(1);
-        let mut rows = vec![];
-        self.read_rows(|i| (last - i.min(last)).is_multiple_of(stride), |row| rows.push(row))?;
-        Ok(rows)
-    }
-
     /// Calls `show` with every row of the file.
     pub(super) fn for_each_row(&self, mut show: impl FnMut(&HistoryRow)) -> Result<(), OutputError> {
-        self.read_rows(|_| true, |row| show(&row))
-    }
-
-    /// Calls `take` with the rows of the wanted numbers.
-    fn read_rows(&self, wanted: impl Fn(usize) -> bool, mut take: impl FnMut(HistoryRow)) -> Result<(), OutputError> {
         let mut read_file = |file| {
-            for (i, line) in BufReader::new(file).lines().skip(1).enumerate() {
-                let line = line?;
-                if wanted(i) {
-                    take(parse_row(&line, self.columns)?);
-                }
+            for line in BufReader::new(file).lines().skip(1) {
+                show(&parse_row(&line?, self.columns)?);
             }
             Ok(())
         };
@@ -256,10 +239,21 @@ impl HistoryFile {
     }
 }
 
+/// Reads at most `limit` rows of the history of a scene, evenly spaced by number, the last row included.
+#[cfg(feature = "cli")]
+pub(super) fn read_thinned(path: &Path, scene: &Scene, limit: usize) -> io::Result<Vec<HistoryRow>> {
+    let text = std::fs::read_to_string(path)?;
+    let columns = column_names(scene.fragment.len(), scene.sensor.len()).split(',').count();
+    let lines: Vec<&str> = text.lines().skip(1).collect();
+    let (stride, last) = (lines.len().div_ceil(limit).max(1), lines.len().saturating_sub(1));
+    let wanted = lines.iter().enumerate().filter(|(i, _)| (last - i).is_multiple_of(stride));
+    wanted.map(|(_, line)| parse_row(line, columns)).collect()
+}
+
 fn parse_row(line: &str, columns: usize) -> io::Result<HistoryRow> {
     let values: Result<Vec<f64>, _> = line.split(',').map(parse_cell).collect();
     match values {
         Ok(values) if values.len() == columns => Ok(HistoryRow(values)),
-        _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row has other columns than gelfmu writes")),
     }
 }

@@ -6,29 +6,44 @@ mod files;
 mod folder;
 mod frames;
 mod history;
+#[cfg(feature = "cli")]
 mod movie;
+mod numbers;
 mod overlap;
 mod penetration;
+#[cfg(feature = "cli")]
 mod picture;
+mod placeholder;
+#[cfg(feature = "cli")]
 mod remesh_pictures;
+#[cfg(feature = "cli")]
 mod report;
+#[cfg(feature = "cli")]
+mod saved_run;
 mod sensors;
 mod summary;
+#[cfg(feature = "cli")]
 mod view;
 mod vtu;
 mod wound;
 
-use crate::scene::{Dimension, Scene};
+use crate::scene::{Dimension, FidelityLevels, Scene};
 use crate::simulation::{MeshFrame, Observation, Simulation};
 use std::path::Path;
 
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
-pub use movie::{MovieError, movie_pictures};
+#[cfg(feature = "cli")]
+pub use movie::movie_pictures;
 pub use penetration::{CavityCoursePoint, CavityGauge};
+#[cfg(feature = "cli")]
 pub use picture::model_picture;
+#[cfg(feature = "cli")]
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
-pub use report::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison};
+#[cfg(feature = "cli")]
+pub use report::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison, report_page};
+#[cfg(feature = "cli")]
+pub use saved_run::SavedRunError;
 pub use sensors::{DentFigures, SensorFigures};
 pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SummaryAccount, rebound};
 pub use wound::WoundFigures;
@@ -36,7 +51,6 @@ pub use wound::WoundFigures;
 use frames::FrameSeries;
 use history::HistoryFile;
 use penetration::{CavityProfile, PenetrationRecord, PermanentTrack, ShotLine};
-use report::ReportData;
 use summary::RunInfo;
 
 /// Recorder of one run: writes the result folder while the run advances.
@@ -64,12 +78,26 @@ const TIME_TOLERANCE: f64 = 1e-6;
 /// File name of the history table.
 const HISTORY: &str = "history.csv";
 /// File names of the summary, the report and the tables of a shot.
-const FILES: [&str; 5] = ["summary.json", "report.html", "shot.csv", "cavity.csv", "track.csv"];
+const FILES: [&str; 5] = ["summary.json", REPORT, "shot.csv", "cavity.csv", "track.csv"];
+/// File name of the report.
+pub const REPORT: &str = "report.html";
+/// File name of the scene of a run.
+pub const SCENE: &str = "scene.toml";
 
 /// Returns the names of all files that a recorder can write for a scene.
 #[must_use]
 pub fn result_names(scene: &Scene) -> Vec<String> {
     [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::frame_file_names(scene)).collect()
+}
+
+/// Returns the text of a scene whose file no command has written. Its values are those of the run, so its level has
+/// nothing left to set.
+fn scene_text(scene: &Scene) -> String {
+    let mut scene = scene.clone();
+    let FidelityLevels { draft, coarse, standard, fine, reference } = &mut scene.fidelity;
+    [draft, coarse, standard, fine, reference].into_iter().flatten().for_each(|level| level.set.clear());
+    let text = toml::to_string(&scene).expect("a scene consists of tables, numbers and text");
+    format!("# Scene of this run.\n\n{text}")
 }
 
 impl RunRecorder {
@@ -99,6 +127,9 @@ impl RunRecorder {
         threads: usize,
     ) -> Result<Self, OutputError> {
         let history = folder.prepare(HISTORY)?;
+        if !folder.place(SCENE).exists() {
+            folder.write(SCENE, scene_text(scene).as_bytes())?;
+        }
         Ok(Self {
             run: RunInfo::start(scene, interface, threads),
             history: HistoryFile::create(&history, scene)?,
@@ -187,7 +218,8 @@ impl RunRecorder {
         self.frames.rewind(time, &mut self.folder)
     }
 
-    /// Writes `series.pvd`, `summary.json` and `report.html`, and for a shot `shot.csv`, `cavity.csv` and `track.csv`.
+    /// Writes `series.pvd` and `summary.json`, for a shot `shot.csv`, `cavity.csv` and `track.csv`, and a page that names
+    /// the command that makes the report.
     /// `failure` is the diagnosis of a run that stopped early.
     ///
     /// # Errors
@@ -216,7 +248,7 @@ impl RunRecorder {
         }
         self.folder.write("summary.json", summary.to_json().as_bytes())?;
         if self.run.scene.output.report {
-            self.write_report(&summary, penetration.as_ref())?;
+            self.folder.write(REPORT, placeholder::placeholder_page(&summary).as_bytes())?;
         }
         self.folder.mark(match (summary.completed, ending.failure) {
             (true, _) => FolderState::Complete,
@@ -224,18 +256,6 @@ impl RunRecorder {
             (false, Some(_)) => FolderState::Failed,
         })?;
         Ok(summary)
-    }
-
-    fn write_report(
-        &mut self,
-        summary: &RunSummary,
-        penetration: Option<&PenetrationRecord>,
-    ) -> Result<(), OutputError> {
-        let rows = self.history.read_thinned(report::PLOT_POINTS)?;
-        let (shots, views) = (self.frames.shots(), self.frames.views());
-        let data = ReportData { rows: &rows, shots: &shots, views: &views, penetration };
-        let page = report::page(&self.run.scene, summary, &data);
-        self.folder.write("report.html", page.as_bytes())
     }
 
     /// Evaluates the penetration and writes the tables of a shot; returns `None` without a shot.
@@ -247,5 +267,22 @@ impl RunRecorder {
             penetration.write(&mut self.folder)?;
         }
         Ok(penetration)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scene_text;
+    use crate::scene;
+
+    #[test]
+    fn the_written_scene_of_a_run_is_the_scene_of_the_run() {
+        for (name, text) in scene::builtins() {
+            let mut run = scene::read(text).unwrap();
+            run.mesh.size *= 1.5;
+            let again = scene::read(&scene_text(&run)).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(again.mesh, run.mesh, "{name}");
+            assert_eq!((again.gel, again.projectile), (run.gel, run.projectile), "{name}");
+        }
     }
 }

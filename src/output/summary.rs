@@ -7,11 +7,13 @@ use super::wound::WoundFigures;
 use crate::math::Vector3;
 use crate::scene::{self, Dimension, FidelityKind, Scene};
 use crate::simulation::{self, BodyReport, EnergyReport, MeshFrame, Observation};
-use serde::Serialize;
+use serde::de::Deserializer;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Interface that drove the simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DriverInterface {
     /// FMI 2.0 C interface.
@@ -34,7 +36,7 @@ pub struct FinalState<'a> {
 }
 
 /// Cause of the end of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndCause {
     /// The run reached `scene.end_time`.
@@ -59,12 +61,12 @@ impl EndCause {
 }
 
 /// Figures of a run in SI units; `None` (null in JSON) for a figure without a value.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunSummary {
     /// Name of the scene.
     pub scene: String,
     /// Version of this crate.
-    pub version: &'static str,
+    pub version: String,
     /// Interface that drove the simulation.
     pub interface: DriverInterface,
     /// Requested fidelity.
@@ -77,8 +79,10 @@ pub struct RunSummary {
     /// Cause of the end.
     pub ended_by: EndCause,
     /// Time at the end, s.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub end_time: f64,
     /// Wall time between the first and the last record, s.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub wall_seconds: f64,
     /// Threads of the element loop.
     pub threads: usize,
@@ -89,31 +93,43 @@ pub struct RunSummary {
     /// Number of nodes.
     pub nodes: usize,
     /// Number of element updates.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub element_updates: f64,
     /// Element updates per second of wall time.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub updates_per_second: f64,
     /// Element updates of a synchronous integrator with the stable step of the assembled system.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub synchronous_updates: f64,
     /// Smallest element step at the end, s.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub smallest_step: f64,
     /// Largest element step at the end, s.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub largest_step: f64,
     /// Number of remeshings.
     pub remeshes: u64,
     /// Fraction of incompatible elements at the end: their reference shape is not that of their nodes' rest
     /// positions.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub incompatible_fraction: f64,
     /// Former name of `incompatible_fraction`, until the next release.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub remesh_fallback: f64,
     /// Volume of self-overlap of the gel at the end, m³: gel surfaces have no mutual contact.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub overlapped_volume: f64,
     /// Smallest J = det F of the run.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub min_jacobian: f64,
     /// Greatest depth, m, limited by the back face of a block or cylinder.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub peak_depth: f64,
     /// Time of the greatest depth, s.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub time_of_peak_depth: f64,
     /// Depth at the end, m, limited by the back face.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub final_depth: f64,
     /// Figures of the exit at the back face.
     #[serde(flatten)]
@@ -121,14 +137,18 @@ pub struct RunSummary {
     /// Rebound speed against the initial velocity, m/s (numerics A14); absent during contact and after a perforation.
     pub rebound_velocity: Option<f64>,
     /// Velocity at the end, m/s.
+    #[serde(deserialize_with = "super::numbers::vector")]
     pub final_velocity: [f64; 3],
     /// Time from the first to the last contact impulse, s.
     pub contact_duration: Option<f64>,
     /// Greatest mean force over a window of `force_window`, N.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub peak_force: f64,
     /// Width of the window of the peak force, s.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub force_window: f64,
     /// Contact impulse on the projectile, N·s.
+    #[serde(deserialize_with = "super::numbers::vector")]
     pub total_impulse: [f64; 3],
     /// Greatest diameter of the cavity between one projectile diameter below the entry and the rear of the projectile,
     /// m. This figure and the next two need a penetration along −z by which the rear is that deep.
@@ -142,27 +162,33 @@ pub struct RunSummary {
     pub wound: WoundFigures,
     /// Energy given to the gel in each centimetre of depth, J; the last centimetre ends at the greatest depth. Needs a
     /// penetration along −z beyond the length of the projectile.
+    #[serde(deserialize_with = "super::numbers::list")]
     pub energy_per_centimetre: Option<Vec<f64>>,
     /// Figures of each fragment.
     pub fragments: Vec<FragmentFigures>,
     /// Figures of each sensor.
     pub sensors: Vec<SensorFigures>,
     /// Energy accounts, J.
-    #[serde(rename = "energy", serialize_with = "as_object")]
+    #[serde(rename = "energy", serialize_with = "as_object", deserialize_with = "from_object")]
     pub accounts: Vec<SummaryAccount>,
     /// Residual of the energy balance relative to its throughput (numerics A6).
+    #[serde(deserialize_with = "super::numbers::number")]
     pub energy_error: f64,
     /// Error of the method relative to the initial energy and the energy from outside (numerics A6).
+    #[serde(deserialize_with = "super::numbers::number")]
     pub energy_defect: f64,
     /// Residual of the momentum balance relative to its throughput.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub momentum_error: f64,
     /// Residual of the angular momentum balance relative to its throughput, or to 2.2e-4 μ V t if greater (shear
     /// modulus, volume of the gel, time). The second scale covers light bodies: the round-off of stresses is relative
     /// to the modulus.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub angular_momentum_error: f64,
     /// Relative change of the mass of the mesh at rest.
     pub mass_error: Option<f64>,
     /// Mean penetration of the nodes in contact, in element sizes.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub mean_standing_penetration: f64,
     /// Hash of the stored state, 32 hexadecimal digits.
     pub digest: String,
@@ -177,7 +203,7 @@ pub struct RunSummary {
 }
 
 /// Exit of the projectile at the back face of the gel, SI.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExitFigures {
     /// True if the rear end of the projectile has passed the undisturbed back face of the gel.
     pub perforated: bool,
@@ -188,6 +214,7 @@ pub struct ExitFigures {
     /// Kinetic energy at the exit, J.
     pub residual_energy: Option<f64>,
     /// Energy given to the gel, J, up to the exit if any.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub energy_deposited: f64,
 }
 
@@ -205,19 +232,24 @@ impl ExitFigures {
 }
 
 /// Figures of a fragment.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FragmentFigures {
     /// True if the fragment was active at the end.
     pub active: bool,
     /// Greatest depth of the foremost point below z = 0, m, over the contact.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub peak_depth: f64,
     /// Depth at the end, m.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub final_depth: f64,
     /// Velocity at the end, m/s.
+    #[serde(deserialize_with = "super::numbers::vector")]
     pub final_velocity: [f64; 3],
     /// Greatest mean force over a window of `force_window`, N.
+    #[serde(deserialize_with = "super::numbers::number")]
     pub peak_force: f64,
     /// Contact impulse on the fragment, N·s.
+    #[serde(deserialize_with = "super::numbers::vector")]
     pub total_impulse: [f64; 3],
 }
 
@@ -282,7 +314,7 @@ impl RunSummary {
         let (doubts, ended_by) = (run.doubts(ending.observation), EndCause::of(ending, run.scene.scene.end_time));
         Self {
             scene: run.scene.scene.name.clone(),
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             interface: run.interface,
             fidelity: run.scene.scene.fidelity,
             expected_error: run.expected_error(),
@@ -321,7 +353,7 @@ impl RunSummary {
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
             sensors: vec![],
-            accounts: energy_accounts(energy).into(),
+            accounts: energy_accounts(energy),
             energy_error: energy.energy_error,
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
@@ -336,6 +368,7 @@ impl RunSummary {
         }
     }
 
+    #[cfg(feature = "cli")]
     /// Returns the initial energy, J.
     pub(super) fn initial_energy(&self) -> f64 {
         self.accounts.iter().find(|account| account.name == "initial").map_or(0.0, |account| account.value)
@@ -368,35 +401,49 @@ fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -
     serializer.collect_map(present.chain(accounts.iter().filter_map(former)))
 }
 
+/// Name, value in a report, and meaning of an energy account.
+type AccountEntry = (&'static str, fn(&EnergyReport) -> f64, &'static str);
+
+/// Energy accounts in the order of the report.
+const ACCOUNTS: [AccountEntry; 20] = [
+    ("initial", |energy| energy.initial, "total energy at the start"),
+    ("kinetic", |energy| energy.kinetic, "kinetic energy of gel and bodies"),
+    ("projectile", |energy| energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
+    ("elastic", |energy| energy.elastic, "stored energy of the deformed gel"),
+    ("contact", |energy| energy.contact, "work of the contact law; negative is dissipated"),
+    (
+        "self_contact",
+        |energy| energy.self_contact,
+        "work of the contact of the gel with itself; negative is dissipated",
+    ),
+    ("friction", |energy| energy.friction, "work of friction; negative is dissipated"),
+    ("contact_bias", |energy| energy.contact_bias, "work of removing standing penetration"),
+    ("integration", |energy| energy.integration, "trapezoidal residual of the time integration"),
+    ("external", |energy| energy.external, "work of external forces and of a prescribed motion"),
+    ("importer", |energy| energy.importer, "energy of state jumps of the bodies made by the importer"),
+    ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by remeshing"),
+    ("load", |energy| energy.load, "work of the pressures on faces"),
+    ("air", |energy| energy.air, "work of the air in a sealed cavity"),
+    ("damping", |energy| energy.damping, "work of the damping; negative is dissipated"),
+    ("bulk_viscous", |energy| energy.bulk_viscous, "dissipated by bulk viscosity, which spreads shocks"),
+    ("viscous", |energy| energy.viscous, "dissipated by the viscous branches of the gel"),
+    ("eroded", |energy| energy.eroded, "energy of eroded mass"),
+    ("damage", |energy| energy.damage, "stored energy dissipated by damage"),
+    ("imbalance", |energy| energy.imbalance, "imbalance: change that no account explains"),
+];
+
 /// Returns every energy account in the order of the report.
-fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 20] {
-    let account = |name, value, meaning| SummaryAccount { name, value, meaning };
-    [
-        account("initial", energy.initial, "total energy at the start"),
-        account("kinetic", energy.kinetic, "kinetic energy of gel and bodies"),
-        account("projectile", energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
-        account("elastic", energy.elastic, "stored energy of the deformed gel"),
-        account("contact", energy.contact, "work of the contact law; negative is dissipated"),
-        account(
-            "self_contact",
-            energy.self_contact,
-            "work of the contact of the gel with itself; negative is dissipated",
-        ),
-        account("friction", energy.friction, "work of friction; negative is dissipated"),
-        account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
-        account("integration", energy.integration, "trapezoidal residual of the time integration"),
-        account("external", energy.external, "work of external forces and of a prescribed motion"),
-        account("importer", energy.importer, "energy of state jumps of the bodies made by the importer"),
-        account("remesh", energy.remesh, "change of kinetic and stored energy by remeshing"),
-        account("load", energy.load, "work of the pressures on faces"),
-        account("air", energy.air, "work of the air in a sealed cavity"),
-        account("damping", energy.damping, "work of the damping; negative is dissipated"),
-        account("bulk_viscous", energy.bulk_viscous, "dissipated by bulk viscosity, which spreads shocks"),
-        account("viscous", energy.viscous, "dissipated by the viscous branches of the gel"),
-        account("eroded", energy.eroded, "energy of eroded mass"),
-        account("damage", energy.damage, "stored energy dissipated by damage"),
-        account("imbalance", energy.imbalance, "imbalance: change that no account explains"),
-    ]
+fn energy_accounts(energy: &EnergyReport) -> Vec<SummaryAccount> {
+    ACCOUNTS.iter().map(|&(name, value, meaning)| SummaryAccount { name, value: value(energy), meaning }).collect()
+}
+
+/// Reads the energy accounts back; an account that is not in the summary is left out.
+fn from_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<SummaryAccount>, D::Error> {
+    let values = BTreeMap::<String, Option<f64>>::deserialize(deserializer)?;
+    let account = |&(name, _, meaning): &AccountEntry| {
+        values.get(name).map(|value| SummaryAccount { name, value: value.unwrap_or(f64::NAN), meaning })
+    };
+    Ok(ACCOUNTS.iter().filter_map(account).collect())
 }
 
 /// Returns the rebound speed against the initial velocity, m/s (numerics A14). The last impulse must be older than 10

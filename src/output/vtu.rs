@@ -15,8 +15,8 @@ const TETRAHEDRON: u8 = 10;
 /// Greatest size of a block that is compressed at once, bytes.
 const BLOCK: usize = 1 << 18;
 
-/// Returns a file of the gel: velocity and displacement of the nodes; step, level, J and energy density of the
-/// elements; the fields of both.
+/// Returns a file of the gel: velocity and displacement of the nodes; step, level, J, energy density and damage
+/// of the elements; the fields of both.
 pub(super) fn gel_file(frame: &MeshFrame) -> Vec<u8> {
     let corners = frame.dimension + 1;
     let cells = frame.cells.nodes.iter().map(|nodes| &nodes[..corners]);
@@ -39,6 +39,10 @@ pub(super) fn gel_file(frame: &MeshFrame) -> Vec<u8> {
         DataArray::scalars("jacobian", &frame.cells.jacobian),
         DataArray::scalars("energy_density", &frame.cells.energy_density),
     ];
+    let is_asked = frame.fields.iter().any(|field| field.name == "damage");
+    if !is_asked && frame.cells.damage.iter().any(|damage| *damage > 0.0) {
+        cells.push(DataArray::scalars("damage", &frame.cells.damage));
+    }
     cells.extend(fields(|field| &field.cells));
     file.section("CellData", &cells);
     file.finish()

@@ -4,10 +4,10 @@ use super::files::OutputError;
 use super::history::HistoryFile;
 use super::penetration::{CavityCoursePoint, PenetrationRecord};
 use crate::simulation::{RestDepth, RestDetector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Figures of a wound, SI; `None` (null in JSON) for a figure without a value.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct WoundFigures {
     /// Rest depth, m: mean depth of the foremost point over the last millisecond, if it moves by less than 0.2 mm in it.
     pub rest_depth: Option<f64>,

@@ -39,7 +39,7 @@ fn the_files_of_an_instance_are_in_a_folder_of_its_name() {
     let (mut host, folder) = writing();
     host.steps(0.0, 1e-4, 4);
     assert_eq!(unsafe { fmi2Terminate(host.c) }, OK, "{:?}", host.lines());
-    for file in ["summary.json", "history.csv", "report.html", "series.pvd"] {
+    for file in ["scene.toml", "summary.json", "history.csv", "report.html", "series.pvd"] {
         assert!(folder.join(file).is_file(), "{file}");
     }
     assert_eq!(rows(&folder), 5);

@@ -1,5 +1,6 @@
 //! Numbers that no sensible run has: the tables stay small and free of what is no number, and the page is made all the same.
 
+use super::page::page_of;
 use super::stage::{frame, observation, scene};
 use super::{folder, written};
 use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder};
@@ -46,7 +47,7 @@ fn a_way_of_a_single_place_has_no_force() {
     let shot = fs::read_to_string(folder.join("shot.csv")).unwrap();
     let cells: Vec<&str> = shot.lines().nth(1).unwrap().split(',').collect();
     assert_eq!((cells[0], cells[3]), ("4e-2", ""), "{shot}");
-    assert!(fs::read_to_string(folder.join("report.html")).unwrap().contains("Force on the projectile by depth"));
+    assert!(page_of(&folder).contains("Force on the projectile by depth"));
 }
 
 #[test]

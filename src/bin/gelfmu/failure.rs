@@ -31,6 +31,9 @@ pub enum RunError {
         /// Error of the system.
         source: std::io::Error,
     },
+    /// The results of a run cannot be used.
+    #[error("{0}")]
+    Results(String),
     /// The FMU answered a call with an error.
     #[error("the FMU failed in {call}: {reason}")]
     Component {

@@ -20,6 +20,7 @@ mod output_choice;
 mod pack;
 mod progress;
 mod remesh_demo;
+mod report;
 mod report_options;
 mod results;
 mod run;
@@ -63,6 +64,7 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::TradeRow(options) => trade::print_row(&options)?,
         GelfmuCommand::Check(options) => check::check(&options, console)?,
         GelfmuCommand::Pack(options) => pack::pack(&options, console)?,
+        GelfmuCommand::Report(options) => report::report(&options, console)?,
         GelfmuCommand::Movie(options) => movie::movie(&options, console)?,
         GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         GelfmuCommand::New(options) => new::new(&options, console)?,

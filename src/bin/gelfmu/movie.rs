@@ -4,7 +4,7 @@ use crate::console::Console;
 use crate::failure::{CommandError, RunError};
 use crate::report_options::MovieOptions;
 use crate::source;
-use ballistic_gel::output::movie_pictures;
+use ballistic_gel::output::{SCENE, movie_pictures};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -40,9 +40,9 @@ impl MovieFormat {
 /// Makes the film.
 pub fn movie(options: &MovieOptions, console: &Console) -> Result<(), CommandError> {
     let folder = &options.folder;
-    let scene_file = folder.join("scene.toml");
+    let scene_file = folder.join(SCENE);
     if !scene_file.is_file() {
-        let found = format!("found no scene.toml in {}", folder.display());
+        let found = format!("found no {SCENE} in {}", folder.display());
         return Err(CommandError::BadInput(format!("movie: {found}, expected a folder written by gelfmu run")));
     }
     let out = options.out.clone().unwrap_or_else(|| default_file(folder));

@@ -7,7 +7,7 @@ use crate::option_values::{
     parse_time,
 };
 use crate::output_choice::OutputChoice;
-use crate::report_options::{MovieOptions, ReportOptions};
+use crate::report_options::{MovieOptions, ReportFolderOptions, ReportOptions};
 use crate::trade::CouplingVariant;
 use crate::validate::ValidateOptions;
 use ballistic_gel::scene::{FidelityKind, Override};
@@ -65,6 +65,11 @@ pub enum GelfmuCommand {
     Bench(BenchOptions),
     /// Write the FMU of a scene, for every platform whose library is inside this gelfmu
     Pack(PackOptions),
+    /// Make the report of a finished run from the files in its folder
+    ///
+    /// `gelfmu run` makes it at its end; an FMU with an output directory, and a run with --no-report, leave it to this
+    /// command.
+    Report(ReportFolderOptions),
     /// Make a film of a finished run: a GIF or an MP4 with ffmpeg if it is installed, else the pictures as PNG files
     Movie(MovieOptions),
     /// Draw the stages of a remesh: run a planar or axisymmetric scene until its mesh is distorted, and write a page of

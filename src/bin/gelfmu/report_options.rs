@@ -12,6 +12,16 @@ pub struct ReportOptions {
     pub measured: Option<PathBuf>,
 }
 
+/// Options of `gelfmu report`.
+#[derive(Debug, Args)]
+pub struct ReportFolderOptions {
+    /// Folder with the results of a run
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    #[command(flatten)]
+    pub report: ReportOptions,
+}
+
 /// Options of `gelfmu movie`.
 #[derive(Debug, Args)]
 pub struct MovieOptions {

@@ -9,7 +9,7 @@ use crate::pack::resources::{self, SceneResources};
 use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
 use crate::through_fmu::{self, InstanceFolder};
-use crate::{direct, interrupt, measured, results, summary};
+use crate::{direct, interrupt, measured, report, results, summary};
 use ballistic_gel::output;
 use ballistic_gel::output::{FolderClaim, ResultFolder};
 use ballistic_gel::scene::{self, CouplingMode, MOST_STEPS, Override, Scene};
@@ -32,7 +32,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     let SceneResources { text, files } = resources::collect(&source)?;
     let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
-        files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
+        files.into_iter().chain([(output::SCENE.to_owned(), kept.into_bytes())]).collect();
     let inputs: Vec<PathBuf> =
         results::inputs(name, &source).into_iter().chain(options.report.measured.clone()).collect();
     let mut claimed = claim_folder(&folder, options, &inputs, &source, &kept)?;
@@ -54,8 +54,10 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     }
     let job = RunJob { source, folder, step: options.step, threads: options.threads };
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
-    if let Some(table) = &measured {
-        console.notes(&measured::compare(table, &job.folder)?);
+    if job.source.scene.output.report {
+        console.notes(&report::write(&job.folder, &job.source.scene, measured.as_ref())?);
+    } else if let Some(table) = &measured {
+        console.notes(&measured::compare(table, &job.folder)?.residuals);
     }
     let summary = SummaryFile::read(&job.folder)?;
     console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.folder));

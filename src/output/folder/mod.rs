@@ -13,7 +13,7 @@ pub use manifest::FolderState;
 pub use refusal::FolderRefusal;
 
 use super::files::{self, OutputError, with_path};
-use manifest::{FolderManifest, JournalError, MANIFEST, STAGING};
+use manifest::{FolderManifest, JournalError, LockOutcome, MANIFEST, STAGING};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -119,6 +119,31 @@ impl ResultFolder {
             Err(JournalError::Line(line)) => Err(refuse(FolderRefusal::Damaged { line })),
             Err(JournalError::Io(error)) => Err(with_path(&path.join(MANIFEST))(error)),
         }
+    }
+
+    /// Opens a folder with results of a command, to add a file to them; the state of the folder stays.
+    ///
+    /// # Errors
+    /// [`OutputError`] if the folder holds no results of the command, or another run writes into it.
+    pub fn reopen(path: &Path, command: &str) -> Result<Self, OutputError> {
+        let refuse = |refusal| OutputError::refused(path, refusal);
+        let (manifest, outcome) = match FolderManifest::open(path) {
+            Ok(opened) => opened,
+            Err(JournalError::Line(line)) => return Err(refuse(FolderRefusal::Damaged { line })),
+            Err(JournalError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
+                return Err(refuse(FolderRefusal::NoResults { command: command.to_owned() }));
+            }
+            Err(JournalError::Io(error)) => return Err(with_path(&path.join(MANIFEST))(error)),
+        };
+        if outcome == LockOutcome::Busy {
+            return Err(refuse(FolderRefusal::Busy));
+        }
+        if manifest.contents.command.as_deref() != Some(command) {
+            return Err(refuse(FolderRefusal::NoResults { command: command.to_owned() }));
+        }
+        let mut folder = Self::from_manifest(path, manifest);
+        folder.stage = ClaimStage::Adopted;
+        Ok(folder)
     }
 
     fn from_manifest(path: &Path, manifest: FolderManifest) -> Self {

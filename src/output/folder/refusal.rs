@@ -37,6 +37,11 @@ pub enum FolderRefusal {
         /// Path of the file.
         file: PathBuf,
     },
+    /// The folder has no results of the command.
+    NoResults {
+        /// Name of the command.
+        command: String,
+    },
     /// The manifest is foreign or was changed.
     Damaged {
         /// Number of the first invalid line.
@@ -71,6 +76,12 @@ impl fmt::Display for FolderRefusal {
                 write!(
                     f,
                     "found results of gelfmu {command}, expected {EMPTY}: remove this one yourself if nobody needs it"
+                )
+            }
+            Self::NoResults { command } => {
+                write!(
+                    f,
+                    "found no results of gelfmu {command}, expected a folder that gelfmu {command} or an FMU has written"
                 )
             }
             Self::InTheWay { file } => write!(

@@ -1,6 +1,6 @@
 //! Course of the temporary cavity: its greatest diameter by time, its collapse and its pulsation.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Fraction of the greatest diameter below which the cavity has collapsed.
 const COLLAPSED: f64 = 0.4;
@@ -8,13 +8,16 @@ const COLLAPSED: f64 = 0.4;
 const PULSATION: f64 = 0.05;
 
 /// Greatest diameter of the cavity over the depth, at one time.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct CavityCoursePoint {
     /// Time, s.
+    #[serde(deserialize_with = "crate::output::numbers::number")]
     pub time: f64,
     /// Diameter, m.
+    #[serde(deserialize_with = "crate::output::numbers::number")]
     pub diameter: f64,
     /// Depth of this diameter, m.
+    #[serde(deserialize_with = "crate::output::numbers::number")]
     pub depth: f64,
 }
 

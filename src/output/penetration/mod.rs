@@ -15,7 +15,7 @@ pub use course::CavityCoursePoint;
 pub(super) use damage_track::PermanentTrack;
 pub use gauge::CavityGauge;
 pub(super) use shot_line::ShotLine;
-pub(super) use track::{ProjectileTrack, TrackPoint};
+pub(super) use track::ProjectileTrack;
 
 use super::files::OutputError;
 use super::folder::ResultFolder;

@@ -5,7 +5,7 @@ use super::format::quantity;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use crate::math::Vector3;
 use crate::output::history::HistoryRow;
-use crate::output::penetration::PenetrationRecord;
+use crate::output::saved_run::SavedShot;
 use crate::scene::{Scene, numbered};
 
 /// Least travel of a curve relative to the liveliest curve of its plot: flatter curves would overlap at zero.
@@ -14,7 +14,7 @@ const MIN_RELATIVE_TRAVEL: f64 = 1e-3;
 const MIN_ERROR: f64 = 1e-18;
 
 /// Returns the plots against time; a plot of constant curves is left out.
-pub(super) fn charts(scene: &Scene, rows: &[HistoryRow], shot: Option<&PenetrationRecord>) -> String {
+pub(super) fn charts(scene: &Scene, rows: &[HistoryRow], shot: Option<&SavedShot>) -> String {
     let of_shot = shot.into_iter().flat_map(|shot| [depths::energy_by_time(shot), depths::cavity_by_time(shot)]);
     let plots = [speed_plot(rows), force_plot(rows, scene.force_window()), position_plot(rows)];
     let plots = plots.into_iter().chain(of_shot).chain([energy_plot(rows)]);

@@ -2,7 +2,7 @@
 
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use super::wound_profile;
-use crate::output::penetration::{PenetrationRecord, TrackPoint};
+use crate::output::saved_run::{SavedShot, ShotPoint};
 
 /// Least yaw of a visible curve, degrees.
 const MIN_YAW: f64 = 0.01;
@@ -12,7 +12,7 @@ const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it 
                     over the same axis go together.</p>\n";
 
 /// Returns the wound profile of a shot and its plots against depth.
-pub(super) fn charts(shot: &PenetrationRecord) -> String {
+pub(super) fn charts(shot: &SavedShot) -> String {
     let plots = [cavity_plot(shot), yaw_plot(shot), speed_plot(shot), force_plot(shot), energy_plot(shot)];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!(
@@ -21,30 +21,26 @@ pub(super) fn charts(shot: &PenetrationRecord) -> String {
     )
 }
 
-fn speed_plot(shot: &PenetrationRecord) -> CurvePlot {
+fn speed_plot(shot: &SavedShot) -> CurvePlot {
     depth_plot(
         shot,
         "Speed of the projectile by depth",
         "m/s",
-        vec![curve_along_track(shot, "speed", |_, place| place.velocity)],
+        vec![curve_along_track(shot, "speed", |place| place.velocity)],
     )
 }
 
-fn force_plot(shot: &PenetrationRecord) -> CurvePlot {
-    let curve = curve_along_track(shot, "mean over 4 mm of depth", |shot, place| {
-        shot.track.force(place.depth).unwrap_or(f64::NAN)
-    });
-    let across = curve_along_track(shot, "across the line of fire", |shot, place| {
-        shot.track.side_force(place.depth).unwrap_or(f64::NAN)
-    });
+fn force_plot(shot: &SavedShot) -> CurvePlot {
+    let curve = curve_along_track(shot, "mean over 4 mm of depth", |place| place.force);
+    let across = curve_along_track(shot, "across the line of fire", |place| place.side_force);
     let is_turned = across.points.iter().any(|(_, force)| *force > 0.0);
     let curves = if is_turned { vec![curve, across] } else { vec![curve] };
     depth_plot(shot, "Force on the projectile by depth", "N", curves)
 }
 
 /// Returns the plot of the energy per centimetre, as a step curve.
-fn energy_plot(shot: &PenetrationRecord) -> CurvePlot {
-    let (energies, end) = (shot.track.energy_per_centimetre(), track_depth(shot));
+fn energy_plot(shot: &SavedShot) -> CurvePlot {
+    let (energies, end) = (&shot.energies, shot.greatest_depth());
     let level =
         |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
     let points = energies.iter().enumerate().flat_map(level).collect();
@@ -53,13 +49,13 @@ fn energy_plot(shot: &PenetrationRecord) -> CurvePlot {
 }
 
 /// Returns the plot of the yaw, without a curve if the projectile flies straight.
-fn yaw_plot(shot: &PenetrationRecord) -> CurvePlot {
-    let curve = curve_along_track(shot, "between axis and velocity", |_, place| place.yaw.to_degrees());
+fn yaw_plot(shot: &SavedShot) -> CurvePlot {
+    let curve = curve_along_track(shot, "between axis and velocity", |place| place.yaw.to_degrees());
     let turns = curve.points.iter().any(|(_, yaw)| *yaw > MIN_YAW);
     depth_plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
 }
 
-fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
+fn cavity_plot(shot: &SavedShot) -> CurvePlot {
     let cavity = &shot.cavity;
     let diameters = |points: &[(f64, f64)]| points.iter().map(|(depth, radius)| (*depth, 2.0 * radius)).collect();
     let curves = [
@@ -73,8 +69,8 @@ fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
 }
 
 /// Returns the plot of the energy given to the gel by time.
-pub(super) fn energy_by_time(shot: &PenetrationRecord) -> CurvePlot {
-    let track = shot.track.table();
+pub(super) fn energy_by_time(shot: &SavedShot) -> CurvePlot {
+    let track = &shot.points;
     let points: Vec<(f64, f64)> = track.iter().map(|place| (place.time, place.energy)).collect();
     let curve = PlotCurve::line("up to the greatest depth", points);
     CurvePlot {
@@ -87,8 +83,8 @@ pub(super) fn energy_by_time(shot: &PenetrationRecord) -> CurvePlot {
 }
 
 /// Returns the plot of the greatest diameter of the cavity over the depth, without a curve for a single time.
-pub(super) fn cavity_by_time(shot: &PenetrationRecord) -> CurvePlot {
-    let course = shot.cavity.course.points();
+pub(super) fn cavity_by_time(shot: &SavedShot) -> CurvePlot {
+    let course = &shot.course;
     let points = course.iter().map(|point| (point.time, point.diameter)).collect();
     let curve = PlotCurve::line("greatest over the depth", points);
     CurvePlot {
@@ -101,32 +97,23 @@ pub(super) fn cavity_by_time(shot: &PenetrationRecord) -> CurvePlot {
 }
 
 /// Returns the curve of the permanent track, without a point in an undamaged gel.
-fn track_curve(shot: &PenetrationRecord) -> PlotCurve {
-    let is_damaged = shot.damage.greatest_diameter() > 0.0;
-    let mut points = if is_damaged { shot.damage.curve(track_depth(shot)) } else { vec![] };
-    points.retain(|(depth, _)| *depth <= track_depth(shot));
+fn track_curve(shot: &SavedShot) -> PlotCurve {
+    let mut points = shot.track.clone();
+    points.retain(|(depth, _)| *depth <= shot.greatest_depth());
     PlotCurve::line("permanent track: damaged gel, as a circle", points)
 }
 
-fn curve_along_track(
-    shot: &PenetrationRecord,
-    name: &str,
-    value: impl Fn(&PenetrationRecord, &TrackPoint) -> f64,
-) -> PlotCurve {
-    let points = shot.track.table().iter().map(|place| (place.depth, value(shot, place))).collect();
+fn curve_along_track(shot: &SavedShot, name: &str, value: impl Fn(&ShotPoint) -> f64) -> PlotCurve {
+    let points = shot.points.iter().map(|place| (place.depth, value(place))).collect();
     PlotCurve::line(name, points)
 }
 
-fn depth_plot(shot: &PenetrationRecord, title: &'static str, unit: &'static str, curves: Vec<PlotCurve>) -> CurvePlot {
+fn depth_plot(shot: &SavedShot, title: &'static str, unit: &'static str, curves: Vec<PlotCurve>) -> CurvePlot {
     CurvePlot {
         title,
         unit,
         vertical: VerticalScale::FromZero,
-        horizontal: HorizontalAxis { name: "depth", unit: "m", range: 0.0..track_depth(shot) },
+        horizontal: HorizontalAxis { name: "depth", unit: "m", range: 0.0..shot.greatest_depth() },
         curves,
     }
-}
-
-fn track_depth(shot: &PenetrationRecord) -> f64 {
-    shot.track.table().last().map_or(0.0, |last| last.depth)
 }

@@ -27,13 +27,13 @@ struct ColourScale {
 
 impl ColourScale {
     /// Returns the scale of speeds from zero to the greatest.
-    fn of_speed(shots: &[&MeshPicture]) -> Self {
+    fn of_speed(shots: &[MeshPicture]) -> Self {
         let speeds = sorted_values(shots, PictureField::Speed);
         Self { low: 0.0, high: quantile(&speeds, COLOURED_FRACTION).max(f64::MIN_POSITIVE), logarithmic: false }
     }
 
     /// Returns the scale of time steps from smallest to largest, at least a factor of two.
-    fn of_step(shots: &[&MeshPicture]) -> Self {
+    fn of_step(shots: &[MeshPicture]) -> Self {
         let steps = sorted_values(shots, PictureField::Step);
         let (low, high) = (quantile(&steps, 1.0 - COLOURED_FRACTION), quantile(&steps, COLOURED_FRACTION));
         Self { low: low.min(0.5 * high).max(f64::MIN_POSITIVE), high, logarithmic: true }
@@ -51,7 +51,7 @@ impl ColourScale {
 }
 
 /// Returns the pictures with their slider, open at the time `moment`, s; empty without pictures. Three are printed.
-pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
+pub(super) fn film(moment: f64, shots: &[MeshPicture]) -> String {
     if shots.is_empty() {
         return String::new();
     }
@@ -81,11 +81,11 @@ pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
 
 /// Returns pictures coloured by speed on one scale, on a white background.
 pub(in crate::output) fn speed_pictures(pictures: &[MeshPicture]) -> Vec<Vec<u8>> {
-    let scale = ColourScale::of_speed(&pictures.iter().collect::<Vec<_>>());
+    let scale = ColourScale::of_speed(pictures);
     pictures.iter().map(|picture| picture.opaque_png(PictureField::Speed, &SPEED, |x| scale.place(x))).collect()
 }
 
-fn nearest_picture(moment: f64, shots: &[&MeshPicture]) -> usize {
+fn nearest_picture(moment: f64, shots: &[MeshPicture]) -> usize {
     let distance = |i: &usize| (shots[*i].time - moment).abs();
     (0..shots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
@@ -109,7 +109,7 @@ fn legend(what: &str, unit: &str, map: &ColourMap, scale: &ColourScale) -> Strin
     )
 }
 
-fn sorted_values(shots: &[&MeshPicture], field: PictureField) -> Vec<f64> {
+fn sorted_values(shots: &[MeshPicture], field: PictureField) -> Vec<f64> {
     let known = |x: &f64| x.is_finite() && (field == PictureField::Speed || *x > 0.0);
     let mut values: Vec<f64> = shots.iter().flat_map(|shot| shot.values(field)).filter(known).collect();
     values.sort_by(f64::total_cmp);

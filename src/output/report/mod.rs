@@ -18,34 +18,68 @@ pub(super) use film::speed_pictures;
 pub(super) use format::{escape, format_tick, quantity, ratio};
 
 use super::history::HistoryRow;
-use super::penetration::PenetrationRecord;
-use super::picture::MeshPicture;
+use super::picture::{Camera, MeshPicture};
+use super::saved_run::{SavedRun, SavedRunError, SavedShot};
 use super::summary::RunSummary;
 use super::view::ViewFrame;
 use crate::scene::Scene;
+use std::path::Path;
 
 /// Limit of the points of a curve: a plot is 640 pixels wide.
-pub(super) const PLOT_POINTS: usize = 2000;
+const PLOT_POINTS: usize = 2000;
+
+/// Limit of the number of intervals between pictures; 13 pictures keep the page at some megabytes.
+const MAX_PICTURE_INTERVALS: usize = 12;
+
+/// Limit of the number of intervals between frames of the view in three dimensions.
+const MAX_VIEW_INTERVALS: usize = 120;
 
 /// Place in the page at which a comparison with measured curves is inserted.
 pub(super) const MEASURED_PLACE: &str = "<!-- measured -->\n";
 
 pub(super) const STYLE: &str = include_str!("style.css");
 
-/// Data for the curves and pictures of a report.
-pub(super) struct ReportData<'a> {
+/// Curves and pictures of a report.
+struct ReportData {
     /// History, thinned to at most [`PLOT_POINTS`] rows.
-    pub(super) rows: &'a [HistoryRow],
+    rows: Vec<HistoryRow>,
+    /// Tables of a shot, for a projectile that went deeper than its length.
+    shot: Option<SavedShot>,
     /// Pictures of the mesh.
-    pub(super) shots: &'a [&'a MeshPicture],
+    pictures: Vec<MeshPicture>,
     /// Frames of the view in three dimensions.
-    pub(super) views: &'a [&'a ViewFrame],
-    /// Penetration record, for a projectile that went deeper than its length.
-    pub(super) penetration: Option<&'a PenetrationRecord>,
+    views: Vec<ViewFrame>,
+}
+
+/// Returns the report of a run of this scene as HTML, made from the files in its folder.
+///
+/// # Errors
+/// [`SavedRunError`] if a file is missing or is not one of a run.
+pub fn report_page(folder: &Path, scene: &Scene) -> Result<String, SavedRunError> {
+    let run = SavedRun { folder, scene };
+    let summary = run.summary()?;
+    let mut data =
+        ReportData { rows: run.history(PLOT_POINTS)?, shot: run.shot(&summary)?, pictures: vec![], views: vec![] };
+    let (mut camera, n_frames) = (None, run.n_frames());
+    let is_kept = |number: usize, most_intervals: usize| {
+        let stride = n_frames.saturating_sub(1).div_ceil(most_intervals).max(1);
+        number.is_multiple_of(stride) || number + 1 == n_frames
+    };
+    for (number, frame) in run.frames()?.enumerate() {
+        let frame = frame?;
+        if is_kept(number, MAX_PICTURE_INTERVALS) {
+            let camera = camera.get_or_insert_with(|| Camera::of(&frame, scene));
+            data.pictures.push(MeshPicture::take(&frame, scene, camera));
+        }
+        if is_kept(number, MAX_VIEW_INTERVALS) {
+            data.views.push(ViewFrame::of(&frame, scene));
+        }
+    }
+    Ok(page(scene, &summary, &data))
 }
 
 /// Returns the page as HTML.
-pub(super) fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
+fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
     let name = escape(&summary.scene);
     let title = escape(&scene.scene.title);
     let sections = [
@@ -54,13 +88,13 @@ pub(super) fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> St
         words::summary(scene, summary),
         words::key_figures(scene, summary),
         MEASURED_PLACE.to_owned(),
-        data.penetration.map_or(String::new(), depths::charts),
-        charts::charts(scene, data.rows, data.penetration),
+        data.shot.as_ref().map_or(String::new(), depths::charts),
+        charts::charts(scene, &data.rows, data.shot.as_ref()),
         tables::fragments(summary),
         tables::sensors(summary),
         inputs::inputs(scene),
         inputs::validity(scene, summary),
-        diagnostics(summary, data.rows),
+        diagnostics(summary, &data.rows),
         words::origin(summary),
         view::script(),
     ];
@@ -76,8 +110,8 @@ pub(super) fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> St
 
 /// Returns the section of the shot: the view in three dimensions, and pictures where it cannot be shown or is printed.
 fn shot(scene: &Scene, data: &ReportData) -> String {
-    let moment = charts::time_of_greatest_energy(data.rows);
-    let (stills, place) = (film::film(moment, data.shots), view::place(scene, moment, data.views));
+    let moment = charts::time_of_greatest_energy(&data.rows);
+    let (stills, place) = (film::film(moment, &data.pictures), view::place(scene, moment, &data.views));
     if stills.is_empty() && place.is_empty() {
         return String::new();
     }

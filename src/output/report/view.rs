@@ -22,7 +22,7 @@ const START: &str = "const unpack = async (text) => {
 if ('DecompressionStream' in window) unpack(document.getElementById('page-script').textContent);";
 
 /// Returns the place of the view with its data, open at the time `moment`, s; empty without frames.
-pub(super) fn place(scene: &Scene, moment: f64, frames: &[&ViewFrame]) -> String {
+pub(super) fn place(scene: &Scene, moment: f64, frames: &[ViewFrame]) -> String {
     view::data(scene, moment, frames).map_or(String::new(), |data| {
         format!(
             "<div id=\"view\" hidden=\"hidden\"></div>\n<script type=\"application/json\" \

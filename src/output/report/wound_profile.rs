@@ -1,7 +1,7 @@
 //! Wound profile: cavity, permanent track and yaw of a shot along one depth axis, drawn to scale.
 
 use super::axis::finite_range;
-use crate::output::penetration::PenetrationRecord;
+use crate::output::saved_run::SavedShot;
 use std::fmt::Write;
 
 /// Width of the drawing and of its depth axis, and height of the yaw panel, in units of the drawing.
@@ -18,7 +18,7 @@ const MIN_YAW: f64 = 0.01;
 
 /// Silhouettes and scales of the drawing.
 struct WoundDrawing<'a> {
-    shot: &'a PenetrationRecord,
+    shot: &'a SavedShot,
     /// Greatest depth, m.
     depth: f64,
     /// Units of the drawing per metre, along the depth and across it.
@@ -28,10 +28,10 @@ struct WoundDrawing<'a> {
 }
 
 /// Returns the wound profile as an SVG figure; empty without a cavity.
-pub(super) fn figure(shot: &PenetrationRecord) -> String {
-    let depth = shot.track.table().last().map_or(0.0, |last| last.depth);
+pub(super) fn figure(shot: &SavedShot) -> String {
+    let depth = shot.greatest_depth();
     let radii = shot.cavity.temporary.iter().map(|point| point.1);
-    let widest = finite_range(radii).map_or(0.0, |range| range.end).max(0.5 * shot.damage.greatest_diameter());
+    let widest = finite_range(radii).map_or(0.0, |range| range.end).max(0.5 * shot.greatest_track_diameter());
     if depth <= 0.0 || widest <= 0.0 || !(depth + widest).is_finite() {
         return String::new();
     }
@@ -57,7 +57,7 @@ impl WoundDrawing<'_> {
         let bottom = TOP + self.height + if yaw.is_empty() { 0.0 } else { GAP + YAW_HEIGHT };
         let middle = self.middle();
         let cavity = self.silhouette(&self.shot.cavity.temporary, 1.0, "cavity");
-        let track = self.silhouette(&self.shot.damage.curve(self.depth), 0.5, "track");
+        let track = self.silhouette(&self.shot.track, 0.5, "track");
         format!(
             "<svg viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\" aria-label=\"Temporary cavity, permanent track and yaw against \
              depth\" xmlns=\"http://www.w3.org/2000/svg\">\n{cavity}{track}<line class=\"axis\" stroke-dasharray=\"5 4\" \
@@ -117,7 +117,7 @@ impl WoundDrawing<'_> {
 
     /// Returns the panel of the yaw below the profile; empty if the projectile flies straight.
     fn yaw_panel(&self) -> String {
-        let track = self.shot.track.table();
+        let track = &self.shot.points;
         let degrees = |yaw: f64| yaw.to_degrees();
         let greatest = track.iter().map(|place| degrees(place.yaw)).filter(|yaw| yaw.is_finite()).fold(0.0, f64::max);
         if greatest <= MIN_YAW {

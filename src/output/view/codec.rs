@@ -75,7 +75,7 @@ pub(super) fn base64_text(bytes: &[u8]) -> String {
 
 /// Returns bytes in the zlib format, which a browser calls deflate.
 pub(super) fn deflate(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
     encoder.write_all(bytes).expect("a buffer grows");
     encoder.finish().expect("a buffer grows")
 }

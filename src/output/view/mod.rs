@@ -95,7 +95,7 @@ fn value_range(values: &[f64], scale: FieldScale) -> ValueRange {
 
 /// Returns the data of the view as JSON without the reserved characters of XML; `None` without a frame that fits into
 /// the page. Frames are thinned evenly until all fit. The view opens at the time `moment`, s.
-pub(super) fn data(scene: &Scene, moment: f64, frames: &[&ViewFrame]) -> Option<String> {
+pub(super) fn data(scene: &Scene, moment: f64, frames: &[ViewFrame]) -> Option<String> {
     let kept = thinned(frames);
     if kept.is_empty() {
         return None;
@@ -120,10 +120,10 @@ pub(super) fn data(scene: &Scene, moment: f64, frames: &[&ViewFrame]) -> Option<
 }
 
 /// Returns the frames at the least interval at which all fit into the page; the last frame is one of them.
-fn thinned<'a>(frames: &[&'a ViewFrame]) -> Vec<&'a ViewFrame> {
+fn thinned(frames: &[ViewFrame]) -> Vec<&ViewFrame> {
     let last = frames.len().saturating_sub(1);
-    let every = |stride: usize| -> Vec<&'a ViewFrame> {
-        frames.iter().enumerate().filter(|(i, _)| (last - i).is_multiple_of(stride)).map(|(_, frame)| *frame).collect()
+    let every = |stride: usize| -> Vec<&ViewFrame> {
+        frames.iter().enumerate().filter(|(i, _)| (last - i).is_multiple_of(stride)).map(|(_, frame)| frame).collect()
     };
     let fits = |kept: &Vec<&ViewFrame>| kept.iter().map(|frame| frame.bytes.len()).sum::<usize>() <= MAX_BYTES;
     (1..=frames.len()).map(every).find(fits).unwrap_or_default()
@@ -143,7 +143,7 @@ mod tests {
         };
         let kept = |bytes: usize| {
             let frames: Vec<ViewFrame> = (0..9).map(|i| frame(i, bytes)).collect();
-            thinned(&frames.iter().collect::<Vec<_>>()).iter().map(|frame| frame.time).collect::<Vec<f64>>()
+            thinned(&frames).iter().map(|frame| frame.time).collect::<Vec<f64>>()
         };
         assert_eq!(kept(10).len(), 9);
         assert_eq!(kept(MAX_BYTES / 4), [2.0, 5.0, 8.0]);

@@ -1,4 +1,4 @@
-//! `gelfmu run --measured`: the laboratory's curves over those of a run, and their residuals.
+//! `--measured`: the laboratory's curves over those of a run, and their residuals.
 
 mod computed;
 mod quantity;
@@ -12,9 +12,24 @@ use ballistic_gel::output::{ComparedCurve, insert_comparison};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Compares a table with the results in a folder, and writes the comparison into `summary.json` and `report.html`. Returns
-/// the residuals in sentences.
-pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<Vec<String>, RunError> {
+/// Comparison of a table with the results of a run.
+pub struct MeasuredComparison {
+    file: String,
+    curves: Vec<ComparedCurve>,
+    notes: Vec<String>,
+    /// Residuals and curves without a comparison, in sentences.
+    pub residuals: Vec<String>,
+}
+
+impl MeasuredComparison {
+    /// Returns the page of a report with the comparison in it.
+    pub fn insert_into(&self, page: &str) -> String {
+        insert_comparison(page, &self.file, &self.curves, &self.notes)
+    }
+}
+
+/// Compares a table with the results in a folder, and writes the comparison into `summary.json`.
+pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<MeasuredComparison, RunError> {
     let summary_file = folder.join("summary.json");
     let text = read_file(&summary_file)?;
     let summary: Value = serde_json::from_str(&text).unwrap_or_default();
@@ -51,9 +66,9 @@ pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<Vec<String>, RunE
     }
     let measured = json!({ "file": table.file, "curves": entries, "unmatched": table.unmatched });
     write_summary(&summary_file, &text, &measured)?;
-    write_page(&folder.join("report.html"), table, &curves, &notes)?;
     let compared = curves.iter().map(describe_residual);
-    Ok(compared.chain(notes[table.notes.len()..].iter().cloned()).collect())
+    let residuals = compared.chain(notes[table.notes.len()..].iter().cloned()).collect();
+    Ok(MeasuredComparison { file: table.file.clone(), curves, notes, residuals })
 }
 
 fn read_file(path: &Path) -> Result<String, RunError> {
@@ -61,20 +76,15 @@ fn read_file(path: &Path) -> Result<String, RunError> {
     std::fs::read_to_string(path).map_err(failed)
 }
 
-/// Appends the key `measured` to `summary.json`, whose order of keys stays.
+/// Last key of a summary with a comparison.
+const MEASURED_KEY: &str = ",\n  \"measured\": ";
+
+/// Writes the last key `measured` of `summary.json`, whose order of keys stays.
 fn write_summary(path: &Path, text: &str, measured: &Value) -> Result<(), RunError> {
     let value = format!("{measured:#}").replace('\n', "\n  ");
-    let body = text.trim_end().trim_end_matches('}').trim_end();
-    results::replace(path, format!("{body},\n  \"measured\": {value}\n}}\n").as_bytes())
-}
-
-/// Writes the comparison into the report, if the run has one.
-fn write_page(path: &Path, table: &MeasuredTable, curves: &[ComparedCurve], notes: &[String]) -> Result<(), RunError> {
-    if !path.exists() {
-        return Ok(());
-    }
-    let page = insert_comparison(&read_file(path)?, &table.file, curves, notes);
-    results::replace(path, page.as_bytes())
+    let before = text.split_once(MEASURED_KEY).map(|(before, _)| before);
+    let body = before.unwrap_or_else(|| text.trim_end().trim_end_matches('}').trim_end());
+    results::replace(path, format!("{body}{MEASURED_KEY}{value}\n}}\n").as_bytes())
 }
 
 /// Describes the residual of a curve in one line.

@@ -12,9 +12,15 @@ pub(super) struct GelGrid {
     pub(super) time: f64,
     pub(super) points: Vec<Vector3>,
     pub(super) velocities: Vec<Vector3>,
+    pub(super) displacements: Vec<Vector3>,
     /// Node indices of all elements, one after the other.
     pub(super) nodes: Vec<u32>,
     pub(super) steps: Vec<f64>,
+    pub(super) jacobians: Vec<f64>,
+    pub(super) energy_densities: Vec<f64>,
+    pub(super) damage: Vec<f64>,
+    /// Values of each wanted field at the nodes and in the elements.
+    pub(super) fields: Vec<(Vec<f64>, Vec<f64>)>,
     /// Nodes of an element.
     pub(super) corners: usize,
 }
@@ -25,8 +31,8 @@ struct GridFile<'a> {
     arrays: &'a [u8],
 }
 
-/// Parses a file of the gel; `None` if it is not one of this crate.
-pub(super) fn parse(bytes: &[u8]) -> Option<GelGrid> {
+/// Parses a file of the gel with these fields; `None` if it is not one of this crate.
+pub(super) fn parse(bytes: &[u8], fields: &[&str]) -> Option<GelGrid> {
     let start = bytes.windows(APPENDED.len()).position(|window| window == APPENDED)?;
     let header = String::from_utf8_lossy(&bytes[..start]).into_owned();
     let file = GridFile { header, arrays: &bytes[start + APPENDED.len()..] };
@@ -37,16 +43,46 @@ pub(super) fn parse(bytes: &[u8]) -> Option<GelGrid> {
     let corners = nodes.len().checked_div(steps.len())?;
     let is_whole = (3..=4).contains(&corners) && nodes.len() == corners * steps.len();
     let is_within = nodes.iter().all(|node| (*node as usize) < points.len());
-    let velocities = vectors(&floats("velocity")?);
+    let [velocities, displacements] = [vectors(&floats("velocity")?), vectors(&floats("displacement")?)];
+    let [jacobians, energy_densities] = [floats("jacobian")?, floats("energy_density")?];
+    let damage = file.cell_floats("damage").unwrap_or_else(|| vec![0.0; steps.len()]);
+    let fields: Option<Vec<(Vec<f64>, Vec<f64>)>> =
+        fields.iter().map(|name| floats(name).zip(file.cell_floats(name))).collect();
+    let fields = fields?;
+    let of_nodes = [velocities.len(), displacements.len()].into_iter().chain(fields.iter().map(|field| field.0.len()));
+    let of_cells = [jacobians.len(), energy_densities.len(), damage.len()];
+    let of_cells = of_cells.into_iter().chain(fields.iter().map(|field| field.1.len()));
+    let is_complete = of_nodes.into_iter().all(|n| n == points.len()) && of_cells.into_iter().all(|n| n == steps.len());
     let time = *doubles("TimeValue")?.first()?;
-    let is_grid = is_whole && is_within && velocities.len() == points.len();
-    is_grid.then_some(GelGrid { time, points, velocities, nodes, steps, corners })
+    (is_whole && is_within && is_complete).then_some(GelGrid {
+        time,
+        points,
+        velocities,
+        displacements,
+        nodes,
+        steps,
+        jacobians,
+        energy_densities,
+        damage,
+        fields,
+        corners,
+    })
 }
 
 impl GridFile<'_> {
-    /// Returns the numbers of an array of `N` bytes each.
+    /// Returns the numbers of the first array of a name, of `N` bytes each.
     fn numbers<const N: usize, T>(&self, name: &str, read: fn([u8; N]) -> T) -> Option<Vec<T>> {
-        let rest = self.header.split_once(&format!("Name=\"{name}\""))?.1;
+        self.numbers_in(&self.header, name, read)
+    }
+
+    /// Returns the array of the elements of a name.
+    fn cell_floats(&self, name: &str) -> Option<Vec<f64>> {
+        let section = self.header.split_once("<CellData>")?.1;
+        self.numbers_in(section, name, |bytes: [u8; 4]| f64::from(f32::from_le_bytes(bytes)))
+    }
+
+    fn numbers_in<const N: usize, T>(&self, section: &str, name: &str, read: fn([u8; N]) -> T) -> Option<Vec<T>> {
+        let rest = section.split_once(&format!("Name=\"{name}\""))?.1;
         let offset: usize = rest.split_once("offset=\"")?.1.split('"').next()?.parse().ok()?;
         let bytes = inflate(self.arrays.get(offset..)?)?;
         Some(bytes.as_chunks::<N>().0.iter().map(|number| read(*number)).collect())

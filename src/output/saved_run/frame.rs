@@ -1,0 +1,77 @@
+//! Frame of a run, read back: the grid of the gel with the bodies of the history.
+
+use super::grid::{self, GelGrid};
+use super::table::CsvTable;
+use crate::contact::DomeMotion;
+use crate::math::{Vector, Vector3};
+use crate::mesh::{self, NodeId, Simplex};
+use crate::scene::{OutputField, Scene};
+use crate::simulation::{BodyKinematics, BodyPose, FrameCells, FrameField, MeshFrame};
+
+/// Reads a frame from the bytes of its grid file; `None` if it is not one of this crate.
+pub(super) fn read(bytes: &[u8], scene: &Scene, history: &CsvTable) -> Option<MeshFrame> {
+    let names: Vec<&str> = scene.output.fields.iter().map(|field| field.name()).collect();
+    Some(mesh_frame(grid::parse(bytes, &names)?, scene, history))
+}
+
+/// Returns the pose of the body whose columns begin with `prefix`.
+fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
+    let value = |name: &str| history.value(row, &format!("{prefix}{name}")).unwrap_or(0.0);
+    let vector = |before: &str, after: &str| {
+        Vector3::from(["x", "y", "z"].map(|axis| value(&format!("{before}_{axis}_{after}"))))
+    };
+    let size = [value("bulge_height_m"), value("bulge_radius_m")];
+    let still = DomeMotion { size: size.into(), rate: Vector::<2>::zeros(), acceleration: Vector::<2>::zeros() };
+    BodyPose {
+        kinematics: BodyKinematics {
+            position: vector("position", "m"),
+            velocity: vector("velocity", "m_per_s"),
+            orientation: ["w", "x", "y", "z"].map(|part| value(&format!("orientation_{part}"))),
+            angular_velocity: vector("angular_velocity", "rad_per_s"),
+        },
+        bulge: (size[1] > 0.0).then_some(still),
+        active: prefix.is_empty() || value("active") > 0.0,
+    }
+}
+
+/// Returns the frame of a grid with the bodies of the history.
+fn mesh_frame(grid: GelGrid, scene: &Scene, history: &CsvTable) -> MeshFrame {
+    let row = history.nearest_row(grid.time).unwrap_or_default();
+    let prefixes = (0..=scene.fragment.len()).map(|i| if i == 0 { String::new() } else { format!("fragment{i}_") });
+    let nodes: Vec<[u32; 4]> = grid
+        .nodes
+        .chunks(grid.corners)
+        .map(|corners| std::array::from_fn(|i| corners.get(i).copied().unwrap_or(0)))
+        .collect();
+    let field = |(wanted, (points, cells)): (&OutputField, _)| FrameField {
+        name: wanted.name(),
+        unit: wanted.unit(),
+        points,
+        cells,
+    };
+    MeshFrame {
+        time: grid.time,
+        dimension: grid.corners - 1,
+        mass: 0.0,
+        velocities: grid.velocities,
+        displacements: grid.displacements,
+        points: grid.points,
+        cells: FrameCells {
+            facets: boundary_facets(&nodes, grid.corners),
+            nodes,
+            step: grid.steps,
+            jacobian: grid.jacobians,
+            energy_density: grid.energy_densities,
+            damage: grid.damage,
+        },
+        fields: scene.output.fields.iter().zip(grid.fields).map(field).collect(),
+        bodies: prefixes.map(|prefix| pose(history, row, &prefix)).collect(),
+    }
+}
+
+/// Returns the boundary facets of elements with this number of corners.
+fn boundary_facets(nodes: &[[u32; 4]], corners: usize) -> Vec<[u32; 3]> {
+    let elements: Vec<Simplex> = nodes.iter().map(|corners| corners.map(NodeId)).collect();
+    let facets = if corners == 4 { mesh::boundary::<3>(&elements) } else { mesh::boundary::<2>(&elements) };
+    facets.iter().map(|facet| facet.map(|node| node.0)).collect()
+}

@@ -1,0 +1,99 @@
+//! Results of a finished run, read back from its folder: tables, summary and frames.
+
+mod frame;
+mod grid;
+mod shot;
+mod table;
+
+pub(super) use shot::{SavedShot, ShotPoint};
+
+use super::history::{self, HistoryRow};
+use super::summary::RunSummary;
+use crate::scene::Scene;
+use crate::simulation::MeshFrame;
+use std::io;
+use std::path::{Path, PathBuf};
+use table::CsvTable;
+
+/// Error of reading the results of a run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SavedRunError {
+    /// A file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the system.
+        source: io::Error,
+    },
+    /// A file has another content than gelfmu writes.
+    #[error("{}: found {found}, expected {expected}", path.display())]
+    Content {
+        /// Path of the file.
+        path: PathBuf,
+        /// Content.
+        found: String,
+        /// Remedy.
+        expected: &'static str,
+    },
+}
+
+/// Folder with the results of a run of this scene.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SavedRun<'a> {
+    pub(super) folder: &'a Path,
+    pub(super) scene: &'a Scene,
+}
+
+impl SavedRun<'_> {
+    /// Reads `summary.json`.
+    pub(super) fn summary(&self) -> Result<RunSummary, SavedRunError> {
+        let path = self.folder.join("summary.json");
+        let content = |error: serde_json::Error| SavedRunError::Content {
+            path: path.clone(),
+            found: error.to_string(),
+            expected: "the summary of a run of this release; run the scene again",
+        };
+        serde_json::from_str(&read_text(&path)?).map_err(content)
+    }
+
+    /// Reads at most `limit` rows of `history.csv`, evenly spaced by number, the last row included.
+    pub(super) fn history(&self, limit: usize) -> Result<Vec<HistoryRow>, SavedRunError> {
+        let path = self.folder.join("history.csv");
+        history::read_thinned(&path, self.scene, limit).map_err(|source| SavedRunError::Read { path, source })
+    }
+
+    /// Reads the tables of a shot; `None` for a run without them.
+    pub(super) fn shot(&self, summary: &RunSummary) -> Result<Option<SavedShot>, SavedRunError> {
+        SavedShot::read(self.folder, summary)
+    }
+
+    /// Returns the number of frames.
+    pub(super) fn n_frames(&self) -> usize {
+        (0..usize::MAX).take_while(|number| self.frame_path(*number).is_file()).count()
+    }
+
+    /// Reads the frames one after the other, with the bodies of the history.
+    pub(super) fn frames(&self) -> Result<impl Iterator<Item = Result<MeshFrame, SavedRunError>> + '_, SavedRunError> {
+        let history = CsvTable::read(&self.folder.join("history.csv"))?;
+        Ok((0..self.n_frames()).map(move |number| {
+            let path = self.frame_path(number);
+            let bytes = std::fs::read(&path).map_err(|source| SavedRunError::Read { path: path.clone(), source })?;
+            let content = || SavedRunError::Content {
+                path: path.clone(),
+                found: "no grid of a gel".to_owned(),
+                expected: "a frame as gelfmu run writes it; run the scene again",
+            };
+            frame::read(&bytes, self.scene, &history).ok_or_else(content)
+        }))
+    }
+
+    fn frame_path(&self, number: usize) -> PathBuf {
+        self.folder.join(super::frames::frame_file("frame", number))
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, SavedRunError> {
+    std::fs::read_to_string(path).map_err(|source| SavedRunError::Read { path: path.to_path_buf(), source })
+}
