@@ -7,14 +7,18 @@
 """
 
 from .binary import find_binary
+from .commands import Calibration, Validation, calibrate, projectiles, scenes, validate
 from .errors import DoubtWarning, GelfmuError, ShotError
+from .fmu import FmuInstance, pack, simulate
 from .frames import Frame, FrameSequence
 from .running import run
 from .scene import Scene, SceneCheck
 from .shot import Shot
 
 __all__ = [
+    "Calibration",
     "DoubtWarning",
+    "FmuInstance",
     "Frame",
     "FrameSequence",
     "GelfmuError",
@@ -22,6 +26,13 @@ __all__ = [
     "SceneCheck",
     "Shot",
     "ShotError",
+    "Validation",
+    "calibrate",
     "find_binary",
+    "pack",
+    "projectiles",
     "run",
+    "scenes",
+    "simulate",
+    "validate",
 ]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import difflib
 import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .shot import Shot
 
-# The messages of the command have the form `[place: ]key: found X, expected Y`.
-_KEY = re.compile(r"(?:^|: )([a-z_]+(?:\[\d+\])?(?:\.[\w-]+(?:\[\d+\])?)+): found")
+# The messages have the form `[place: ]key: found X, expected Y`, and those of the FMU `key = X: expected Y`.
+_KEY = re.compile(r"(?:^|: )([a-z_]+(?:\[\d+\])?(?:\.[\w-]+(?:\[\d+\])?)+)(?:: found| = \S+: expected)")
 _HINT = re.compile(r"\((did you mean [^)]*)\)")
 
 
@@ -46,6 +48,14 @@ class ShotError(GelfmuError):
 
 class DoubtWarning(UserWarning):
     """Warning that the figures of a run are doubtful."""
+
+
+def unknown_name(name: str, known: Iterable[str], kind: str) -> GelfmuError:
+    """Return the error for an unknown name, with the known one that is nearest."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.0)
+    remedy = f"did you mean `{near[0]}`?" if near else None
+    hint = f" ({remedy})" if remedy else ""
+    return GelfmuError(f"{name}: found the unknown {kind} `{name}`{hint}", key=name, remedy=remedy)
 
 
 def _key_in(message: str) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +14,9 @@ if TYPE_CHECKING:
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 _LEDGER_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, "#E69F00", "#56B4E9", "#000000", "#999999")
-# Accounts of the energy ledger, in the order of the legend; those that stay below this part of the whole are left out.
-_ACCOUNTS = ("projectile", "kinetic", "elastic", "viscous", "bulk_viscous", "damage", "contact", "friction", "remesh")
+# Parts of the energy that are no loss, and balances of the books.
+_KEPT = ("kinetic", "projectile", "elastic", "imbalance", "closure", "splash")
+# Curves of the energy ledger that stay below this part of the whole are left out.
 _VISIBLE = 1e-2
 
 
@@ -79,15 +81,21 @@ class ShotPlots:
         return _label(ax, ("depth, mm", "radius, mm"), "wound profile")
 
     def energy(self, ax: Axes | None = None) -> Axes:
-        """Draw the energy ledger by time: where the energy of the projectile is and has gone."""
+        """Draw the energy ledger by time: projectile, motion of the gel, elastic energy, and each account of losses.
+
+        The curves add up to the initial energy. An account below zero gave energy, and those below 1 % are left out.
+        """
         history = self._shot.history
+        columns = {name.removeprefix("energy_").removesuffix("_J"): name for name in history if name[-2:] == "_J"}
+        curves = {"projectile": history["energy_projectile_J"], "elastic": history["energy_elastic_J"]}
+        curves["motion of the gel"] = history["energy_kinetic_J"] - history["energy_projectile_J"]
+        curves |= {name.replace("_", " "): -history[columns[name]] for name in columns if name not in _KEPT}
         ax = _axes(ax)
-        whole = float(np.abs(history["energy_kinetic_J"] + history["energy_projectile_J"]).max())
-        colours = iter(_LEDGER_COLOURS)
-        for account in _ACCOUNTS:
-            energy = history[f"energy_{account}_J"]
+        whole = float(history["energy_kinetic_J"].abs().max())
+        colours = itertools.cycle(_LEDGER_COLOURS)
+        for name, energy in curves.items():
             if energy.abs().max() > _VISIBLE * whole:
-                ax.plot(1e3 * history["time_s"], energy, color=next(colours, None), label=account.replace("_", " "))
+                ax.plot(1e3 * history["time_s"], energy, color=next(colours), label=name)
         return _label(ax, ("time, ms", "energy, J"), "ledger")
 
 

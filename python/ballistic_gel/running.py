@@ -84,7 +84,7 @@ def run(
     with scene.source() as name, ProgressBar(folder, scene.name, progress) as bar:
         command = ["run", name, *scene.arguments(), *options, f"--out={folder}", f"--threads={threads}"]
         try:
-            result = call_binary([*command, "--quiet", "--json"], timeout=timeout, on_wait=bar.update)
+            result = call_binary([*command, "--direct", "--quiet", "--json"], timeout=timeout, on_wait=bar.update)
         except KeyboardInterrupt as interrupt:
             interrupt.add_note(f"what was computed is in {folder}: Shot.load({str(folder)!r})")
             raise

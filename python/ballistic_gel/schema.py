@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import re
 from collections.abc import Iterator
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .binary import call_json, find_binary
-from .errors import GelfmuError
+from .errors import unknown_name
 
 _INDEX = re.compile(r"\[\d+\]")
 Schema = dict[str, Any]
@@ -33,9 +32,7 @@ def check_key(key: str) -> None:
     known = scene_keys()
     if _INDEX.sub("", key) in known:
         return
-    near = difflib.get_close_matches(_INDEX.sub("", key), known, n=1, cutoff=0.0)
-    remedy = f"did you mean `{near[0]}`?"
-    raise GelfmuError(f"{key}: found the unknown key `{key}` ({remedy})", key=key, remedy=remedy)
+    raise unknown_name(key, known, "key")
 
 
 def scene_keys() -> tuple[str, ...]:
