@@ -12,8 +12,11 @@ from .errors import DoubtWarning, GelfmuError, ShotError
 from .fmu import FmuInstance, pack, simulate
 from .frames import Frame, FrameSequence
 from .running import run
+from .samplers import Grid, LatinHypercube, LogNormal, Normal, Sobol, Uniform
 from .scene import Scene, SceneCheck
 from .shot import Shot
+from .study import Study
+from .sweeping import sweep
 
 __all__ = [
     "Calibration",
@@ -22,10 +25,17 @@ __all__ = [
     "Frame",
     "FrameSequence",
     "GelfmuError",
+    "Grid",
+    "LatinHypercube",
+    "LogNormal",
+    "Normal",
     "Scene",
     "SceneCheck",
     "Shot",
     "ShotError",
+    "Sobol",
+    "Study",
+    "Uniform",
     "Validation",
     "calibrate",
     "find_binary",
@@ -34,5 +44,6 @@ __all__ = [
     "run",
     "scenes",
     "simulate",
+    "sweep",
     "validate",
 ]

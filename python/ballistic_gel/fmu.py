@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from ctypes import byref
 from pathlib import Path
 from types import TracebackType
@@ -156,6 +156,11 @@ class FmuInstance:
                 setter = {"Real": "setReal", "Boolean": "setBoolean"}.get(variable.type, "setInteger")
                 kind = float if variable.type == "Real" else int
                 self._call(getattr(self._fmu, setter), [variable.valueReference], [kind(value)])
+
+    def check_names(self, names: Iterable[str]) -> None:
+        """Refuse names that are no variables, with the nearest one."""
+        for name in names:
+            self._variable(name)
 
     def get(self, name: str) -> float | int | bool:
         """Return the value of a variable that is a number or a switch."""

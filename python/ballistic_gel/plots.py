@@ -86,7 +86,9 @@ class ShotPlots:
         The curves add up to the initial energy. An account below zero gave energy, and those below 1 % are left out.
         """
         history = self._shot.history
-        columns = {name.removeprefix("energy_").removesuffix("_J"): name for name in history if name[-2:] == "_J"}
+        columns = {
+            name.removeprefix("energy_").removesuffix("_J"): name for name in map(str, history) if name.endswith("_J")
+        }
         curves = {"projectile": history["energy_projectile_J"], "elastic": history["energy_elastic_J"]}
         curves["motion of the gel"] = history["energy_kinetic_J"] - history["energy_projectile_J"]
         curves |= {name.replace("_", " "): -history[columns[name]] for name in columns if name not in _KEPT}
