@@ -36,26 +36,26 @@ class ShotPlots:
         """Draw the speed of the projectile by time."""
         history = self._shot.history
         speed = np.linalg.norm(history[[f"velocity_{axis}_m_per_s" for axis in "xyz"]], axis=1)
-        return _line(ax, 1e3 * history["time_s"], speed, ("time, ms", "speed, m/s"), label)
+        return _line(ax, 1e3 * history["time_s"], speed, "time, ms", "speed, m/s", label)
 
     def velocity_by_depth(self, ax: Axes | None = None, *, label: str | None = None) -> Axes:
         """Draw the speed of the projectile by the depth of its nose."""
         table = self._shot.by_depth
-        return _line(ax, 1e3 * table["depth_m"], table["velocity_m_per_s"], ("depth, mm", "speed, m/s"), label)
+        return _line(ax, 1e3 * table["depth_m"], table["velocity_m_per_s"], "depth, mm", "speed, m/s", label)
 
     def force(self, ax: Axes | None = None, *, label: str | None = None) -> Axes:
         """Draw the force on the projectile by depth, means over 4 mm; by time for a shot that has no table by depth."""
         if "by_depth" in self._shot.tables:
             table = self._shot.by_depth
-            return _line(ax, 1e3 * table["depth_m"], table["force_N"], ("depth, mm", "force, N"), label)
+            return _line(ax, 1e3 * table["depth_m"], table["force_N"], "depth, mm", "force, N", label)
         history = self._shot.history
         force = np.linalg.norm(history[[f"force_{axis}_N" for axis in "xyz"]], axis=1)
-        return _line(ax, 1e3 * history["time_s"], force, ("time, ms", "force, N"), label)
+        return _line(ax, 1e3 * history["time_s"], force, "time, ms", "force, N", label)
 
     def yaw(self, ax: Axes | None = None, *, label: str | None = None) -> Axes:
         """Draw the angle between axis and velocity of the projectile by depth."""
         table = self._shot.by_depth
-        return _line(ax, 1e3 * table["depth_m"], np.degrees(table["yaw_rad"]), ("depth, mm", "yaw, °"), label)
+        return _line(ax, 1e3 * table["depth_m"], np.degrees(table["yaw_rad"]), "depth, mm", "yaw, °", label)
 
     def energy_per_cm(self, ax: Axes | None = None, *, label: str | None = None) -> Axes:
         """Draw the energy given to the gel in each centimetre by depth."""
@@ -64,7 +64,7 @@ class ShotPlots:
             self._shot.track  # noqa: B018 - says why there is none
         ax = _axes(ax)
         ax.bar(10.0 * np.arange(len(energy)), energy, width=10.0, align="edge", color=BLUE, edgecolor="w", label=label)
-        return _label(ax, ("depth, mm", "energy per centimetre, J"), label)
+        return _label(ax, "depth, mm", "energy per centimetre, J", label)
 
     def wound_profile(self, ax: Axes | None = None) -> Axes:
         """Draw the temporary cavity, its greatest diameter at each depth, and the permanent track."""
@@ -78,7 +78,7 @@ class ShotPlots:
             depth, radius = 1e3 * np.asarray(depth), 1e3 * np.asarray(radius)
             ax.fill_between(depth, -radius, radius, color=colour, alpha=0.5, linewidth=0.0, label=name)
         ax.set_aspect("equal", adjustable="datalim")
-        return _label(ax, ("depth, mm", "radius, mm"), "wound profile")
+        return _label(ax, "depth, mm", "radius, mm", "wound profile")
 
     def energy(self, ax: Axes | None = None) -> Axes:
         """Draw the energy ledger by time: projectile, motion of the gel, elastic energy, and each account of losses.
@@ -98,7 +98,7 @@ class ShotPlots:
         for name, energy in curves.items():
             if energy.abs().max() > _VISIBLE * whole:
                 ax.plot(1e3 * history["time_s"], energy, color=next(colours), label=name)
-        return _label(ax, ("time, ms", "energy, J"), "ledger")
+        return _label(ax, "time, ms", "energy, J", "ledger")
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -111,16 +111,16 @@ def _axes(ax: Axes | None) -> Axes:
     return made
 
 
-def _line(ax: Axes | None, x: object, y: object, labels: tuple[str, str], name: str | None) -> Axes:
+def _line(ax: Axes | None, x: object, y: object, x_label: str, y_label: str, name: str | None) -> Axes:
     ax = _axes(ax)
     ax.plot(np.asarray(x), np.asarray(y), label=name)
-    return _label(ax, labels, name)
+    return _label(ax, x_label, y_label, name)
 
 
-def _label(ax: Axes, labels: tuple[str, str], name: str | None) -> Axes:
+def _label(ax: Axes, x_label: str, y_label: str, name: str | None) -> Axes:
     """Name the axes, and draw a legend if the curves have names."""
-    ax.set_xlabel(labels[0])
-    ax.set_ylabel(labels[1])
+    ax.set_xlabel(x_label)
+    ax.set_ylabel(y_label)
     ax.spines[["top", "right"]].set_visible(False)
     if name is not None:
         ax.legend(frameon=False)

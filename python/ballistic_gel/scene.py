@@ -18,7 +18,9 @@ from .errors import GelfmuError
 from .schema import check_key
 from .values import Value, toml_text
 
-_COMPONENT = re.compile(r"(?P<vector>.+)\[(?P<number>[1-9])\]")
+# A component of a vector, unlike a table of a list such as `fragment[1]`, has a dot before it.
+_COMPONENT = re.compile(r"(?P<vector>.+\..+)\[(?P<number>[1-9])\]")
+_STEP = re.compile(r"[^.\[\]]+|\[[1-9]\d*\]")
 
 
 @dataclass(frozen=True)
@@ -142,34 +144,29 @@ class Scene:
 
     def __getitem__(self, key: str) -> Value:
         """Return the value of a key: the replaced one, or that of the text."""
-        component = self._component(key)
-        if component:
-            return self[component["vector"]][int(component["number"]) - 1]
-        if key in self.values:
-            return self.values[key]
-        found: Any = self._table
-        for part in key.split("."):
-            if not isinstance(found, Mapping) or part not in found:
-                check_key(key)
-                raise KeyError(f"{key}: the scene {self.name} does not set it, and gelfmu has a default")
-            found = found[part]
+        check_key(key)
+        base = next((own for own in self.values if key == own or key.startswith((f"{own}.", f"{own}["))), "")
+        found: Any = self.values[base] if base else self._table
+        for step in _STEP.findall(key[len(base) :]):
+            try:
+                found = found[int(step[1:-1]) - 1] if step.startswith("[") else found[step]
+            except (KeyError, IndexError, TypeError):
+                remedy = "set the whole key first"
+                message = f"{key}: found no value in the scene {self.name}, only the default of gelfmu: {remedy}"
+                raise GelfmuError(message, key=key, remedy=remedy) from None
         return found
 
     def __setitem__(self, key: str, value: Value) -> None:
         """Replace the value of a key, or the component of a vector, such as ``projectile.velocity[3]``."""
         check_key(key)
-        component = self._component(key)
+        component = _COMPONENT.fullmatch(key)
         if component:
+            self[key]  # refuses a vector without this component
             vector = list(self[component["vector"]])
             vector[int(component["number"]) - 1] = value
             key, value = component["vector"], vector
         toml_text(value)  # refuses what TOML cannot hold
         self.values[key] = value
-
-    def _component(self, key: str) -> re.Match[str] | None:
-        """Split ``projectile.velocity[3]``; a table of a list, such as ``fragment[1]``, has no dot before it."""
-        found = _COMPONENT.fullmatch(key)
-        return found if found and "." in found["vector"] else None
 
     def arguments(self) -> list[str]:
         """Return the options of `gelfmu` for the replaced keys."""

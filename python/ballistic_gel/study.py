@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import inspect
 import shlex
 import sys
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
 from .errors import GelfmuError, unknown_name
-from .samplers import Distribution, Grid, LatinHypercube, LogNormal, Normal, Sobol, Uniform, sample_table
+from .samplers import Distribution, Grid, LatinHypercube, LogNormal, Normal, Sampler, Sobol, Uniform, sample_table
 from .scene import Scene
 from .sweeping import sweep
 
 _TABLES = ("scene", "shot", "set", "fidelity", "out", "runs", "workers", "keep", "sampler", "keys")
 _DISTRIBUTIONS: dict[str, Callable[..., Distribution]] = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal}
-_SAMPLERS = {"grid": Grid, "latin-hypercube": LatinHypercube, "sobol": Sobol}
+_SAMPLERS: dict[str, Callable[..., Sampler]] = {"grid": Grid, "latin-hypercube": LatinHypercube, "sobol": Sobol}
+
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ class Study:
     def scene(self) -> Scene:
         """Return the scene, with the values that are the same in all rows."""
         if "shot" in self.content:
-            scene = Scene.new_shot(**self.content["shot"])
+            scene = _made(Scene.new_shot, self.content["shot"], "shot")
         else:
             name = str(self.content.get("scene", "fbi-bb"))
             file = self.path.parent / name
@@ -99,7 +102,7 @@ class Study:
         if kind == "grid":
             return sample_table(keys)
         spreads = {key: _distribution_of(key, spread) for key, spread in keys.items()}
-        return sample_table(_SAMPLERS[kind](spreads, **sampler))
+        return sample_table(_made(_SAMPLERS[kind], {"spreads": spreads, **sampler}, "sampler"))
 
     def run(self, share: str | None = None, workers: int | None = None) -> pd.DataFrame:
         """Run the study, or a share of it such as ``"2/8"``, on this machine; see `sweep`."""
@@ -140,7 +143,14 @@ def _distribution_of(key: str, spread: Mapping[str, Any]) -> Distribution:
     [(kind, figures)] = spread.items()
     if kind not in _DISTRIBUTIONS:
         raise unknown_name(kind, _DISTRIBUTIONS, "distribution")
+    return _made(_DISTRIBUTIONS[kind], figures, f"{kind} of {key}")
+
+
+def _made(maker: Callable[..., _Made], arguments: Mapping[str, Any], place: str) -> _Made:
+    """Call a function with the arguments of a table, whose names must be its own."""
     try:
-        return _DISTRIBUTIONS[kind](**figures)
+        inspect.signature(maker).bind(**arguments)
     except TypeError as error:
-        raise GelfmuError(f"{key}: {error}", key=key, remedy=remedy) from error
+        remedy = f"give {', '.join(inspect.signature(maker).parameters)}"
+        raise GelfmuError(f"{place}: {error}: {remedy}", key=place, remedy=remedy) from None
+    return maker(**arguments)

@@ -94,6 +94,8 @@ def sweep(
                 lost = {"status": CRASHED, "reason": str(error), "figures": {}}
                 rows[key] = shot.result() if error is None else lost
                 store.write(key, rows[key])
+    # Other shares may have ended in the meantime.
+    rows |= {key: row for key in set(keys) - set(rows) if (row := store.read(key)) is not None}
     made = _table_of(table, keys, rows)
     if len(made) == len(table):
         store.write_tables(made, keys, rows)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .binary import CommandResult, call_binary
+from .binary import CommandResult, binary_stamp, call_binary
 from .errors import GelfmuError
 from .fmu import FmuInstance
 from .scene import Scene
@@ -72,6 +72,9 @@ def run_task(task: ShotTask, on_wait: Callable[[], None] | None = None) -> Row:
 
 
 def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | None) -> Row:
+    if binary_stamp() != task.stamp:
+        remedy = "install the same gelfmu on all machines of the sweep"
+        raise GelfmuError(f"found another gelfmu here than where the sweep was started: {remedy}", remedy=remedy)
     scene = task.scene.with_values(task.values)
     options = ["--direct", "--no-frames", "--no-report", "--quiet", "--json", "--threads=1", f"--out={folder}"]
     options += [task.options] if task.options else []

@@ -36,8 +36,18 @@ def test_a_replaced_key_is_read_back_and_the_original_stays(quick):
     assert changed["projectile.velocity[3]"] == -3.0
     assert quick["projectile.velocity[3]"] == -1.0
     assert changed.digest() != quick.digest()
-    with pytest.raises(KeyError, match="has a default"):
+    with pytest.raises(bg.GelfmuError, match="only the default") as absent:
         quick["integrator.cfl"]
+    assert absent.value.key == "integrator.cfl"
+
+
+def test_a_component_that_is_not_there_is_refused(quick):
+    with pytest.raises(bg.GelfmuError, match="found no value"):
+        quick["projectile.velocity[4]"] = 1.0
+    with pytest.raises(bg.GelfmuError, match="set the whole key first"):
+        quick["projectile.angular_velocity[3]"] = 1.0
+    fragments = quick.with_values({"fragment": [{"mass": 1e-3}]})
+    assert fragments["fragment[1].mass"] == 1e-3
 
 
 def test_the_program_gets_the_replaced_values(quick):

@@ -28,8 +28,12 @@ def test_a_grid_of_a_shot_of_the_library(tmp_path):
         ("scen = 'fbi-bb'", "`scene`"),
         ("[sampler]\nkind = 'sobel'", "`sobol`"),
         ("[sampler]\nkind = 'sobol'\ncount = 4\n[keys]\n'mesh.size' = { norml = { mean = 1 } }", "`normal`"),
-        ("[sampler]\nkind = 'sobol'\ncount = 4\n[keys]\n'mesh.size' = { normal = { mean = 1 } }", "one of uniform"),
+        (
+            "[sampler]\nkind = 'sobol'\ncount = 4\n[keys]\n'mesh.size' = { normal = { mean = 1 } }",
+            "give mean, deviation",
+        ),
         ("[sampler]\nkind = 'sobol'\ncount = 4\n[keys]\n'mesh.size' = 3", "one of uniform"),
+        ("[sampler]\nkind = 'sobol'\nconut = 4", "give spreads, count, seed"),
         ("scene =", "a TOML file"),
     ],
 )

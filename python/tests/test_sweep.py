@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 import ballistic_gel as bg
+from ballistic_gel.tasks import ShotTask, run_task
 
 pytest.importorskip("scipy")
 
@@ -90,6 +91,17 @@ def test_a_process_that_dies_is_a_row_that_is_repeated(quick, tmp_path, monkeypa
     assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "crashed"
     flag.unlink()
     assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "completed"
+
+
+def test_another_program_than_that_of_the_sweep_is_refused(quick):
+    with pytest.raises(bg.GelfmuError, match="found another gelfmu"):
+        run_task(ShotTask(quick, {}, stamp="other"))
+
+
+def test_the_last_share_sees_the_rows_of_the_others(quick, samples, table, tmp_path):
+    for number in (1, 3, 2):
+        bg.sweep(quick, samples, tmp_path, share=f"{number}/3")
+    assert (tmp_path / "results.csv").read_bytes() == table[1]
 
 
 def test_an_unknown_key_is_refused_before_the_first_shot(quick, tmp_path):
