@@ -13,7 +13,7 @@ import pandas as pd
 
 from .binary import call_binary, call_json
 from .errors import GelfmuError
-from .scene import Scene
+from .scene import Scene, as_scene
 
 
 def projectiles() -> pd.DataFrame:
@@ -62,7 +62,7 @@ class Calibration:
 
 
 def calibrate(
-    scene: Scene | str = "fbi-bb",
+    scene: Scene | str | Path = "fbi-bb",
     *,
     depth: float | None = None,
     speed: float | None = None,
@@ -77,8 +77,8 @@ def calibrate(
 
     Parameters
     ----------
-    scene : Scene or str
-        Scene, or the name of a built-in one, with the gel to begin with.
+    scene : Scene, str or Path
+        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``, with the gel to begin with.
     depth : float, optional
         Measured rest depth, m (0.085 if absent).
     speed : float, optional
@@ -94,7 +94,7 @@ def calibrate(
     threads : int
         Threads, 0 for all cores.
     """
-    scene = Scene.built_in(scene) if isinstance(scene, str) else scene
+    scene = as_scene(scene)
     with tempfile.TemporaryDirectory(prefix="ballistic-gel-") as folder:
         if isinstance(shots, pd.DataFrame):
             table = Path(folder) / "shots.csv"

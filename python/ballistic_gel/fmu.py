@@ -14,13 +14,13 @@ from typing import Any, Self
 from .binary import CommandResult, call_json
 from .errors import GelfmuError, unknown_name
 from .running import shot_of
-from .scene import Scene
+from .scene import Scene, as_scene
 from .shot import Shot
 from .values import Value
 
 
 def pack(
-    scene: Scene | str,
+    scene: Scene | str | Path,
     path: str | Path = "BallisticGel.fmu",
     *,
     outputs: str | None = None,
@@ -32,8 +32,8 @@ def pack(
 
     Parameters
     ----------
-    scene : Scene or str
-        Scene, or the name of a built-in one.
+    scene : Scene, str or Path
+        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``.
     path : str or Path
         File to write.
     outputs : str, optional
@@ -43,7 +43,7 @@ def pack(
     fragments, sensors : int, optional
         Number of fragments and sensors with variables.
     """
-    scene = Scene.built_in(scene) if isinstance(scene, str) else scene
+    scene = as_scene(scene)
     options = {"outputs": outputs, "platforms": platforms, "fragments": fragments, "sensors": sensors}
     given = [f"--{name}={value}" for name, value in options.items() if value is not None]
     with scene.source() as name:

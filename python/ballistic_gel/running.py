@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from .binary import CommandResult, binary_stamp, call_binary
 from .errors import DoubtWarning, GelfmuError, ShotError
-from .scene import Scene
+from .scene import Scene, as_scene
 from .shot import Shot
 from .values import Value
 
@@ -21,7 +21,7 @@ _TAIL = 8192
 
 
 def run(
-    scene: Scene | str,
+    scene: Scene | str | Path,
     *,
     values: Mapping[str, Value] | None = None,
     fidelity: str | int | None = None,
@@ -38,8 +38,8 @@ def run(
 
     Parameters
     ----------
-    scene : Scene or str
-        Scene, or the name of a built-in one.
+    scene : Scene, str or Path
+        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``.
     values : mapping, optional
         Dotted keys and values that replace those of the scene, such as ``{"mesh.size": 2e-3}``.
     fidelity : str or int, optional
@@ -69,8 +69,7 @@ def run(
     KeyboardInterrupt
         If it was interrupted. The folder has what was computed; the note of the exception names it.
     """
-    scene = Scene.built_in(scene) if isinstance(scene, str) else scene
-    scene = scene.with_values(values or {})
+    scene = as_scene(scene).with_values(values or {})
     options = [] if fidelity is None else [f"--fidelity={fidelity}"]
     if accuracy is not None:
         options.append(f"--accuracy={accuracy if isinstance(accuracy, str) else f'{100 * accuracy}%'}")

@@ -204,3 +204,10 @@ class Scene:
     def __repr__(self) -> str:
         replaced = ", ".join(f"{key}={toml_text(value)}" for key, value in self.values.items())
         return f"<Scene {self.name}{': ' + replaced if replaced else ''}>"
+
+
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """Return a scene as it is, of a file whose name ends with ``.toml``, or the built-in one of a name."""
+    if isinstance(scene, Scene):
+        return scene
+    return Scene.load(scene) if Path(scene).suffix == ".toml" else Scene.built_in(str(scene))

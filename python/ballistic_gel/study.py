@@ -15,7 +15,7 @@ import pandas as pd
 
 from .errors import GelfmuError, unknown_name
 from .samplers import Distribution, Grid, LatinHypercube, LogNormal, Normal, Sampler, Sobol, Uniform, sample_table
-from .scene import Scene
+from .scene import Scene, as_scene
 from .sweeping import sweep
 
 _TABLES = ("scene", "shot", "set", "fidelity", "out", "runs", "workers", "keep", "sampler", "keys")
@@ -87,8 +87,7 @@ class Study:
             scene = _made(Scene.new_shot, self.content["shot"], "shot")
         else:
             name = str(self.content.get("scene", "fbi-bb"))
-            file = self.path.parent / name
-            scene = Scene.load(file) if file.is_file() else Scene.built_in(name)
+            scene = as_scene(self.path.parent / name if name.endswith(".toml") else name)
         return scene.with_values(self.content.get("set", {}))
 
     def samples(self) -> pd.DataFrame:

@@ -18,13 +18,13 @@ from .engines import open_engine
 from .errors import GelfmuError
 from .fmu import FmuInstance, pack
 from .samplers import Sampler, sample_table
-from .scene import Scene
+from .scene import Scene, as_scene
 from .tasks import CRASHED, Row, ShotTask
 from .values import Value
 
 
 def sweep(
-    scene: Scene | str,
+    scene: Scene | str | Path,
     samples: Mapping[str, Sequence[Value]] | pd.DataFrame | Sampler,
     out: str | Path,
     *,
@@ -43,8 +43,8 @@ def sweep(
 
     Parameters
     ----------
-    scene : Scene or str
-        Scene, or the name of a built-in one.
+    scene : Scene, str or Path
+        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``.
     samples : mapping, DataFrame or sampler
         Keys and their values, of which all combinations are run; a table with a column for each key; or a `Grid`,
         `LatinHypercube` or `Sobol`. Keys are those of the scene, also of a component, such as
@@ -75,7 +75,7 @@ def sweep(
         One row for each sample that has a result, in the order of the samples: its keys, ``status`` (``completed``,
         ``stopped``, ``refused`` or ``crashed``), ``reason``, and the figures of the summary in SI units.
     """
-    scene = Scene.built_in(scene) if isinstance(scene, str) else scene
+    scene = as_scene(scene)
     table, store = sample_table(samples), RowStore(Path(out))
     tasks = _tasks_of(scene, table, store.folder, runs, fidelity, keep)
     keys = [task.key() for task in tasks]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ballistic_gel as bg
+from ballistic_gel.scene import as_scene
 from ballistic_gel.schema import check_key, scene_keys
 from ballistic_gel.values import toml_text
 
@@ -89,6 +90,7 @@ def test_a_scene_file_that_changed_after_it_was_read_is_refused(quick, tmp_path)
     path.write_text(quick.text)
     scene = bg.Scene.load(path)
     assert scene.check().elements > 0
+    assert as_scene(str(path)).digest() == scene.digest()
     path.write_text(quick.text + "\n# changed\n")
     with pytest.raises(bg.GelfmuError, match="changed after it was read"):
         scene.check()
