@@ -87,7 +87,7 @@ def run(
         except KeyboardInterrupt as interrupt:
             interrupt.add_note(f"what was computed is in {folder}: Shot.load({str(folder)!r})")
             raise
-    return shot_of(result, folder)
+        return shot_of(result, folder)
 
 
 def shot_of(result: CommandResult, folder: Path) -> Shot:

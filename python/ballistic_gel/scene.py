@@ -183,7 +183,11 @@ class Scene:
         with tempfile.TemporaryDirectory(prefix="ballistic-gel-") as folder:
             path = Path(folder) / "scene.toml"
             path.write_text(self.text, encoding="utf-8")
-            yield str(path)
+            try:
+                yield str(path)
+            except GelfmuError as error:
+                error.args = (str(error).replace(str(path), self.name),)
+                raise
 
     def digest(self, *further: str) -> str:
         """Return a hash of the text, the replaced keys and further texts."""

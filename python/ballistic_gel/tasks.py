@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .binary import CommandResult, binary_stamp, call_binary
+from .binary import binary_stamp, call_binary
 from .errors import GelfmuError
 from .fmu import FmuInstance
 from .scene import Scene
@@ -83,12 +83,9 @@ def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | Non
         result = call_binary(["run", name, *scene.arguments(), *options], on_wait=on_wait)
     if result.status == 0 or (result.status == 1 and '"digest"' in result.output):
         return _row_of(json.loads(result.output))
-    return {"status": REFUSED if result.status == 2 else CRASHED, "reason": _message_of(result, folder), "figures": {}}
-
-
-def _message_of(result: CommandResult, folder: Path) -> str:
-    """Return the message of a shot that has no results, without names of this run."""
-    return result.message().replace(str(folder), "the folder")
+    # Paths of this run are no part of a row.
+    reason = result.message().replace(name, scene.name).replace(str(folder), "the folder")
+    return {"status": REFUSED if result.status == 2 else CRASHED, "reason": reason, "figures": {}}
 
 
 _instances: dict[Path, FmuInstance] = {}

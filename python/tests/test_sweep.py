@@ -79,6 +79,14 @@ def test_a_shot_that_fails_is_a_row_with_its_reason(tmp_path):
     assert bg.Shot.load(next((tmp_path / "b" / "shots").iterdir())).digest == stopped["digest"][0]
 
 
+def test_the_reason_of_a_refused_shot_has_no_path(tmp_path):
+    scene = bg.Scene.new_shot("bb")
+    made = [bg.sweep(scene, {"mesh.size": [-1.0]}, tmp_path / name)["reason"][0] for name in ("a", "b")]
+    assert made[0] == made[1] and made[0].startswith("scene bb-180 with --set mesh.size=-1.0: mesh.size: found -1.0")
+    with pytest.raises(bg.GelfmuError, match="^scene bb-180 with"):
+        scene.with_values({"mesh.size": -1.0}).check()
+
+
 def test_a_process_that_dies_is_a_row_that_is_repeated(quick, tmp_path, monkeypatch):
     if sys.platform == "win32":
         pytest.skip("the program is a shell script")
