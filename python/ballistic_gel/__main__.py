@@ -1,0 +1,56 @@
+"""Command line of the package: sweeps that a TOML file describes."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from typing import Any
+
+from .errors import GelfmuError
+from .study import Study
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    options = _parser().parse_args(arguments)
+    # A batch system that ends the job ends the shots with it; finished rows are kept.
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        study = Study.load(options.study)
+        if options.command == "slurm":
+            print(study.slurm_script(options.tasks, options.time, options.cores), end="")
+            return 0
+        table = study.run(options.share, options.workers)
+    except GelfmuError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("interrupted: finished rows are kept, the same command goes on from there", file=sys.stderr)
+        return 130
+    counts = table["status"].value_counts()
+    print(", ".join(f"{count} {status}" for status, count in counts.items()), f"in {study.folder}")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m ballistic_gel", description="Run sweeps of shots.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    sweep = commands.add_parser("sweep", help="run a study; finished rows are kept and never run again")
+    sweep.add_argument("study", help="TOML file")
+    sweep.add_argument("--share", metavar="I/N", help="run only every N-th row, from row I on")
+    sweep.add_argument("--workers", type=int, metavar="N", help="number of local workers (all cores if absent)")
+    slurm = commands.add_parser("slurm", help="print a SLURM script whose tasks each run a share of a study")
+    slurm.add_argument("study", help="TOML file")
+    slurm.add_argument("--tasks", type=int, default=10, metavar="N", help="tasks of the array (10 if absent)")
+    slurm.add_argument("--time", default="01:00:00", help="time limit of a task (01:00:00 if absent)")
+    slurm.add_argument("--cores", type=int, default=1, metavar="N", help="cores of a task (1 if absent)")
+    return parser
+
+
+def _interrupt(_signal: int, _frame: Any) -> None:
+    raise KeyboardInterrupt
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,165 @@
+"""The command `gelfmu`: where it is found, and how it is called and interrupted."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .errors import GelfmuError
+
+_ON_WINDOWS = sys.platform == "win32"
+_NAME = "gelfmu.exe" if _ON_WINDOWS else "gelfmu"
+_INTERRUPTED = 130
+# Seconds between two looks at a process that runs, and for one that was interrupted to write its results.
+_INTERVAL = 0.2
+_GRACE = 120.0
+
+
+@dataclass(frozen=True)
+class CommandResult:
+    """Result of a finished command: exit status, standard output and standard error."""
+
+    status: int
+    output: str
+    errors: str
+
+    def message(self) -> str:
+        """Return the error that the command reported, without its prefix."""
+        try:
+            return str(json.loads(self.output)["error"])
+        except (ValueError, KeyError, TypeError):
+            lines = [line.removeprefix("error: ") for line in self.errors.splitlines() if line.startswith("error: ")]
+            return "\n".join(lines) or self.errors.strip() or f"gelfmu ended with status {self.status}"
+
+    @property
+    def was_interrupted(self) -> bool:
+        """True if the command ended because it was interrupted."""
+        return self.status == _INTERRUPTED
+
+
+def find_binary() -> Path:
+    """Return the path of `gelfmu`.
+
+    The environment variable ``GELFMU`` comes first, then the scripts folder of the Python environment, the folder
+    of the Python interpreter, and the search path.
+
+    Raises
+    ------
+    GelfmuError
+        If there is no `gelfmu`, or ``GELFMU`` names no file.
+    """
+    given = os.environ.get("GELFMU")
+    if given:
+        if Path(given).is_file():
+            return Path(given).resolve()
+        raise GelfmuError(f"GELFMU={given}: found no file", remedy="set GELFMU to the path of gelfmu, or unset it")
+    folders = [Path(sysconfig.get_path("scripts")), Path(sys.executable).parent]
+    for candidate in (folder / _NAME for folder in folders):
+        if candidate.is_file():
+            return candidate
+    on_path = shutil.which("gelfmu")
+    if on_path:
+        return Path(on_path)
+    remedy = "install the package with its program (pip install ballistic-gel), or set GELFMU to the path of gelfmu"
+    raise GelfmuError(f"found no program gelfmu: {remedy}", remedy=remedy)
+
+
+def binary_stamp() -> str:
+    """Return a hash of the program, which changes whenever its results may."""
+    path = find_binary()
+    return _stamp_of(path, path.stat().st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=8)
+def _stamp_of(path: Path, _modified: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "blake2b").hexdigest()[:32]
+
+
+def call_binary(
+    arguments: Sequence[str],
+    *,
+    timeout: float | None = None,
+    on_wait: Callable[[], None] | None = None,
+) -> CommandResult:
+    """Run `gelfmu` to its end and return its result.
+
+    The process gets one interrupt, and time to keep what it computed, if this call is interrupted or `on_wait`
+    raises; a second interrupt kills it. It never outlives the call.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Subcommand and options.
+    timeout : float, optional
+        Wall-clock seconds after which the process is interrupted, too. Its result then has the status 130.
+    on_wait : callable, optional
+        Called about every 0.2 s while the process runs.
+    """
+    # A group of its own: a Ctrl-C in the terminal reaches it once, by way of this function.
+    group: dict[str, Any] = {"creationflags": 0x200} if _ON_WINDOWS else {"process_group": 0}
+    process = subprocess.Popen(
+        [str(find_binary()), *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        errors="replace",
+        **group,
+    )
+    deadline = None if timeout is None else time.monotonic() + timeout
+    try:
+        while True:
+            try:
+                output, errors = process.communicate(timeout=_INTERVAL)
+                return CommandResult(process.returncode, output, errors)
+            except subprocess.TimeoutExpired:
+                pass
+            if deadline is not None and time.monotonic() > deadline:
+                _end(process)
+                return CommandResult(_INTERRUPTED, "", f"error: it ran past the timeout of {timeout} s")
+            if on_wait is not None:
+                on_wait()
+    except BaseException:
+        _end(process)
+        raise
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Interrupt a process, wait for it, and kill it if it does not end."""
+    try:
+        if process.poll() is None:
+            process.send_signal(signal.Signals["CTRL_BREAK_EVENT" if _ON_WINDOWS else "SIGINT"])
+            process.communicate(timeout=_GRACE)
+    except subprocess.TimeoutExpired:
+        pass
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+def call_json(arguments: Sequence[str], *, on_wait: Callable[[], None] | None = None) -> Any:
+    """Run `gelfmu` with ``--json`` and return what it prints.
+
+    Raises
+    ------
+    GelfmuError
+        If the command fails.
+    """
+    result = call_binary([*arguments, "--json", "--quiet"], on_wait=on_wait)
+    if result.status != 0:
+        raise GelfmuError(result.message())
+    return json.loads(result.output)

@@ -1,0 +1,125 @@
+"""Samples of a sweep: full grids, Latin hypercubes and Sobol sequences."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+
+from .errors import GelfmuError
+from .values import Value
+
+
+class Distribution(Protocol):
+    """Distribution of one key."""
+
+    def quantile(self, fraction: np.ndarray) -> np.ndarray:
+        """Return the values below which these fractions lie."""
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Uniform distribution between `low` and `high`."""
+
+    low: float
+    high: float
+
+    def quantile(self, fraction: np.ndarray) -> np.ndarray:
+        """Return the values below which these fractions lie."""
+        return self.low + (self.high - self.low) * fraction
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal distribution of a mean and a standard deviation."""
+
+    mean: float
+    deviation: float
+
+    def quantile(self, fraction: np.ndarray) -> np.ndarray:
+        """Return the values below which these fractions lie."""
+        return np.asarray(_scipy().stats.norm.ppf(fraction, self.mean, self.deviation))
+
+
+@dataclass(frozen=True)
+class LogNormal:
+    """Log-normal distribution of a median and the standard deviation of the logarithm."""
+
+    median: float
+    deviation: float
+
+    def quantile(self, fraction: np.ndarray) -> np.ndarray:
+        """Return the values below which these fractions lie."""
+        return np.asarray(_scipy().stats.lognorm.ppf(fraction, self.deviation, scale=self.median))
+
+
+class Sampler(Protocol):
+    """Source of the rows of a sweep."""
+
+    def table(self) -> pd.DataFrame:
+        """Return one row for each shot, with a column for each key."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All combinations of the values of some keys; the last key changes fastest."""
+
+    values: Mapping[str, Sequence[Value]]
+
+    def table(self) -> pd.DataFrame:
+        """Return one row for each combination."""
+        rows = list(itertools.product(*self.values.values()))
+        return pd.DataFrame({key: pd.Series([row[place] for row in rows]) for place, key in enumerate(self.values)})
+
+
+@dataclass(frozen=True)
+class LatinHypercube:
+    """Latin hypercube of `count` shots. Equal seeds give equal samples."""
+
+    spreads: Mapping[str, Distribution]
+    count: int
+    seed: int = 0
+
+    def table(self) -> pd.DataFrame:
+        """Return one row for each sample."""
+        sampler = _scipy().stats.qmc.LatinHypercube(len(self.spreads), rng=self.seed)
+        return _spread(self.spreads, sampler.random(self.count))
+
+
+@dataclass(frozen=True)
+class Sobol:
+    """Scrambled Sobol sequence of `count` shots, best a power of two. Equal seeds give equal samples."""
+
+    spreads: Mapping[str, Distribution]
+    count: int
+    seed: int = 0
+
+    def table(self) -> pd.DataFrame:
+        """Return one row for each sample."""
+        sampler = _scipy().stats.qmc.Sobol(len(self.spreads), rng=self.seed)
+        return _spread(self.spreads, sampler.random(self.count))
+
+
+def sample_table(samples: Mapping[str, Sequence[Value]] | pd.DataFrame | Sampler) -> pd.DataFrame:
+    """Return the rows of a grid, a table or a sampler, numbered from 0."""
+    if isinstance(samples, pd.DataFrame):
+        return samples.reset_index(drop=True)
+    return (Grid(samples) if isinstance(samples, Mapping) else samples).table()
+
+
+def _spread(spreads: Mapping[str, Distribution], fractions: np.ndarray) -> pd.DataFrame:
+    columns = zip(spreads.items(), fractions.T, strict=True)
+    return pd.DataFrame({key: spread.quantile(column) for (key, spread), column in columns})
+
+
+def _scipy() -> Any:
+    try:
+        import scipy.stats
+    except ImportError as error:
+        remedy = 'pip install "ballistic-gel[sweep]"'
+        raise GelfmuError(f"found no scipy, which draws samples: {remedy}", remedy=remedy) from error
+    return scipy

@@ -1,0 +1,161 @@
+"""A shot: the results of a run, in its folder."""
+
+from __future__ import annotations
+
+import functools
+import html
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from .binary import call_binary
+from .columns import to_dataset
+from .errors import GelfmuError
+from .frames import FrameSequence
+from .plots import ShotPlots
+
+if TYPE_CHECKING:
+    import xarray
+
+_FILES = {"history": "history.csv", "by_depth": "shot.csv", "cavity": "cavity.csv", "track": "track.csv"}
+_ONLY_DEEP = "it is written for a projectile that goes deeper along -z than its length"
+# Key figures of a shot: key of the summary, caption, factor and unit.
+_FIGURES = (
+    ("rest_depth", "rest depth", 1e3, "mm"),
+    ("peak_depth", "greatest depth", 1e3, "mm"),
+    ("greatest_cavity_diameter", "temporary cavity, greatest diameter", 1e3, "mm"),
+    ("greatest_track_diameter", "permanent track, greatest diameter", 1e3, "mm"),
+    ("neck_length", "length of the neck", 1e3, "mm"),
+    ("energy_deposited", "energy given to the gel", 1.0, "J"),
+    ("peak_force", "greatest force", 1.0, "N"),
+)
+
+
+class Shot:
+    """Results of a run.
+
+    Attributes
+    ----------
+    folder : Path
+        Folder that holds them.
+    plot : ShotPlots
+        Standard figures, such as ``shot.plot.velocity()``.
+    frames : FrameSequence
+        Meshes of gel and bodies by time, for pyvista.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        self.plot = ShotPlots(self)
+        self.frames = FrameSequence(self.folder)
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Shot:
+        """Read the results of a run.
+
+        Raises
+        ------
+        GelfmuError
+            If the folder holds no finished run.
+        """
+        shot = cls(folder)
+        shot.summary  # noqa: B018 - refuses a folder without results
+        return shot
+
+    @functools.cached_property
+    def summary(self) -> dict[str, Any]:
+        """Figures of the run: all of ``summary.json``, in SI units."""
+        path = self.folder / "summary.json"
+        try:
+            return dict(json.loads(path.read_text(encoding="utf-8")))
+        except FileNotFoundError as error:
+            remedy = "name the folder of a run that ended; gelfmu.jsonl in it tells the state"
+            raise GelfmuError(f"{path}: found no summary of a run", remedy=remedy) from error
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables that this run has, of history, by_depth, cavity and track."""
+        return tuple(name for name, file in _FILES.items() if (self.folder / file).is_file())
+
+    @functools.cached_property
+    def history(self) -> pd.DataFrame:
+        """One row for each communication step: motion, force, energies; units end the names of the columns."""
+        return self._table("history", "the run was not begun")
+
+    @functools.cached_property
+    def by_depth(self) -> pd.DataFrame:
+        """Speed, force, energy given to the gel, yaw and side force, by depth of the nose."""
+        return self._table("by_depth", _ONLY_DEEP)
+
+    @functools.cached_property
+    def cavity(self) -> pd.DataFrame:
+        """Radius and diameter of the temporary cavity, by time and depth."""
+        return self._table("cavity", _ONLY_DEEP)
+
+    @functools.cached_property
+    def track(self) -> pd.DataFrame:
+        """Diameter of the permanent track, and energy given to the gel in each centimetre, by depth."""
+        return self._table("track", _ONLY_DEEP)
+
+    def _table(self, name: str, reason: str) -> pd.DataFrame:
+        path = self.folder / _FILES[name]
+        if not path.is_file():
+            raise GelfmuError(f"{path}: this run has no such table: {reason}", remedy="Shot.tables lists its tables")
+        return pd.read_csv(path)
+
+    @property
+    def completed(self) -> bool:
+        """True if the run reached its end."""
+        return bool(self.summary["completed"])
+
+    @property
+    def doubts(self) -> list[str]:
+        """Reasons to doubt the figures."""
+        return list(self.summary["doubts"])
+
+    @property
+    def digest(self) -> str:
+        """Hash of the final state: equal digests mean equal bits."""
+        return str(self.summary["digest"])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the tables as one data set, with units as attributes.
+
+        Returns
+        -------
+        Dataset
+            The history by ``time``, vectors of shape (time, axis); the table by depth by ``path_depth``;
+            ``cavity_diameter`` of shape (cavity_time, cavity_depth), NaN where there is no cavity; the track by
+            ``track_depth``.
+        """
+        return to_dataset(self)
+
+    def report(self) -> Path:
+        """Return the path of ``report.html``, which ``gelfmu report`` makes if the run left it out."""
+        path = self.folder / "report.html"
+        if not path.is_file():
+            result = call_binary(["report", str(self.folder)])
+            if result.status != 0 or not path.is_file():
+                raise GelfmuError(f"{path}: found no report: {result.message()}", remedy="run with report=True")
+        return path
+
+    def figures(self) -> dict[str, float]:
+        """Return the key figures that this shot has, by caption with unit."""
+        found = ((f"{caption}, {unit}", factor, self.summary.get(key)) for key, caption, factor, unit in _FIGURES)
+        return {caption: factor * value for caption, factor, value in found if value is not None}
+
+    def __repr__(self) -> str:
+        figures = "; ".join(f"{caption}: {value:.4g}" for caption, value in self.figures().items())
+        return f"<Shot {self.summary['scene']} in {self.folder}: {figures}>"
+
+    def _repr_html_(self) -> str:
+        figures = {caption: f"{value:.4g}" for caption, value in self.figures().items()}
+        figures |= {"ended by": self.summary["ended_by"], "digest": self.digest}
+        figures |= {f"doubt {number}": doubt for number, doubt in enumerate(self.doubts, 1)}
+        cells = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(caption)}</th><td>{html.escape(str(value))}</td></tr>"
+            for caption, value in figures.items()
+        )
+        return f"<table><caption>{html.escape(self.summary['scene'])}</caption>{cells}</table>"

@@ -1,0 +1,189 @@
+"""Sweeps: many shots of one scene, as a table that a killed sweep resumes."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import as_completed
+from pathlib import Path
+from typing import Any, Literal
+
+import pandas as pd
+
+from .binary import binary_stamp
+from .engines import open_engine
+from .errors import GelfmuError
+from .fmu import FmuInstance, pack
+from .samplers import Sampler, sample_table
+from .scene import Scene, as_scene
+from .tasks import CRASHED, Row, ShotTask
+from .values import Value
+
+
+def sweep(
+    scene: Scene | str | Path,
+    samples: Mapping[str, Sequence[Value]] | pd.DataFrame | Sampler,
+    out: str | Path,
+    *,
+    client: Any = None,
+    workers: int | None = None,
+    runs: Literal["command", "fmu"] = "command",
+    fidelity: str | int | None = None,
+    share: str | None = None,
+    keep: bool = False,
+    progress: bool = True,
+) -> pd.DataFrame:
+    """Run a scene once for each row of a table of samples.
+
+    The rows do not depend on the number of workers, the engine or the machine. Each finished shot is kept in
+    ``out/rows``: the same call after a kill runs the others only. A shot that fails is a row with its reason.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``.
+    samples : mapping, DataFrame or sampler
+        Keys and their values, of which all combinations are run; a table with a column for each key; or a `Grid`,
+        `LatinHypercube` or `Sobol`. Keys are those of the scene, also of a component, such as
+        ``projectile.velocity[3]``; with ``runs="fmu"`` they are parameters of the FMU.
+    out : str or Path
+        Folder for the rows, ``results.csv`` and, with pyarrow, ``results.parquet``; wall-clock figures are in
+        ``clock.csv``, so that the results are the same bits each time.
+    client : distributed.Client, the module ray, or concurrent.futures.Executor, optional
+        Where the shots run; this machine if absent.
+    workers : int, optional
+        Number of local workers; all cores if absent.
+    runs : {"command", "fmu"}
+        One process of `gelfmu` for each shot, or one instance of the FMU in each worker, which is reset between shots.
+        The latter starts Python processes: guard the main part of a script by ``if __name__ == "__main__"``.
+    fidelity : str or int, optional
+        Level of accuracy.
+    share : str, optional
+        Part of the rows to run, such as ``"2/8"``: every eighth from the second on. Only the last share to finish
+        finds all rows, and writes the tables.
+    keep : bool
+        Keep the folder of each shot in ``out/shots``; the client must see the folder of the workers.
+    progress : bool
+        Show a bar in notebooks and terminals.
+
+    Returns
+    -------
+    DataFrame
+        One row for each sample that has a result, in the order of the samples: its keys, ``status`` (``completed``,
+        ``stopped``, ``refused`` or ``crashed``), ``reason``, and the figures of the summary in SI units.
+    """
+    scene = as_scene(scene)
+    table, store = sample_table(samples), RowStore(Path(out))
+    tasks = _tasks_of(scene, table, store.folder, runs, fidelity, keep)
+    keys = [task.key() for task in tasks]
+    wanted = dict(zip(keys, tasks, strict=True))
+    if share is not None:
+        number, count = _parse_share(share)
+        wanted = dict(list(zip(keys, tasks, strict=True))[number - 1 :: count])
+    rows = {key: row for key in dict.fromkeys(keys) if (row := store.read(key)) is not None}
+    missing = {key: task for key, task in wanted.items() if key not in rows}
+    if missing:
+        with open_engine(client, workers, runs == "fmu") as submit:
+            shots = {submit(task): key for key, task in missing.items()}
+            for shot in _shown(as_completed(shots), len(shots), progress):
+                key = shots[shot]
+                error = shot.exception()
+                lost = {"status": CRASHED, "reason": str(error), "figures": {}}
+                rows[key] = shot.result() if error is None else lost
+                store.write(key, rows[key])
+    # Other shares may have ended in the meantime.
+    rows |= {key: row for key in set(keys) - set(rows) if (row := store.read(key)) is not None}
+    made = _table_of(table, keys, rows)
+    if len(made) == len(table):
+        store.write_tables(made, keys, rows)
+    return made
+
+
+class RowStore:
+    """Rows of a sweep in its folder, one file for each."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self._rows = self.folder / "rows"
+        self._rows.mkdir(parents=True, exist_ok=True)
+
+    def read(self, key: str) -> Row | None:
+        """Return a row, or None if there is no whole one."""
+        try:
+            row: Row = json.loads((self._rows / f"{key}.json").read_text(encoding="utf-8"))
+            return row
+        except (OSError, ValueError):
+            return None
+
+    def write(self, key: str, row: Row) -> None:
+        """Keep a row, unless the process of its shot died."""
+        if row["status"] != CRASHED:
+            write_whole(self._rows / f"{key}.json", json.dumps(row).encode())
+
+    def write_tables(self, table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> None:
+        """Write the results, and the figures of the clock apart."""
+        write_whole(self.folder / "results.csv", table.to_csv(index_label="index").encode())
+        clock = pd.DataFrame([rows[key].get("clock", {}) for key in keys])
+        write_whole(self.folder / "clock.csv", clock.to_csv(index_label="index").encode())
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            return
+        write_whole(self.folder / "results.parquet", table.to_parquet(engine="pyarrow"))
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it is there as a whole or not at all."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
+    part.write_bytes(content)
+    part.replace(path)
+
+
+def _tasks_of(
+    scene: Scene, table: pd.DataFrame, folder: Path, runs: str, fidelity: str | int | None, keep: bool
+) -> list[ShotTask]:
+    """Return the task of each row, after a check of the keys."""
+    stamp, options, fmu = binary_stamp(), "" if fidelity is None else f"--fidelity={fidelity}", None
+    if runs == "fmu":
+        level = {} if fidelity is None else {"scene.fidelity": fidelity}
+        scene, options = scene.with_values({"output.frames": 0, "output.report": False, **level}), ""
+        fmu = folder / f"{scene.digest(stamp)}.fmu"
+        fmu = fmu if fmu.exists() else pack(scene, fmu)
+        with FmuInstance(fmu) as instance:
+            instance.check_names(map(str, table.columns))
+    records: list[dict[str, Any]] = [
+        dict(zip(map(str, table), row, strict=True)) for row in table.itertuples(index=False)
+    ]
+    if fmu is None:
+        for record in records:
+            scene.with_values(record)  # refuses an unknown key before the first shot
+    return [ShotTask(scene, record, stamp, options, fmu, folder / "shots" if keep else None) for record in records]
+
+
+def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> pd.DataFrame:
+    """Return the samples that have a row, beside status, reason and figures."""
+    found = [place for place, key in enumerate(keys) if key in rows]
+    results = [rows[keys[place]] for place in found]
+    figures = pd.DataFrame([{"status": row["status"], "reason": row["reason"], **row["figures"]} for row in results])
+    figures.index = pd.Index(found)
+    return pd.concat([table.iloc[found], figures], axis=1)
+
+
+def _parse_share(share: str) -> list[int]:
+    number, slash, count = share.partition("/")
+    if slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count):
+        return [int(number), int(count)]
+    remedy = "number and count of the shares, such as 2/8"
+    raise GelfmuError(f"share {share}: found no share, expected {remedy}", remedy=remedy)
+
+
+def _shown(shots: Iterable[Any], count: int, progress: bool) -> Iterable[Any]:
+    if not progress or not ("ipykernel" in sys.modules or sys.stderr.isatty()):
+        return shots
+    from tqdm.auto import tqdm
+
+    bar: Iterable[Any] = tqdm(shots, total=count, desc="shots", unit="shot")
+    return bar

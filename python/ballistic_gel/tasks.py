@@ -1,0 +1,133 @@
+"""Single shots of a sweep: a task in, a row out."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import shutil
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .binary import binary_stamp, call_binary
+from .errors import GelfmuError
+from .fmu import FmuInstance
+from .scene import Scene
+from .values import Value, toml_text
+
+Row = dict[str, Any]
+# Status of a row: it reached its end, it stopped before, the scene was refused, or the process died. A row of the last
+# kind is not kept, so that the next sweep repeats the shot.
+COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crashed"
+# Figures of the summary that depend on the machine, and texts that are the same in all rows.
+_CLOCK = ("wall_seconds", "updates_per_second")
+_LEFT_OUT = (*_CLOCK, "threads", "version", "interface", "failure", "doubt", "completed", "scene")
+
+
+@dataclass(frozen=True)
+class ShotTask:
+    """One shot of a sweep.
+
+    Attributes
+    ----------
+    scene : Scene
+        Scene without the values of the row.
+    values : mapping
+        Keys and values of the row; for an FMU the names of its parameters.
+    stamp : str
+        Hash of the program.
+    options : str
+        Further option of the command, such as ``--fidelity=draft``; may be empty.
+    fmu : Path or None
+        Archive through which the shot is run.
+    folder : Path or None
+        Folder in which the results are kept; without it they are removed.
+    """
+
+    scene: Scene
+    values: Mapping[str, Value]
+    stamp: str
+    options: str = ""
+    fmu: Path | None = None
+    folder: Path | None = None
+
+    def key(self) -> str:
+        """Return the name of the row: a hash of the program, the scene and the values."""
+        own = [f"{name}={toml_text(value)}" for name, value in sorted(self.values.items())]
+        return self.scene.digest(self.stamp, self.options, "fmu" if self.fmu else "command", *own)
+
+
+def run_task(task: ShotTask, on_wait: Callable[[], None] | None = None) -> Row:
+    """Run a shot and return its row: status, reason, figures, and the clock apart."""
+    made = tempfile.mkdtemp(prefix="ballistic-gel-") if task.folder is None else None
+    folder = Path(made) / "shot" if made else Path(str(task.folder)) / task.key()
+    try:
+        return _run_fmu(task, folder) if task.fmu else _run_command(task, folder, on_wait)
+    finally:
+        if made:
+            shutil.rmtree(made, ignore_errors=True)
+
+
+def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | None) -> Row:
+    if binary_stamp() != task.stamp:
+        remedy = "install the same gelfmu on all machines of the sweep"
+        raise GelfmuError(f"found another gelfmu here than where the sweep was started: {remedy}", remedy=remedy)
+    scene = task.scene.with_values(task.values)
+    options = ["--direct", "--no-frames", "--no-report", "--quiet", "--json", "--threads=1", f"--out={folder}"]
+    options += [task.options] if task.options else []
+    options += ["--force"] if task.folder else []
+    with scene.source() as name:
+        result = call_binary(["run", name, *scene.arguments(), *options], on_wait=on_wait)
+    if result.status == 0 or (result.status == 1 and '"digest"' in result.output):
+        return _row_of(json.loads(result.output))
+    # Paths of this run are no part of a row.
+    reason = result.message().replace(name, scene.name).replace(str(folder), "the folder")
+    return {"status": REFUSED if result.status == 2 else CRASHED, "reason": reason, "figures": {}}
+
+
+_instances: dict[Path, FmuInstance] = {}
+_instance_lock = threading.Lock()
+
+
+def _run_fmu(task: ShotTask, folder: Path) -> Row:
+    """Run a shot through the instance of this process, which is made once and reset before each shot."""
+    assert task.fmu is not None
+    with _instance_lock:
+        if task.fmu not in _instances:
+            _instances[task.fmu] = FmuInstance(task.fmu, "shot")
+            atexit.register(_instances[task.fmu].close)
+        instance = _instances[task.fmu]
+        try:
+            instance.reset()
+            instance.set({**task.values, "output_directory": str(folder.parent)})
+            instance.run()
+        except GelfmuError as error:
+            return {"status": REFUSED, "reason": str(error), "figures": {}}
+    return _row_of(json.loads((folder.parent / "shot" / "summary.json").read_text(encoding="utf-8")))
+
+
+def _row_of(summary: dict[str, Any]) -> Row:
+    return {
+        "status": COMPLETED if summary["completed"] else STOPPED,
+        "reason": summary["failure"],
+        "figures": dict(_flatten(summary)),
+        "clock": {name: summary[name] for name in _CLOCK},
+    }
+
+
+def _flatten(summary: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the single figures of a summary; components of a vector count from 1, doubts are joined."""
+    for name, value in summary.items():
+        if name in _LEFT_OUT:
+            continue
+        if name == "doubts":
+            yield name, "; ".join(value) or None
+        elif isinstance(value, dict):
+            yield from ((f"{name}.{part}", figure) for part, figure in value.items())
+        elif name in ("final_velocity", "total_impulse"):
+            yield from ((f"{name}[{place}]", figure) for place, figure in enumerate(value, 1))
+        elif not isinstance(value, list):
+            yield name, value

@@ -1,0 +1,88 @@
+"""Tables, data sets, frames and figures of a shot."""
+
+import pytest
+
+import ballistic_gel as bg
+from ballistic_gel.columns import split_unit
+
+PLOTS = ("velocity", "velocity_by_depth", "force", "yaw", "energy_per_cm", "wound_profile", "energy")
+
+
+def test_a_deep_shot_has_all_tables(deep):
+    assert deep.tables == ("history", "by_depth", "cavity", "track")
+    assert deep.history["time_s"].iloc[-1] == pytest.approx(1e-3)
+    assert deep.by_depth["velocity_m_per_s"].is_monotonic_decreasing
+    assert deep.summary["greatest_cavity_diameter"] == deep.cavity["diameter_m"].max()
+
+
+def test_a_table_that_is_missing_says_why(quick, tmp_path):
+    shot = bg.run(quick, out=tmp_path / "q", frames=False, report=False)
+    with pytest.raises(bg.GelfmuError, match="goes deeper along -z") as missing:
+        shot.cavity  # noqa: B018
+    assert missing.value.remedy == "Shot.tables lists its tables"
+    with pytest.raises(bg.GelfmuError, match="no frames"):
+        len(shot.frames)
+    with pytest.raises(bg.GelfmuError, match="no such table"):
+        shot.plot.energy_per_cm()
+    with pytest.raises(bg.GelfmuError, match="found no summary"):
+        bg.Shot.load(tmp_path)
+    assert shot.plot.force().get_xlabel() == "time, ms"
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_each_figure_draws_into_the_axes_that_it_is_given(deep, name):
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots()
+    assert getattr(deep.plot, name)(axes) is axes
+    assert axes.has_data() and axes.get_xlabel() and axes.get_ylabel()
+    plt.close(figure)
+
+
+def test_the_energy_ledger_adds_up(deep):
+    ax = deep.plot.energy()
+    total = sum(line.get_ydata()[-1] for line in ax.lines)
+    assert total == pytest.approx(deep.summary["energy"]["initial"], rel=0.05)
+
+
+def test_the_data_set_has_units_and_axes(deep):
+    pytest.importorskip("xarray")
+    data = deep.to_xarray()
+    rows = len(deep.history)
+    assert data["velocity"].shape == (rows, 3)
+    assert data["orientation"].shape == (rows, 4)
+    assert data["depth"].shape == (rows,)
+    assert data["velocity"].attrs["units"] == "m/s"
+    assert data["cavity_diameter"].dims == ("cavity_time", "cavity_depth")
+    assert data["velocity_by_depth"].shape == (len(deep.by_depth),)
+    assert data["track_diameter"].shape == (len(deep.track),)
+    assert data.attrs["digest"] == deep.digest
+
+
+@pytest.mark.parametrize(
+    "column, quantity, unit",
+    [
+        ("velocity_x_m_per_s", "velocity_x", "m/s"),
+        ("angular_impulse_z_N_m_s", "angular_impulse_z", "N m s"),
+        ("contact_area_m2", "contact_area", "m2"),
+        ("remeshes", "remeshes", "1"),
+    ],
+)
+def test_the_end_of_a_column_is_its_unit(column, quantity, unit):
+    assert split_unit(column) == (quantity, unit)
+
+
+def test_frames_are_meshes_at_their_times(deep):
+    pytest.importorskip("pyvista")
+    assert len(deep.frames) == len(deep.frames.times) == 3
+    last = deep.frames[-1]
+    assert last.time == deep.frames.at(1.0).time == pytest.approx(1e-3)
+    assert last.gel.n_cells > 100 and len(last.bodies) == 1
+    assert [frame.time for frame in deep.frames[:2]] == deep.frames.times[:2]
+    with pytest.raises(IndexError):
+        deep.frames[3]
+
+
+def test_a_notebook_shows_the_key_figures(deep):
+    page = deep._repr_html_()
+    assert "temporary cavity" in page and deep.digest in page

@@ -1,0 +1,168 @@
+"""Sweeps: the same table from any engine, after any end."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import pytest
+
+import ballistic_gel as bg
+from ballistic_gel.tasks import ShotTask, run_task
+
+pytest.importorskip("scipy")
+
+SPREADS = {"projectile.velocity[3]": bg.Uniform(-2.0, -1.0), "gel.shear_modulus": bg.LogNormal(20e3, 0.1)}
+STUDY = """
+scene = "ball-bounce"
+out = "rows of study"
+[set]
+"scene.end_time" = 2e-4
+"mesh.size" = 4e-3
+[sampler]
+kind = "sobol"
+count = 64
+seed = 5
+[keys]
+"projectile.velocity[3]" = { normal = { mean = -1.0, deviation = 0.1 } }
+"""
+
+
+@pytest.fixture(scope="module")
+def samples():
+    return bg.LatinHypercube(SPREADS, 8, seed=1)
+
+
+@pytest.fixture(scope="module")
+def table(quick, samples, tmp_path_factory):
+    """The rows by one worker."""
+    folder = tmp_path_factory.mktemp("one")
+    return bg.sweep(quick, samples, folder, workers=1), (folder / "results.csv").read_bytes()
+
+
+def test_equal_seeds_give_equal_samples(samples):
+    assert samples.table().equals(bg.LatinHypercube(SPREADS, 8, seed=1).table())
+    assert not samples.table().equals(bg.LatinHypercube(SPREADS, 8, seed=2).table())
+    assert bg.Sobol(SPREADS, 8, seed=1).table().equals(bg.Sobol(SPREADS, 8, seed=1).table())
+    grid = bg.Grid({"mesh.size": [1e-3, 2e-3], "gel.velocity": [[0, 0, 1], [0, 0, 2]]}).table()
+    assert list(grid["mesh.size"]) == [1e-3, 1e-3, 2e-3, 2e-3] and grid["gel.velocity"][1] == [0, 0, 2]
+
+
+def test_the_table_does_not_depend_on_the_number_of_workers(quick, samples, table, tmp_path):
+    made, results = table
+    assert bg.sweep(quick, samples, tmp_path, workers=3).equals(made)
+    assert (tmp_path / "results.csv").read_bytes() == results
+    assert made["digest"].is_unique and set(made["status"]) == {"completed"}
+    assert list(pd.read_csv(tmp_path / "results.csv")["digest"]) == list(made["digest"])
+    assert "wall_seconds" in pd.read_csv(tmp_path / "clock.csv") and "wall_seconds" not in made
+
+
+def test_finished_rows_are_not_run_again(quick, samples, table, tmp_path, monkeypatch):
+    bg.sweep(quick, samples, tmp_path, share="2/4")
+    rows = set((tmp_path / "rows").iterdir())
+    assert len(rows) == 2 and not (tmp_path / "results.csv").exists()
+    assert bg.sweep(quick, samples, tmp_path).equals(table[0])
+    times = {row: row.stat().st_mtime_ns for row in (tmp_path / "rows").iterdir()}
+    monkeypatch.setattr("ballistic_gel.engines.run_task", None)
+    assert bg.sweep(quick, samples, tmp_path).equals(table[0])
+    assert times == {row: row.stat().st_mtime_ns for row in (tmp_path / "rows").iterdir()}
+
+
+def test_a_shot_that_fails_is_a_row_with_its_reason(tmp_path):
+    square = bg.Scene.built_in("ball-square").with_values({"scene.end_time": 1e-3})
+    made = bg.sweep(square, {"mesh.size": [-1.0, 12.5e-3]}, tmp_path / "a")
+    assert made["status"][0] == "refused" and "expected a positive length" in made["reason"][0]
+    stopped = bg.sweep(square, {"gel.density": [1000.0]}, tmp_path / "b", keep=True)
+    assert stopped["status"][0] == "stopped" and "is inverted" in stopped["reason"][0]
+    assert bg.Shot.load(next((tmp_path / "b" / "shots").iterdir())).digest == stopped["digest"][0]
+
+
+def test_the_reason_of_a_refused_shot_has_no_path(tmp_path):
+    scene = bg.Scene.new_shot("bb")
+    made = [bg.sweep(scene, {"mesh.size": [-1.0]}, tmp_path / name)["reason"][0] for name in ("a", "b")]
+    assert made[0] == made[1] and made[0].startswith("scene bb-180 with --set mesh.size=-1.0: mesh.size: found -1.0")
+    with pytest.raises(bg.GelfmuError, match="^scene bb-180 with"):
+        scene.with_values({"mesh.size": -1.0}).check()
+
+
+def test_a_process_that_dies_is_a_row_that_is_repeated(quick, tmp_path, monkeypatch):
+    if sys.platform == "win32":
+        pytest.skip("the program is a shell script")
+    real = bg.find_binary()
+    flag, script = tmp_path / "flag", tmp_path / "gelfmu"
+    script.write_text(f'#!/bin/sh\n[ "$1" = run ] && [ -e "{flag}" ] && kill -9 $$\nexec "{real}" "$@"\n')
+    script.chmod(0o755)
+    flag.touch()
+    monkeypatch.setenv("GELFMU", str(script))
+    assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "crashed"
+    flag.unlink()
+    assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "completed"
+
+
+def test_another_program_than_that_of_the_sweep_is_refused(quick):
+    with pytest.raises(bg.GelfmuError, match="found another gelfmu"):
+        run_task(ShotTask(quick, {}, stamp="other"))
+
+
+def test_the_last_share_sees_the_rows_of_the_others(quick, samples, table, tmp_path):
+    for number in (1, 3, 2):
+        bg.sweep(quick, samples, tmp_path, share=f"{number}/3")
+    assert (tmp_path / "results.csv").read_bytes() == table[1]
+
+
+def test_an_unknown_key_is_refused_before_the_first_shot(quick, tmp_path):
+    with pytest.raises(bg.GelfmuError, match="did you mean `gel.density`"):
+        bg.sweep(quick, {"gel.densty": [1.0]}, tmp_path)
+    with pytest.raises(bg.GelfmuError, match="expected number and count"):
+        bg.sweep(quick, {"gel.density": [1e3]}, tmp_path, share="3/2")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("kind", [signal.SIGKILL, signal.SIGTERM])
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, kind):
+    (tmp_path / "study.toml").write_text(STUDY)
+    command = [sys.executable, "-m", "ballistic_gel", "sweep", str(tmp_path / "study.toml"), "--workers", "1"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE)
+    folder = tmp_path / "rows of study" / "rows"
+    until = time.monotonic() + 30.0
+    while (not folder.is_dir() or len(list(folder.iterdir())) < 5) and time.monotonic() < until:
+        time.sleep(0.01)
+    process.send_signal(kind)
+    process.communicate(timeout=20.0)
+    kept = {row: row.stat().st_mtime_ns for row in folder.glob("*.json")}
+    assert 5 <= len(kept) < 64
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("64 completed")
+    assert all(row.stat().st_mtime_ns == at for row, at in kept.items())
+    study = bg.Study.load(tmp_path / "study.toml")
+    whole = bg.sweep(study.scene(), study.samples(), tmp_path / "whole")
+    bytes_of = [(place / "results.csv").read_bytes() for place in (tmp_path / "whole", tmp_path / "rows of study")]
+    assert bytes_of[0] == bytes_of[1] and len(whole) == 64
+
+
+def test_the_fmu_gives_the_rows_of_the_command(quick, samples, table, tmp_path):
+    pytest.importorskip("fmpy")
+    renamed = samples.table().rename(columns={"projectile.velocity[3]": "projectile.initial_velocity[3]"})
+    made = bg.sweep(quick, renamed, tmp_path, workers=2, runs="fmu")
+    assert made.iloc[:, 2:].equals(table[0].iloc[:, 2:])
+    with pytest.raises(bg.GelfmuError, match="did you mean"):
+        bg.sweep(quick, {"projectile.velocitee[3]": [1.0]}, tmp_path, runs="fmu")
+
+
+def test_dask_gives_the_rows_of_this_machine(quick, samples, table, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        assert bg.sweep(quick, samples, tmp_path, client=client).equals(table[0])
+
+
+@pytest.mark.skipif("BALLISTIC_GEL_RAY" not in os.environ, reason="Ray takes its time: BALLISTIC_GEL_RAY=1 runs it")
+def test_ray_gives_the_rows_of_this_machine(quick, samples, table, tmp_path):
+    ray = pytest.importorskip("ray")
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        assert bg.sweep(quick, samples, tmp_path, client=ray).equals(table[0])
+    finally:
+        ray.shutdown()
