@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from .binary import call_binary
+from .binary import call_json
 from .columns import to_dataset
 from .errors import GelfmuError
 from .frames import FrameSequence
@@ -132,14 +132,23 @@ class Shot:
         """
         return to_dataset(self)
 
-    def report(self) -> Path:
-        """Return the path of ``report.html``, which ``gelfmu report`` makes if the run left it out."""
-        path = self.folder / "report.html"
-        if not path.is_file():
-            result = call_binary(["report", str(self.folder)])
-            if result.status != 0 or not path.is_file():
-                raise GelfmuError(f"{path}: found no report: {result.message()}", remedy="run with report=True")
-        return path
+    def report(self, measured: str | Path | None = None) -> Path:
+        """Make ``report.html`` from the files of the run, by ``gelfmu report``, and return its path.
+
+        Parameters
+        ----------
+        measured : str or Path, optional
+            Table of a laboratory, CSV: its curves are drawn over those of the run, and the residuals are told.
+
+        Raises
+        ------
+        GelfmuError
+            If the folder or the table is refused.
+        """
+        options = [] if measured is None else [f"--measured={measured}"]
+        made = call_json(["report", str(self.folder), *options])
+        self.__dict__.pop("summary", None)  # it holds the residuals now
+        return Path(made["file"])
 
     def figures(self) -> dict[str, float]:
         """Return the key figures that this shot has, by caption with unit."""

@@ -86,3 +86,14 @@ def test_frames_are_meshes_at_their_times(deep):
 def test_a_notebook_shows_the_key_figures(deep):
     page = deep._repr_html_()
     assert "temporary cavity" in page and deep.digest in page
+
+
+def test_a_report_is_made_afterwards_with_the_curve_of_a_laboratory(deep, tmp_path):
+    assert not (deep.folder / "report.html").exists()
+    assert "Compared with the laboratory" not in deep.report().read_text(encoding="utf-8")
+    table = tmp_path / "lab.csv"
+    table.write_text("depth_mm,velocity_m_per_s\n0,180\n5,150\n", encoding="utf-8")
+    assert "Compared with the laboratory" in deep.report(measured=table).read_text(encoding="utf-8")
+    assert len(deep.summary["measured"]["curves"]) == 1
+    with pytest.raises(bg.GelfmuError, match=r"nowhere\.csv"):
+        deep.report(measured=tmp_path / "nowhere.csv")
