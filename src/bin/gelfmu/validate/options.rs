@@ -10,8 +10,8 @@ pub struct ValidateOptions {
     /// Run the shots of these names only, e.g. 9mm-fmj-350,45acp-fmj-869
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Run the cases of this level only: draft or coarse
-    #[arg(long, value_name = "LEVEL", value_parser = ["draft", "coarse"])]
+    /// Run the cases of this level only: draft, coarse or standard
+    #[arg(long, value_name = "LEVEL", value_parser = ["draft", "coarse", "standard"])]
     pub level: Option<String>,
     /// Number of concurrent processes, each of one thread
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_jobs, allow_hyphen_values = true)]

@@ -1,6 +1,6 @@
 //! Table of a validation: as CSV, as Markdown and for the terminal.
 
-use super::case::cases_of;
+use super::case::{cases_of, counted_level};
 use super::measured::{MeasuredFigure, SourceGrade, ValidationShot};
 use super::queue::FinishedCase;
 use super::row::CaseRow;
@@ -36,9 +36,9 @@ pub fn by_shot(finished: &[FinishedCase], shots: &[ValidationShot]) -> Vec<ShotR
 }
 
 impl ShotResult {
-    /// Row at `coarse`, which counts.
-    pub fn coarse(&self) -> Option<&CaseRow> {
-        self.rows.iter().find(|row| row.level == "coarse")
+    /// Row at the level that counts.
+    pub fn counted(&self) -> Option<&CaseRow> {
+        self.rows.iter().find(|row| row.level == counted_level(&self.measured))
     }
 
     /// Computed values of the rows at `draft`, m.
@@ -47,20 +47,20 @@ impl ShotResult {
         draft.filter_map(|row| row.value(self.measured.measure)).collect()
     }
 
-    /// Computed value at `coarse`, m.
+    /// Computed value of the row that counts, m.
     pub fn value(&self) -> Option<f64> {
-        self.coarse()?.value(self.measured.measure)
+        self.counted()?.value(self.measured.measure)
     }
 
     /// Returns true if the computed value is in the band around the measured range; a run that did not get there does
-    /// not agree. `None` without a run at `coarse`.
+    /// not agree. `None` without the run that counts.
     pub fn agrees(&self) -> Option<bool> {
-        self.coarse()?;
+        self.counted()?;
         Some(self.value().is_some_and(|value| (self.measured.ratio(value) - 1.0).abs() <= BAND))
     }
 }
 
-/// Shots of grade B that agree, and those that were run at `coarse`.
+/// Shots of grade B that agree, and those whose run counts.
 pub struct AgreementCount {
     /// Number of shots that agree.
     pub agreeing: usize,
@@ -87,8 +87,8 @@ pub fn to_csv(results: &[ShotResult]) -> String {
 /// Table as Markdown.
 pub fn to_markdown(results: &[ShotResult]) -> String {
     let mut text = String::from(
-        "| shot | figure | measured, mm | grade | computed at `coarse`, mm | to the measured | scatter at `draft`, mm \
-         | cavity, mm | energy, J/cm | wall s, `coarse` |\n|---|---|---|---|---|---|---|---|---|---|\n",
+        "| shot | figure | measured, mm | grade | level | computed, mm | to the measured | scatter at `draft`, mm \
+         | cavity, mm | energy, J/cm | wall s |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for result in results {
         let ShotResult { measured, .. } = result;
@@ -96,22 +96,23 @@ pub fn to_markdown(results: &[ShotResult]) -> String {
             MeasuredFigure::Depth => "depth",
             MeasuredFigure::Neck => "neck",
         };
-        let coarse = result.coarse();
+        let counted = result.counted();
         let ratio = result.value().map(|value| format!("{:+.0} %", 100.0 * (measured.ratio(value) - 1.0)));
         let scatter = result.scatter();
         let range = scatter.iter().copied().reduce(f64::min).zip(scatter.iter().copied().reduce(f64::max));
         writeln!(
             text,
-            "| {} | {figure} | {} | {:?} | {} | {} | {} | {} | {} | {} |",
+            "| {} | {figure} | {} | {:?} | {} | {} | {} | {} | {} | {} | {} |",
             measured.name,
             span(measured.low, measured.high),
             measured.grade,
+            counted_level(measured),
             computed(result),
             ratio.unwrap_or_default(),
             range.map(|(low, high)| span(low, high)).unwrap_or_default(),
-            coarse.and_then(|row| row.cavity_m).map(millimetres).unwrap_or_default(),
-            coarse.and_then(|row| row.energy_per_cm_j).map(|energy| format!("{energy:.0}")).unwrap_or_default(),
-            coarse.map(|row| format!("{:.0}", row.seconds)).unwrap_or_default(),
+            counted.and_then(|row| row.cavity_m).map(millimetres).unwrap_or_default(),
+            counted.and_then(|row| row.energy_per_cm_j).map(|energy| format!("{energy:.0}")).unwrap_or_default(),
+            counted.map(|row| format!("{:.0}", row.seconds)).unwrap_or_default(),
         )
         .expect("a string grows");
     }
@@ -119,7 +120,7 @@ pub fn to_markdown(results: &[ShotResult]) -> String {
 }
 
 fn computed(result: &ShotResult) -> String {
-    match (result.coarse(), result.value()) {
+    match (result.counted(), result.value()) {
         (None, _) => String::new(),
         (Some(row), Some(value)) if row.perforated && result.measured.measure == MeasuredFigure::Depth => {
             format!("through {} at {:.0} m/s", millimetres(value), row.last_speed_m_per_s)
