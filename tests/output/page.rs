@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// Returns the page of a run; its scene is not checked, as a test may have one that no run accepts.
 pub fn page_of(folder: &Path) -> String {
-    let text = std::fs::read_to_string(folder.join(SCENE)).unwrap();
-    let scene: Scene = toml::from_str(&text).unwrap();
-    report_page(folder, &scene).unwrap()
+    let text = std::fs::read_to_string(folder.join(SCENE)).expect("a scene in every folder");
+    let scene: Scene = toml::from_str(&text).expect("the scene that was written");
+    report_page(folder, &scene).expect("the files of a run")
 }
