@@ -28,7 +28,7 @@ def main() -> int:
     parser.add_argument("names", nargs="*", help="notebooks, without folder and ending (all if absent)")
     names = parser.parse_args().names or sorted(path.stem for path in HERE.glob("*.ipynb"))
     failed = [name for name in names if not passes(name)]
-    print(f"{len(names) - len(failed)} of {len(names)} notebooks passed" + "".join(f"\nfailed: {name}" for name in failed))
+    print(f"{len(names) - len(failed)} of {len(names)} notebooks passed", *failed, sep="\nfailed: ")
     return 1 if failed else 0
 
 
