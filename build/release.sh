@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# The files of a release, into dist/: `build/release.sh`, on x86-64 Debian, from the commit that will get the tag.
+#
+# - the wheel, for Linux on x86-64 with glibc 2.17 or later;
+# - gelfmu alone, the program of the wheel, with the licences;
+# - the FMU of fbi-bb, with the libraries of every platform;
+# - the crate;
+# - SHA256SUMS of all.
+#
+# The tree must be clean, and CHANGELOG.md must have a section of the version of Cargo.toml with its date. Nothing is
+# published: the last lines say how. Tools are those of build/platforms.sh and build/wheel.sh.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+TOOLS="${BALLISTIC_GEL_TOOLS:-${CARGO_HOME:-$HOME/.cargo}/ballistic-gel-ci}"
+PLATFORMS=linux64,win64,aarch64-linux,darwin64
+VERSION=$(sed -n 's/^version = "\(.*\)"$/\1/p' Cargo.toml | head -n 1)
+DIST="$PWD/dist"
+
+refuse() {
+    printf 'release: %s\n' "$1" >&2
+    exit 1
+}
+
+check() {
+    [[ -n "$VERSION" ]] || refuse 'Cargo.toml: found no version'
+    [[ -z "$(git status --porcelain)" ]] || refuse 'the tree has changes: commit or stash them'
+    grep --quiet --extended-regexp "^## \[${VERSION//./\\.}\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md ||
+        refuse "CHANGELOG.md: found no section \"## [$VERSION] - YYYY-MM-DD\": give the section of this version its date"
+}
+
+# The wheel, linked by zig against the C library of manylinux2014; zig is that of build/platforms.sh.
+wheel() {
+    local zig version
+    version=$(sed -n 's/^ZIG_VERSION=//p' build/platforms.sh)
+    zig=$("$TOOLS/zig-$version/bin/python" -c 'import ziglang, pathlib; print(pathlib.Path(ziglang.__file__).parent / "zig")')
+    CARGO_ZIGBUILD_ZIG_PATH=$zig PATH="${zig%/*}:$PATH" \
+        build/wheel.sh --zig --compatibility manylinux2014 --out "$DIST"
+}
+
+# The program of the wheel, and the FMU that it packs; it refuses a platform whose library it does not hold.
+archives() {
+    local made name="gelfmu-$VERSION-x86_64-linux"
+    made=$(mktemp -d)
+    python3 -m zipfile --extract "$DIST"/*.whl "$made/wheel"
+    install -D -m 755 "$made"/wheel/*.data/scripts/gelfmu "$made/$name/gelfmu"
+    cp LICENSE-APACHE LICENSE-MIT CHANGELOG.md "$made/$name"
+    tar --create --gzip --file "$DIST/$name.tar.gz" --directory "$made" --owner 0 --group 0 --sort name \
+        --mtime "@$(git log -1 --format=%ct)" "$name"
+    "$made/$name/gelfmu" pack fbi-bb --platforms "$PLATFORMS" --out "$DIST/fbi-bb-$VERSION.fmu"
+    rm -rf "$made"
+}
+
+crate() {
+    cargo package --locked
+    cp "target/package/ballistic-gel-$VERSION.crate" "$DIST"
+}
+
+check
+rm -rf "$DIST"
+mkdir "$DIST"
+build/platforms.sh
+wheel
+archives
+crate
+(cd "$DIST" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)
+printf '\nrelease %s is in dist/. To publish it: git tag --annotate v%s, push the tag, and upload the files.\n' "$VERSION" "$VERSION"
