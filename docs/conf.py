@@ -47,12 +47,15 @@ html_theme_options = {
 _MOVED = {"../benches/peers/README.md": "project/peers.md"}
 
 
-def _link_moved(app, name, source):
+def _prepare(app, name, source):
     for path, page in _MOVED.items():
         source[0] = source[0].replace(f"]({path}", f"]({page}")
+    if name == "cite":
+        source[0] = source[0].replace("{VERSION}", f"{{{release}}}")
 
 
 def setup(app):
-    """Follow links to pages from outside, and let tables of commas be plain text."""
-    app.connect("source-read", _link_moved)
-    app.add_lexer("csv", TextLexer)
+    """Follow links to pages from outside, name the version, and let tables of commas be plain text."""
+    app.connect("source-read", _prepare)
+    for language in ("bibtex", "csv"):
+        app.add_lexer(language, TextLexer)

@@ -4,9 +4,6 @@ Into FOLDER go the runs, which are kept; the pictures are written beside this fi
 extra `frames`, and pillow.
 """
 
-import base64
-import io
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,25 +13,31 @@ import matplotlib
 matplotlib.use("agg")
 import ballistic_gel as bg
 import matplotlib.pyplot as plt
-from PIL import Image
+from PIL import Image, ImageChops
 
 HERE = Path(__file__).parent
-# Name, words of the command, and which picture of the film in its report.
+# Name, words of the command, and the moment of the picture as a part of the run.
 SHOTS = {
-    "gallery-sphere-720": (["sphere-720", "--fidelity", "coarse"], 12),
-    "gallery-backface": (["backface-dent"], 20),
-    "gallery-recovered": (["xtp.toml", "--fidelity", "coarse"], 12),
-    "gallery-ball-square": (["ball-square", "--set", "remesh.quality=0.3"], 30),
-    "gallery-sphere-block": (["sphere-block"], 19),
-    "gallery-l-beam": (["l-beam"], 8),
+    "gallery-sphere-720": (["sphere-720", "--fidelity", "coarse"], 0.35),
+    "gallery-backface": (["backface-dent"], 0.4),
+    "gallery-recovered": (["xtp.toml", "--fidelity", "coarse"], 0.3),
+    "gallery-ball-square": (["ball-square", "--set", "remesh.quality=0.3"], 0.8),
+    "gallery-sphere-block": (["sphere-block"], 0.45),
+    "gallery-l-beam": (["l-beam"], 0.12),
 }
 
 
-def film(report, number, file):
-    """Write one picture of the film of a report, small."""
-    pictures = re.findall(r"data:image/png;base64,([A-Za-z0-9+/=]+)", report.read_text(encoding="utf-8"))
-    picture = Image.open(io.BytesIO(base64.b64decode(pictures[min(number, len(pictures) - 1)]))).convert("RGB")
-    picture.thumbnail((560, 560))
+def film(gelfmu, run, part, file):
+    """Write the picture of a run's film at a part of its length, without margins and small."""
+    movie = run.with_suffix(".gif")
+    if not movie.exists():
+        subprocess.run([gelfmu, "--quiet", "movie", str(run), "--out", str(movie)], check=True)
+    film = Image.open(movie)
+    film.seek(round(part * (film.n_frames - 1)))
+    picture = film.convert("RGB")
+    left, top, right, bottom = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
+    picture = picture.crop((left - 8, top - 8, right + 8, bottom + 8))
+    picture.thumbnail((520, 420))
     picture.quantize(128).save(file, optimize=True)
 
 
@@ -45,11 +48,11 @@ def main(gelfmu, folder):
     if not scene.exists():
         shot = ["--projectile", "45acp-230-xtp-recovered", "--block", "15x15x60cm", "--out", "xtp.toml"]
         subprocess.run([gelfmu, "new", *shot], cwd=folder, check=True)
-    for name, (words, number) in SHOTS.items():
+    for name, (words, part) in SHOTS.items():
         if not (folder / name / "report.html").exists():
             subprocess.run([gelfmu, "--quiet", "run", *words, "--out", name], cwd=folder, check=True)
-        film(folder / name / "report.html", number, HERE / f"{name}.png")
-    shot = bg.run("fbi-bb", fidelity="draft", out=folder / "analyst", force=True)
+        film(gelfmu, folder / name, part, HERE / f"{name}.png")
+    shot = bg.run("fbi-bb", fidelity="draft", out=folder / "analyst", force=True, report=False)
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.2), layout="constrained")
     shot.plot.velocity_by_depth(ax=axes[0])
     shot.plot.wound_profile(ax=axes[1])
