@@ -12,7 +12,7 @@ out=$(realpath -m "${2:-$root/target/site/html}")
 work=$root/target/site
 mkdir -p "$work/npm"
 
-stamp=$(sha256sum "$root/docs/requirements.txt")
+stamp=$(sha256sum <"$root/docs/requirements.txt")
 if [ "$(cat "$work/venv/stamp" 2>/dev/null)" != "$stamp" ]; then
     rm -rf "$work/venv"
     python3 -m venv "$work/venv"

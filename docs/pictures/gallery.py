@@ -1,4 +1,4 @@
-"""Runs the scenes of the gallery and of the tutorials, and draws their pictures: python docs/pictures/gallery.py GELFMU FOLDER
+"""Draws the pictures of the gallery and the tutorials: python docs/pictures/gallery.py GELFMU FOLDER
 
 Into FOLDER go the runs, which are kept; the pictures are written beside this file. Needs the Python package, with the
 extra `frames`, and pillow.

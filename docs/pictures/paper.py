@@ -81,7 +81,8 @@ def save(figure, name):
     plt.close(figure)
     picture = Image.open(file).convert("RGB")
     left, top, right, bottom = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
-    picture = picture.crop((max(left - 6, 0), max(top - 6, 0), right + 6, bottom + 6))
+    right, bottom = min(right + 6, picture.width), min(bottom + 6, picture.height)
+    picture = picture.crop((max(left - 6, 0), max(top - 6, 0), right, bottom))
     picture.quantize(160).save(file, optimize=True)
 
 
@@ -89,7 +90,7 @@ def surface(mesh, values, axes, norm, colours, view, edges=0.15):
     """Draw the surface of a spatial mesh with the values of its cells."""
     skin = mesh.extract_surface(algorithm="dataset_surface")
     triangles = skin.points[skin.faces.reshape(-1, 4)[:, 1:]]
-    drawn = colours(norm(np.asarray(values)[skin["vtkOriginalCellIds"]] if values is not None else np.ones(len(triangles))))
+    drawn = colours(norm(np.asarray(values)[skin["vtkOriginalCellIds"]]))
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None] + 1e-300
     light = 0.72 + 0.28 * np.abs(normals @ np.array([0.3, -0.6, 0.75]))
@@ -113,8 +114,8 @@ def flat(mesh, axes, values=None, colours="viridis", width=0.15, **limits):
     points = mesh.points[:, [0, 2]] * 1e3
     if values is not None and len(values) == len(points):
         values = values[corners].mean(axis=1)
-    drawn = PolyCollection(points[corners], array=values, cmap=colours, facecolors=None if values is not None else "#dfe8f3",
-                           edgecolors=(0.1, 0.1, 0.2, 0.6), linewidths=width)
+    filled = {"facecolors": "#dfe8f3"} if values is None else {"array": values, "cmap": colours}
+    drawn = PolyCollection(points[corners], edgecolors=(0.1, 0.1, 0.2, 0.6), linewidths=width, **filled)
     drawn.set_clim(limits.get("low"), limits.get("high"))
     axes.add_collection(drawn)
     axes.set_aspect("equal")
@@ -132,7 +133,7 @@ def disc(run, number, axes):
 
 
 def energy(run):
-    """The energy that the integrator keeps, over that at the start, by time: what contact and integration took is gone."""
+    """The energy that the integrator keeps, over that at the start, by time: less what contact and integration took."""
     history = run.history
     lost = history.energy_contact_J + history.energy_integration_J + history.energy_contact_bias_J
     return history.time_s * 1e3, 1 + lost / history.energy_kinetic_J[0]
@@ -147,8 +148,9 @@ def figure_2(runs):
     gel = run.gel(number)
     norm = Normalize(np.log2(gel["step"].min()), np.log2(gel["step"].max()))
     surface(gel, np.log2(gel["step"]), left, norm, plt.get_cmap("RdYlBu_r"), (18, -65))
-    figure.text(0.24, 0.93, f"step of each element after {1e3 * run.time(number):.0f} ms: "
-                f"{1e6 * gel['step'].min():.0f} (blue) to {1e6 * gel['step'].max():.0f} µs (red)", fontsize=9, ha="center")
+    title = (f"step of each element after {1e3 * run.time(number):.0f} ms: "
+             f"{1e6 * gel['step'].min():.0f} (blue) to {1e6 * gel['step'].max():.0f} µs (red)")
+    figure.text(0.24, 0.93, title, fontsize=9, ha="center")
     right = figure.add_axes((0.6, 0.13, 0.39, 0.8))
     inset = right.inset_axes([0.2, 0.33, 0.77, 0.45])
     for axes in (right, inset):
@@ -175,7 +177,8 @@ def figure_4(runs):
     ball = skin.points[skin.faces.reshape(-1, 4)[:, 1:]]
     normals = np.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0])
     shade = LightSource(200, 60).shade_normals(normals / np.linalg.norm(normals, axis=1)[:, None])
-    left.add_collection3d(Poly3DCollection(ball, facecolors=plt.get_cmap("gray")(np.clip(0.35 + 0.5 * shade, 0, 1)), zorder=5))
+    grey = plt.get_cmap("gray")(np.clip(0.35 + 0.5 * shade, 0, 1))
+    left.add_collection3d(Poly3DCollection(ball, facecolors=grey, zorder=5))
     figure.text(0.22, 0.93, f"step of each element: {1e6 * gel['step'].min():.1f} (blue) to "
                 f"{1e6 * gel['step'].max():.0f} µs (red)", fontsize=9, ha="center")
     right = figure.add_axes((0.52, 0.13, 0.46, 0.8))
@@ -259,8 +262,8 @@ def comparison(runs):
         one = run.summary
         kind = "one for all" if name.endswith("-global") else "each group its own"
         depth = f"{1e3 * one['peak_depth']:.3f}" if one["peak_depth"] else "–"
-        print(f"| `{name.removesuffix('-global')}` | {kind} | {one['element_updates']:.2e} | {one['wall_seconds']:.1f} | "
-              f"{depth} | {one['energy_defect']:.1e} |")
+        print(f"| `{name.removesuffix('-global')}` | {kind} | {one['element_updates']:.2e} | "
+              f"{one['wall_seconds']:.1f} | {depth} | {one['energy_defect']:.1e} |")
 
 
 def main(gelfmu, folder):

@@ -1,7 +1,7 @@
 """Writes the pages of the reference from their one source each: reference.py GELFMU FOLDER
 
-The keys of a scene come from `gelfmu schema`, the variables from modelDescription/variables.toml, the commands from their
-own help, the projectiles from `gelfmu projectiles`, and the scenes from `gelfmu scenes`.
+The keys of a scene come from `gelfmu schema`, the variables from modelDescription/variables.toml, the commands from
+their own help, the projectiles from `gelfmu projectiles`, and the scenes from `gelfmu scenes`.
 """
 
 import json

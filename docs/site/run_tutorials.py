@@ -1,7 +1,7 @@
 """Runs every command of the tutorials as a reader would: run_tutorials.py GELFMU [PAGE...]
 
-In a page, a block `sh` is a command, `python` goes into one interpreter for the page, and a block with a file name after
-its language, such as `csv lab.csv`, is a file. A block `text` after one of these must be printed by it: every line, in
+In a page, a block `sh` is a command, `python` goes into one interpreter for the page, and a block with a file name
+after its language, such as `csv lab.csv`, is a file. A block `text` after one of these must be printed by it: every line, in
 any place, but for spaces and lines with `…`. Each page runs in an empty folder. Needs the packages of
 docs/tutorials/requirements.txt.
 """
@@ -42,10 +42,15 @@ class Reader:
     """Who follows one page in a folder of their own."""
 
     def __init__(self, folder, gelfmu):
-        here = os.pathsep.join([str(gelfmu.parent), str(Path(sys.executable).parent)])
-        paths = {"PATH": here + os.pathsep + os.environ["PATH"], "PYTHONPATH": str(ROOT / "python"), "GELFMU": str(gelfmu)}
-        self.options = {"cwd": folder, "env": {**os.environ, **paths, "MPLBACKEND": "agg", "EXAMPLES": str(ROOT / "examples")},
-                        "text": True, "encoding": "utf-8"}
+        programs = [str(gelfmu.parent), str(Path(sys.executable).parent), os.environ["PATH"]]
+        variables = {
+            "PATH": os.pathsep.join(programs),
+            "PYTHONPATH": str(ROOT / "python"),
+            "GELFMU": str(gelfmu),
+            "EXAMPLES": str(ROOT / "examples"),
+            "MPLBACKEND": "agg",
+        }
+        self.options = {"cwd": folder, "env": {**os.environ, **variables}, "text": True, "encoding": "utf-8"}
         self.folder, self.python = Path(folder), None
 
     def follow(self, language, file, text):
