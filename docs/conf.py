@@ -1,5 +1,6 @@
 """Configuration of the documentation site; `docs/build.sh` builds it."""
 
+import re
 import sys
 import tomllib
 from pathlib import Path
@@ -50,6 +51,8 @@ _MOVED = {"../benches/peers/README.md": "project/peers.md"}
 def _prepare(app, name, source):
     for path, page in _MOVED.items():
         source[0] = source[0].replace(f"]({path}", f"]({page}")
+    # Files of a tutorial are named above their text.
+    source[0] = re.sub(r"^```(\w+) ([\w.-]+\.\w+)$", r"```{code-block} \1\n:caption: \2", source[0], flags=re.MULTILINE)
     if name == "cite":
         source[0] = source[0].replace("{VERSION}", f"{{{release}}}")
 
