@@ -36,7 +36,8 @@ def film(gelfmu, run, part, file):
     film.seek(round(part * (film.n_frames - 1)))
     picture = film.convert("RGB")
     left, top, right, bottom = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
-    picture = picture.crop((left - 8, top - 8, right + 8, bottom + 8))
+    right, bottom = min(right + 8, picture.width), min(bottom + 8, picture.height)
+    picture = picture.crop((max(left - 8, 0), max(top - 8, 0), right, bottom))
     picture.thumbnail((520, 420))
     picture.quantize(128).save(file, optimize=True)
 
