@@ -3,7 +3,7 @@
 In a page, a block `sh` is a command, `python` goes into one interpreter for the page, and a block with a file name
 after its language, such as `csv lab.csv`, is a file. A block `text` after one of these must be printed by it: every
 line, in any place, but for spaces and lines with `…`. Each page runs in an empty folder. Needs the packages of
-docs/tutorials/requirements.txt.
+docs/tutorials/requirements.txt. `--show` prints what the blocks print, for pages whose figures have changed.
 """
 
 import contextlib
