@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Builds the documentation site: docs/build.sh GELFMU [OUT], e.g. docs/build.sh target/release/gelfmu target/site/html
+#
+# Needs Python >= 3.11 with venv, and node with npm. The reference is printed by GELFMU. Any warning is an error, and so
+# is a page that would load anything from elsewhere. The tools go into target/site; WHEELS=FOLDER takes those of Python
+# from a folder instead of the package index.
+set -euo pipefail
+
+gelfmu=$(realpath "$1")
+root=$(realpath "$(dirname "$0")/..")
+out=$(realpath -m "${2:-$root/target/site/html}")
+work=$root/target/site
+mkdir -p "$work/npm"
+
+stamp=$(sha256sum <"$root/docs/requirements.txt")
+if [ "$(cat "$work/venv/stamp" 2>/dev/null)" != "$stamp" ]; then
+    rm -rf "$work/venv"
+    python3 -m venv "$work/venv"
+    "$work/venv/bin/pip" install --quiet --disable-pip-version-check --require-hashes \
+        ${WHEELS:+--no-index --find-links "$WHEELS"} -r "$root/docs/requirements.txt"
+    echo "$stamp" >"$work/venv/stamp"
+fi
+if ! cmp -s "$root/docs/site/package-lock.json" "$work/npm/package-lock.json"; then
+    cp "$root/docs/site/package.json" "$root/docs/site/package-lock.json" "$work/npm/"
+    npm ci --prefix "$work/npm" --silent --no-audit --no-fund || { rm "$work/npm/package-lock.json"; exit 1; }
+fi
+
+rm -rf "$out" "$work/reference"
+"$work/venv/bin/python" "$root/docs/site/reference.py" "$gelfmu" "$work/reference"
+KATEX=$work/npm/node_modules/katex "$work/venv/bin/sphinx-build" --quiet --fail-on-warning --keep-going --nitpicky \
+    --fresh-env --doctree-dir "$work/doctrees" -b html "$root/docs" "$out"
+"$work/venv/bin/python" "$root/docs/site/check_site.py" "$out"
+echo "built $out/index.html"
