@@ -141,7 +141,7 @@ def _end(process: subprocess.Popen[str]) -> None:
     """Interrupt a process, wait for it, and kill it if it does not end."""
     try:
         if process.poll() is None:
-            process.send_signal(signal.Signals["CTRL_BREAK_EVENT" if _ON_WINDOWS else "SIGINT"])
+            process.send_signal(_request_to_end())
             process.communicate(timeout=_GRACE)
     except subprocess.TimeoutExpired:
         pass
@@ -149,6 +149,15 @@ def _end(process: subprocess.Popen[str]) -> None:
         if process.poll() is None:
             process.kill()
             process.communicate()
+
+
+def _request_to_end() -> signal.Signals:
+    """Return the signal after which `gelfmu` keeps what it computed."""
+    if _ON_WINDOWS:
+        return signal.Signals["CTRL_BREAK_EVENT"]
+    # A program that was started in the background ignores interrupts, and so do those that it starts.
+    is_ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    return signal.SIGTERM if is_ignored else signal.SIGINT
 
 
 def call_json(arguments: Sequence[str], *, on_wait: Callable[[], None] | None = None) -> Any:

@@ -13,8 +13,11 @@ from ballistic_gel.binary import call_binary
 from ballistic_gel.running import ProgressBar
 
 INTERRUPTED = """
+import signal
 import sys
 import ballistic_gel as bg
+# The tests may run where interrupts are ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = bg.Scene.built_in("fbi-bb").with_values({"scene.fidelity": "coarse"})
 try:
     bg.run(scene, out=sys.argv[1], frames=False, report=False, threads=1)
