@@ -12,14 +12,7 @@ out=$(realpath -m "${2:-$root/target/site/html}")
 work=$root/target/site
 mkdir -p "$work/npm"
 
-stamp=$(sha256sum <"$root/docs/requirements.txt")
-if [ "$(cat "$work/venv/stamp" 2>/dev/null)" != "$stamp" ]; then
-    rm -rf "$work/venv"
-    python3 -m venv "$work/venv"
-    "$work/venv/bin/pip" install --quiet --disable-pip-version-check --require-hashes \
-        ${WHEELS:+--no-index --find-links "$WHEELS"} -r "$root/docs/requirements.txt"
-    echo "$stamp" >"$work/venv/stamp"
-fi
+"$root/docs/site/venv.sh" "$work/venv" "$root/docs/requirements.txt"
 if ! cmp -s "$root/docs/site/package-lock.json" "$work/npm/package-lock.json"; then
     cp "$root/docs/site/package.json" "$root/docs/site/package-lock.json" "$work/npm/"
     npm ci --prefix "$work/npm" --silent --no-audit --no-fund || { rm "$work/npm/package-lock.json"; exit 1; }

@@ -5,12 +5,5 @@ root=$(realpath "$(dirname "$0")/..")
 work=$root/target/site
 mkdir -p "$work"
 
-stamp=$(sha256sum <"$root/docs/tutorials/requirements.txt")
-if [ "$(cat "$work/tutorials/stamp" 2>/dev/null)" != "$stamp" ]; then
-    rm -rf "$work/tutorials"
-    python3 -m venv "$work/tutorials"
-    "$work/tutorials/bin/pip" install --quiet --disable-pip-version-check --require-hashes \
-        ${WHEELS:+--no-index --find-links "$WHEELS"} -r "$root/docs/tutorials/requirements.txt"
-    echo "$stamp" >"$work/tutorials/stamp"
-fi
+"$root/docs/site/venv.sh" "$work/tutorials" "$root/docs/tutorials/requirements.txt"
 exec "$work/tutorials/bin/python" "$root/docs/site/run_tutorials.py" "$@"
