@@ -21,7 +21,7 @@ pub fn movie_pictures(folder: &Path, scene: &Scene) -> Result<Vec<Vec<u8>>, Save
         let camera = camera.get_or_insert_with(|| Camera::of(&frame, scene));
         Ok(MeshPicture::take_sized(&frame, scene, camera, MOVIE_SIZE))
     };
-    let pictures = run.frames()?.map(picture).collect::<Result<Vec<MeshPicture>, SavedRunError>>()?;
+    let pictures = run.frames(0..run.n_frames())?.map(picture).collect::<Result<Vec<MeshPicture>, SavedRunError>>()?;
     if pictures.is_empty() {
         return Err(SavedRunError::Content {
             path: folder.join("frames"),

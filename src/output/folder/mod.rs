@@ -114,9 +114,15 @@ impl ResultFolder {
                 Err(error) => return Err(with_path(&path.join(MANIFEST))(error)),
             }
         }
+        let (folder, outcome) = Self::open(path)?;
+        folder.take_over(outcome, claim)
+    }
+
+    /// Opens a folder with a manifest, and locks it if it is free.
+    fn open(path: &Path) -> Result<(Self, LockOutcome), OutputError> {
         match FolderManifest::open(path) {
-            Ok((manifest, outcome)) => Self::take_over(Self::from_manifest(path, manifest), outcome, claim),
-            Err(JournalError::Line(line)) => Err(refuse(FolderRefusal::Damaged { line })),
+            Ok((manifest, outcome)) => Ok((Self::from_manifest(path, manifest), outcome)),
+            Err(JournalError::Line(line)) => Err(OutputError::refused(path, FolderRefusal::Damaged { line })),
             Err(JournalError::Io(error)) => Err(with_path(&path.join(MANIFEST))(error)),
         }
     }
@@ -126,23 +132,19 @@ impl ResultFolder {
     /// # Errors
     /// [`OutputError`] if the folder holds no results of the command, or another run writes into it.
     pub fn reopen(path: &Path, command: &str) -> Result<Self, OutputError> {
-        let refuse = |refusal| OutputError::refused(path, refusal);
-        let (manifest, outcome) = match FolderManifest::open(path) {
-            Ok(opened) => opened,
-            Err(JournalError::Line(line)) => return Err(refuse(FolderRefusal::Damaged { line })),
-            Err(JournalError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
-                return Err(refuse(FolderRefusal::NoResults { command: command.to_owned() }));
-            }
-            Err(JournalError::Io(error)) => return Err(with_path(&path.join(MANIFEST))(error)),
-        };
-        if outcome == LockOutcome::Busy {
-            return Err(refuse(FolderRefusal::Busy));
+        let no_results = || OutputError::refused(path, FolderRefusal::NoResults { command: command.to_owned() });
+        if !exists(&path.join(MANIFEST)) {
+            return Err(no_results());
         }
-        if manifest.contents.command.as_deref() != Some(command) {
-            return Err(refuse(FolderRefusal::NoResults { command: command.to_owned() }));
-        }
-        let mut folder = Self::from_manifest(path, manifest);
+        let (mut folder, outcome) = Self::open(path)?;
+        // Nothing of the folder is given up by this claim.
         folder.stage = ClaimStage::Adopted;
+        if outcome == LockOutcome::Busy {
+            return Err(OutputError::refused(path, FolderRefusal::Busy));
+        }
+        if folder.manifest.contents.command.as_deref() != Some(command) {
+            return Err(no_results());
+        }
         Ok(folder)
     }
 

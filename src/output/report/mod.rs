@@ -65,13 +65,16 @@ pub fn report_page(folder: &Path, scene: &Scene) -> Result<String, SavedRunError
         let stride = n_frames.saturating_sub(1).div_ceil(most_intervals).max(1);
         number.is_multiple_of(stride) || number + 1 == n_frames
     };
-    for (number, frame) in run.frames()?.enumerate() {
+    let [is_pictured, is_viewed] =
+        [MAX_PICTURE_INTERVALS, MAX_VIEW_INTERVALS].map(|most| move |number: usize| is_kept(number, most));
+    let kept: Vec<usize> = (0..n_frames).filter(|number| is_pictured(*number) || is_viewed(*number)).collect();
+    for (number, frame) in kept.iter().zip(run.frames(kept.iter().copied())?) {
         let frame = frame?;
-        if is_kept(number, MAX_PICTURE_INTERVALS) {
+        if is_pictured(*number) {
             let camera = camera.get_or_insert_with(|| Camera::of(&frame, scene));
             data.pictures.push(MeshPicture::take(&frame, scene, camera));
         }
-        if is_kept(number, MAX_VIEW_INTERVALS) {
+        if is_viewed(*number) {
             data.views.push(ViewFrame::of(&frame, scene));
         }
     }

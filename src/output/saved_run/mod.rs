@@ -74,10 +74,13 @@ impl SavedRun<'_> {
         (0..usize::MAX).take_while(|number| self.frame_path(*number).is_file()).count()
     }
 
-    /// Reads the frames one after the other, with the bodies of the history.
-    pub(super) fn frames(&self) -> Result<impl Iterator<Item = Result<MeshFrame, SavedRunError>> + '_, SavedRunError> {
+    /// Reads the frames of these numbers one after the other, with the bodies of the history.
+    pub(super) fn frames(
+        &self,
+        numbers: impl Iterator<Item = usize>,
+    ) -> Result<impl Iterator<Item = Result<MeshFrame, SavedRunError>>, SavedRunError> {
         let history = CsvTable::read(&self.folder.join("history.csv"))?;
-        Ok((0..self.n_frames()).map(move |number| {
+        Ok(numbers.map(move |number| {
             let path = self.frame_path(number);
             let bytes = std::fs::read(&path).map_err(|source| SavedRunError::Read { path: path.clone(), source })?;
             let content = || SavedRunError::Content {
