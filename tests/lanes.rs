@@ -66,21 +66,20 @@ impl<const D: usize> Both<D> {
     }
 
     /// Goes on to these positions, and compares all responses: one kernel makes both forms, so the bits are the same.
-    fn advance(&mut self, x: &[Vector<D>], elapsed: f64) {
+    fn advance(&mut self, x: &[Vector<D>], kick: GroupKick) {
         let nodes = (0..x.len()).map(|number| (number, NodeId(number as u32)));
         self.local.load(Level::new(), &HeldNodes::new(x, self.simplices.rest()), nodes);
         let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupResponse::default(); 2]);
-        let kick = GroupKick { length: 1.0, elapsed };
         let found = (&mut stiffness[..], &mut groups[..], self.batches.as_mut_slice());
         self.lanes.sweep(Level::new(), (0..2, GroupKicks::Same(kick), ReportPower::Untold), &mut self.local, found);
         let mut sum = Dissipation::default();
         for (e, swept) in stiffness.iter().enumerate().take(9) {
             let mut answers = [ElementResponse::default(); DEPTH];
-            sum += self.simplices.advance(e, x, elapsed, &mut self.memory, &mut answers);
+            sum += self.simplices.advance(e, x, kick, &mut self.memory, &mut answers);
             assert_eq!(swept.to_bits(), answers[0].stiffness.to_bits(), "{e}: κ");
             let pushed = &self.local.accumulated(9 * (D + 1))[e * (D + 1)..];
             for (pushed, force) in pushed.iter().zip(&answers[0].forces[..=D]) {
-                assert!((0..D).all(|i| pushed[i] == force[i]), "{e}: {pushed:?} of {force:?}");
+                assert!((0..D).all(|i| pushed[i] == kick.length * force[i]), "{e}: {pushed:?} of {force:?}");
             }
         }
         let own: f64 = groups.iter().map(|group| group.energy).sum();
@@ -123,7 +122,9 @@ fn check<const D: usize>(section: Section) {
             (0.3, 0.1),
             (0.02, 0.3),
         ] {
-            both.advance(&strained(&both.simplices, size), elapsed);
+            for length in [1.0, -1.0] {
+                both.advance(&strained(&both.simplices, length * size), GroupKick { length, elapsed });
+            }
         }
     }
 }
@@ -138,7 +139,7 @@ fn eight_elements_side_by_side_do_what_they_do_one_after_the_other() {
 #[test]
 fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
     let mut both = Both::new(apart::<3>(all_gels()[3], Section::Spatial));
-    both.advance(&strained(&both.simplices, 0.05), 0.01);
+    both.advance(&strained(&both.simplices, 0.05), GroupKick { length: 1.0, elapsed: 0.01 });
     let (rows, mut own) = (both.lanes.rows(), vec![HistoryVariables::default(); both.simplices.memories()]);
     let mut other = both.lanes.memory();
     for lane in 0..LANES {

@@ -166,7 +166,7 @@ impl<const D: usize> Stand<D> {
     pub fn evaluate(&mut self, patches: Range<usize>) -> f64 {
         let (potential, x) = (&self.engine.gel().potential, &self.engine.state().position);
         let mut answers = [ElementResponse::default(); DEPTH];
-        let mut advance = |patch| potential.advance(patch, x, KICK.elapsed, &mut self.remembered, &mut answers).energy;
+        let mut advance = |patch| potential.advance(patch, x, KICK, &mut self.remembered, &mut answers).energy;
         patches.map(&mut advance).sum()
     }
 

@@ -8,7 +8,7 @@ use super::law::element_law::{ElementDeformation, ElementLaw, LawInput, Volumetr
 use super::simd::batch::{LANES, LaneArray, load_lanes, on};
 use super::simd::layout::{BatchLaw, ElementBatches, ReferenceBatch};
 use super::simd::node_cache::{HeldNodes, NodeCache, rounding};
-use super::{DEPTH, ElementStates, HistoryVariables, MAX_NODES, Simplices, max_patch_size};
+use super::{DEPTH, ElementStates, GroupKick, HistoryVariables, MAX_NODES, Simplices, max_patch_size};
 use crate::math::{Number, Vector};
 use crate::mesh::ElementId;
 use fearless_simd::{Level, Simd, SimdBase, f64x8};
@@ -202,7 +202,7 @@ impl<const D: usize> ElementBatches<D> {
         for k in 0..N {
             let history = &mut memory[k * rows..(k + 1) * rows];
             let scale = load_lanes(simd, &batches[k].scale);
-            let input = LawInput { volume: volumes[k], scale, rest: &rest[k], elapsed: 0.0, history };
+            let input = LawInput { volume: volumes[k], scale, rest: &rest[k], kick: GroupKick::NONE, history };
             let forces = gel.evaluate(self.section(), input, &strains[k], &slopes[k]);
             energy = forces.energy.multiply_add(strained, energy);
             forces.stiffness.store_slice(&mut states.stiffness[k]);

@@ -1,6 +1,8 @@
 //! Interface of the elements to the integrator: the potential energy of a gel.
 
-use super::{DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, HistoryVariables, MAX_NODES};
+use super::{
+    DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, GroupKick, HistoryVariables, MAX_NODES,
+};
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, NodeId};
 
@@ -27,12 +29,12 @@ pub trait Potential<const D: usize>: Send + Sync {
         memory: &[HistoryVariables<D>],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64;
-    /// Evaluates a patch at its next tick, `step` s after the last, and updates its history variables.
+    /// Evaluates a patch at its next tick, for a kick, and updates its history variables.
     fn advance(
         &self,
         patch: usize,
         x: &[Vector<D>],
-        _step: f64,
+        _kick: GroupKick,
         memory: &mut [HistoryVariables<D>],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {

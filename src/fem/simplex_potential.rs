@@ -7,8 +7,8 @@ use super::potential::measure_patches;
 use super::scalar::one_lane::PatchUpdate;
 use super::simd::batch::on;
 use super::{
-    DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, HistoryVariables, MAX_NODES, Potential,
-    ReferenceShape, Simplices,
+    DEPTH, Dissipation, ElementBatches, ElementResponse, ElementStates, GroupKick, HistoryVariables, MAX_NODES,
+    Potential, ReferenceShape, Simplices,
 };
 use crate::constitutive::{Material, NeoHookean};
 use crate::math::Vector;
@@ -34,18 +34,18 @@ impl<const D: usize> Simplices<D> {
         element * self.records()..(element + 1) * self.records()
     }
 
-    /// Evaluates a patch `step` s after its last tick; `viscous` is the held part of U′ of each element at step 0, Pa.
+    /// Evaluates a patch for a kick; `viscous` is the held part of U′ of each element at its last tick again, Pa.
     fn evaluate_by_law(
         &self,
         ids: &[ElementId],
         x: &[Vector<D>],
-        step: f64,
+        kick: GroupKick,
         own: &mut PatchHistory<D>,
         viscous: &[f64; DEPTH],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
         let memory = &mut own[..ids.len() * self.records()];
-        let update = PatchUpdate { elapsed: step, memory, viscous };
+        let update = PatchUpdate { kick, memory, viscous };
         // A fused multiply-add is one instruction of AVX2, and a call without it.
         on!(narrow Level::new(), _simd => match &self.material {
             Material::NeoHookean(gel) => self.evaluate_patch(gel, ids, x, update, answers),
@@ -83,13 +83,13 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self,
         patch: usize,
         x: &[Vector<D>],
-        step: f64,
+        kick: GroupKick,
         memory: &mut [HistoryVariables<D>],
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
         let ids = self.patches.of(patch);
         let mut own = self.patch_history(ids, memory);
-        let spent = self.evaluate_by_law(ids, x, step, &mut own, &[0.0; DEPTH], answers);
+        let spent = self.evaluate_by_law(ids, x, kick, &mut own, &[0.0; DEPTH], answers);
         for (k, id) in ids.iter().enumerate() {
             memory[self.history_range(id.index())].copy_from_slice(&own[self.history_range(k)]);
         }
@@ -105,7 +105,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> f64 {
         let ids = self.patches.of(patch);
-        self.evaluate_by_law(ids, x, 0.0, &mut self.patch_history(ids, memory), viscous, answers).energy
+        self.evaluate_by_law(ids, x, GroupKick::NONE, &mut self.patch_history(ids, memory), viscous, answers).energy
     }
 
     fn memories(&self) -> usize {

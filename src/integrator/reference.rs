@@ -13,7 +13,7 @@ use super::stability::nodal_limit;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use crate::contact::ImpulseLaw;
-use crate::fem::{DEPTH, ElementResponse, GroupResponse, Potential};
+use crate::fem::{DEPTH, ElementResponse, GroupKick, GroupResponse, Potential};
 use crate::math::embed;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
@@ -52,7 +52,7 @@ pub(super) fn evaluate_forces<const D: usize, P: Potential<D>>(system: &mut Disc
     for i in 0..system.workspace.active_groups.len() {
         let (group, first) = (system.workspace.active_groups[i] as usize, responses.elements.len());
         system.workspace.responses[group] =
-            evaluate_group(system, group, elapsed(system, group, tick), &mut responses.elements);
+            evaluate_group(system, group, group_kick(system, i, tick), &mut responses.elements);
         responses.groups.push(first..responses.elements.len());
         for (element, response) in &responses.elements[first..] {
             system.state.stiffness[system.model.layout.slot(*element)] = response.stiffness;
@@ -61,8 +61,9 @@ pub(super) fn evaluate_forces<const D: usize, P: Potential<D>>(system: &mut Disc
     system.workspace.element_responses = responses;
 }
 
-/// Returns the time since the last tick of an active group, s.
-fn elapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group: usize, tick: Tick) -> f64 {
+/// Returns the kick of the i-th active group as far as it is known: without its leading half.
+fn group_kick<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, i: usize, tick: Tick) -> GroupKick {
+    let group = system.workspace.active_groups[i] as usize;
     let elapsed = match system.model.settings.schedule {
         SteppingSchedule::Queue if system.clock.phase == MeshPhase::First => 0,
         SteppingSchedule::Queue => tick - system.state.alarms[group].last,
@@ -70,22 +71,22 @@ fn elapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, group
             system.tick_context(tick).elapsed(system.state.clocks[group].step)
         }
     };
-    system.model.grid.time(elapsed)
+    GroupKick { length: system.workspace.kick_lengths[i], elapsed: system.model.grid.time(elapsed) }
 }
 
-/// Evaluates a group at the current positions, after the time since its last tick, s. Appends the responses to
-/// `elements` and posts the dissipation to the ledger.
+/// Evaluates a group for a kick at the current positions. Appends the responses to `elements` and posts the dissipation
+/// to the ledger.
 pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     group: usize,
-    elapsed: f64,
+    kick: GroupKick,
     elements: &mut Vec<(ElementId, ElementResponse<D>)>,
 ) -> GroupResponse {
     let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
     for patch in system.model.layout.patches(group) {
         let mut responses = [ElementResponse::default(); DEPTH];
         let (x, memory) = (&system.state.position, &mut system.state.memory);
-        let dissipation = system.model.gel.potential.advance(*patch as usize, x, elapsed, memory, &mut responses);
+        let dissipation = system.model.gel.potential.advance(*patch as usize, x, kick, memory, &mut responses);
         sum.energy += dissipation.energy;
         system.state.ledger.energy.book_dissipation(&dissipation);
         for (element, response) in system.model.gel.potential.patches().of(*patch as usize).iter().zip(&responses) {

@@ -6,7 +6,7 @@
 use super::rest_geometry::RestGeometry;
 use crate::constitutive::VolumetricEnergy;
 use crate::fem::history::{HistoryLanes, HistoryLayout};
-use crate::fem::{MAX_NODES, Section};
+use crate::fem::{GroupKick, MAX_NODES, Section};
 use crate::math::{Number, array};
 use std::fmt::Debug;
 
@@ -18,8 +18,8 @@ pub(crate) struct LawInput<'a, V: Number, R> {
     pub scale: V,
     /// Rest data of the material.
     pub rest: &'a R,
-    /// Time since the previous tick, s.
-    pub elapsed: f64,
+    /// Kick by the forces, and the time since the previous tick.
+    pub kick: GroupKick,
     /// History variables, updated by the evaluation.
     pub history: &'a mut [HistoryLanes<V::Lanes>],
 }

@@ -153,7 +153,8 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
         s: &ElementDeformation<D, V>,
         u: &VolumetricSlopes<V>,
     ) -> ElementForces<D, V> {
-        let LawInput { volume, rest, elapsed, history, .. } = input;
+        let LawInput { volume, rest, kick, history, .. } = input;
+        let elapsed = kick.elapsed;
         let (at, zero) = (s.isochoric(), volume.constant(0.0));
         let (nodes, is_crushed) = (rest.spatial_sums(&at, s.hoop), (-at.above_floor).any_positive());
         let still = if is_crushed { rest.sums(s.hoop) } else { nodes };
@@ -180,7 +181,8 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
         let swollen = u.curvature * dilated + slope.absolute() * kinematics.minor_curvature(section, s);
         let damping = self.resistance(nodes.max_squared, rate * 2.0) * dilated / at.jacobian;
         let stiffness = damped::<D, _>(self.density(), volume, volume * (sum.curvature + swollen), damping);
-        let pressure = slope - at.above_floor.choose(sum.trace / (at.jacobian * 3.0), zero);
+        let pushing = if kick.takes_back() { u.slope } else { slope };
+        let pressure = pushing - at.above_floor.choose(sum.trace / (at.jacobian * 3.0), zero);
         let shape = -(volume * at.scale);
         let (forces, hoop_force) =
             s.nodal_forces(rest, &at.cofactor, &sum.pulled, sum.out, shape, -(volume * pressure));

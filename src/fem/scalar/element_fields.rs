@@ -152,7 +152,7 @@ fn equivalent_hencky_strain<const D: usize>(root: &SymmetricTensor<D, f64>, shap
 mod tests {
     use super::*;
     use crate::constitutive::{Branch, Dashpot, EquationOfState};
-    use crate::fem::{ElementResponse, Potential};
+    use crate::fem::{ElementResponse, GroupKick, Potential};
     use crate::mesh::{ElementPatches, Mesh, NodeId};
 
     const MODULUS: f64 = 3.0;
@@ -245,7 +245,7 @@ mod tests {
             let mut last = 0.0;
             for (step, time) in [(1e-13, 0.0), (1.0, 1.0), (40.0, 41.0)] {
                 let mut answers = [ElementResponse::default(); DEPTH];
-                simplices.advance(0, &x, step, &mut memory, &mut answers);
+                simplices.advance(0, &x, GroupKick { length: 0.0, elapsed: step }, &mut memory, &mut answers);
                 let StressInvariants { pressure, von_mises } = simplices.stress_invariants(0, &x, &memory)[0];
                 let modulus = MODULUS + 2.0 * f64::exp(-time);
                 let expected = modulus * SHEAR * (3.0 + SHEAR * SHEAR).sqrt();

@@ -6,7 +6,7 @@ use super::simplices::Simplices;
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
 use crate::fem::law::rest_geometry::RestGeometry;
-use crate::fem::{DEPTH, Dissipation, ElementResponse, HistoryVariables, ReferenceShape, Section};
+use crate::fem::{DEPTH, Dissipation, ElementResponse, GroupKick, HistoryVariables, ReferenceShape, Section};
 use crate::math::{Vector, array};
 use crate::mesh::{ElementId, edges};
 
@@ -28,8 +28,8 @@ impl<const D: usize, R> LoneElement<D, R> {
 
 /// Time and history of a patch at its evaluation.
 pub(crate) struct PatchUpdate<'a, const D: usize> {
-    /// Time since the last tick, s; a time above 0 updates the history variables.
-    pub elapsed: f64,
+    /// Kick by the forces; a time above 0 since the last tick updates the history variables.
+    pub kick: GroupKick,
     /// History variables of the elements of the patch, element by element.
     pub memory: &'a mut [HistoryVariables<D>],
     /// Viscous part of U′ of each element at the same tick, Pa.
@@ -47,7 +47,7 @@ impl<const D: usize> Simplices<D> {
         update: PatchUpdate<'_, D>,
         answers: &mut [ElementResponse<D>; DEPTH],
     ) -> Dissipation {
-        let PatchUpdate { elapsed, memory, viscous } = update;
+        let PatchUpdate { kick, memory, viscous } = update;
         let mut strains = [ElementDeformation::at_rest(0.0); DEPTH];
         let mut slopes = [VolumetricSlopes { slope: 0.0, curvature: 0.0 }; DEPTH];
         let mut volumes = [0.0; DEPTH];
@@ -69,7 +69,7 @@ impl<const D: usize> Simplices<D> {
             let mut history = rows.map(HistoryLanes);
             let LoneElement { volume, scale, rest } = element;
             let history_rows = &mut history[..gel.rows()];
-            let input = LawInput { volume: *volume, scale: *scale, rest, elapsed, history: history_rows };
+            let input = LawInput { volume: *volume, scale: *scale, rest, kick, history: history_rows };
             let forces = gel.evaluate(self.section, input, &strains[k], &slopes[k]);
             gel.load_history(&history.map(|row| row.0)[..gel.rows()], memory);
             sum.energy += forces.energy * strained;

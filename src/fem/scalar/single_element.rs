@@ -4,7 +4,7 @@ use super::one_lane::LoneElement;
 use crate::constitutive::{Material, VolumetricEnergy};
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes};
-use crate::fem::{HistoryVariables, ReferenceShape, Section};
+use crate::fem::{GroupKick, HistoryVariables, ReferenceShape, Section};
 use crate::math::array;
 
 /// Law of elements outside any mesh.
@@ -83,7 +83,7 @@ impl SingleElementLaw {
         gel.store_history(&mut rows[..gel.rows()], memory);
         let mut history = rows.map(HistoryLanes);
         let history = &mut history[..gel.rows()];
-        let input = LawInput { volume, scale, rest: &rest, elapsed: 0.0, history };
+        let input = LawInput { volume, scale, rest: &rest, kick: GroupKick::NONE, history };
         let forces = gel.evaluate(self.section, input, &strain, &slopes);
         let energy = forces.energy + volume * own;
         SingleElementResponse { volume, energy, stiffness: forces.stiffness, jacobian }

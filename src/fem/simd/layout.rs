@@ -68,6 +68,18 @@ pub struct GroupKick {
     pub elapsed: f64,
 }
 
+impl GroupKick {
+    /// No kick, at the tick of the last one.
+    pub const NONE: Self = Self { length: 0.0, elapsed: 0.0 };
+
+    /// Returns true if the kick takes back a part of the last one: the mesh ends in the first half of a step. Viscosity
+    /// has no part in such a kick, because reversed it would feed the motion (numerics A12).
+    #[inline]
+    pub fn takes_back(&self) -> bool {
+        self.length < 0.0
+    }
+}
+
 /// Request for the power Σ f·v of the groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReportPower {

@@ -58,7 +58,7 @@ impl<const D: usize, V: Number> Pipeline<D, V> {
     #[inline(always)]
     fn new(zero: V) -> Self {
         Self {
-            groups: [(0, GroupKick { length: 0.0, elapsed: 0.0 }); BATCHES_PER_STAGE],
+            groups: [(0, GroupKick::NONE); BATCHES_PER_STAGE],
             n_groups: 0,
             strains: [ElementDeformation::at_rest(zero); BATCHES_PER_STAGE],
             slopes: [VolumetricSlopes { slope: zero, curvature: zero }; BATCHES_PER_STAGE],
@@ -247,7 +247,7 @@ impl<const D: usize> ElementBatches<D> {
             let history = &mut output.memory[k * rows..(k + 1) * rows];
             let volume = load_lanes(simd, &batches[k].volume);
             let scale = load_lanes(simd, &batches[k].scale);
-            let input = LawInput { volume, scale, rest: &rest[k], elapsed: kick.elapsed, history };
+            let input = LawInput { volume, scale, rest: &rest[k], kick, history };
             let forces = gel.evaluate(self.section(), input, strains, slopes);
             let (jacobian, volumetric_stiffness) = (strains.jacobian(), volume * slopes.curvature);
             if may_invert::<D, S>(

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::constitutive::{BulkViscosity, EquationOfState, StretchDamage};
-use crate::fem::{DEPTH, Dissipation, ElementResponse, Potential, Simplices};
+use crate::fem::{DEPTH, Dissipation, ElementResponse, GroupKick, Potential, Simplices};
 use crate::math::{Vector, det};
 use crate::mesh::{Mesh, NodeId};
 
@@ -52,7 +52,8 @@ fn advance<const D: usize>(
     (step, memory): (f64, &mut [HistoryVariables<D>]),
 ) -> (Dissipation, ElementResponse<D>) {
     let mut answers = [ElementResponse::default(); DEPTH];
-    let spent = simplices.advance(0, x, step, memory, &mut answers);
+    let kick = GroupKick { length: step, elapsed: step };
+    let spent = simplices.advance(0, x, kick, memory, &mut answers);
     (spent, answers[0])
 }
 
@@ -281,4 +282,19 @@ fn bulk_viscosity_acts_on_the_rate_of_volume_and_is_held_at_the_same_tick() {
     assert!(spent.bulk > 0.0);
     let again = advance(&simplices, &squeezed, (1e-3, &mut memory)).0;
     assert_eq!(again.bulk, 0.0);
+}
+
+#[test]
+fn bulk_viscosity_has_no_part_in_a_kick_that_is_taken_back() {
+    let viscosity = BulkViscosity { linear: 0.3, quadratic: 1.0 };
+    let forces = |gel: TwoNetwork, length: f64| {
+        let (rest, simplices) = simplex::<3>(Section::Spatial, gel);
+        let squeezed: Vec<_> = rest.iter().map(|x| x * 0.99).collect();
+        let mut answers = [ElementResponse::default(); DEPTH];
+        simplices.advance(0, &squeezed, GroupKick { length, elapsed: 1e-3 }, &mut fresh(&simplices), &mut answers);
+        answers[0].forces
+    };
+    let (plain, viscous) = (linear(), linear().with_viscosity(viscosity));
+    assert_eq!(forces(viscous, -1e-3), forces(plain, -1e-3));
+    assert_ne!(forces(viscous, 1e-3), forces(plain, 1e-3));
 }
