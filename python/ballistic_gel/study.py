@@ -123,7 +123,7 @@ class Study:
         """
         python, study = shlex.quote(sys.executable), shlex.quote(str(self.path))
         return f"""#!/bin/bash
-#SBATCH --job-name={self.path.stem}
+#SBATCH --job-name={shlex.quote(self.path.stem)}
 #SBATCH --array=1-{tasks}
 #SBATCH --ntasks=1
 #SBATCH --cpus-per-task={cores}

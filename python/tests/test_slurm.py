@@ -26,6 +26,7 @@ out = "rows of study"
 
 def submit(script):
     """Run the array of a script, two tasks at a time, and return the rows that each task tells."""
+    assert "#SBATCH --job-name='my study'\n" in script.read_text(), "SLURM refuses a name of two words"
     first, last = map(int, re.search(r"^#SBATCH --array=(\d+)-(\d+)$", script.read_text(), re.MULTILINE).groups())
 
     def run(task):
