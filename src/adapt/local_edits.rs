@@ -82,7 +82,12 @@ pub(super) fn edit_mesh<const D: usize>(
     });
     let bodies = gel.active_bodies();
     let sizes = BodySizes::new(&bodies, settings);
-    let scene = EditScene { gap: &|x| sizes.gap(x), cleared: &|x| clear_of_bodies(&bodies, x), size: &|x| sizes.of(x) };
+    let scene = EditScene {
+        gap: &|x| sizes.gap(x),
+        cleared: &|x| clear_of_bodies(&bodies, x),
+        size: &|x| sizes.of(x),
+        growth: settings.growth,
+    };
     let totals = gel.engine.totals(gel.engine.now());
     let limits = EditLimits {
         energy: totals.ledger.energy.provided(totals.initial_energy),

@@ -86,7 +86,7 @@ pub(crate) fn edited<const D: usize>(
         symmetry,
         rest_map: RestMap::Present,
     });
-    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size };
+    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size, growth: f64::INFINITY };
     let least = position.iter().map(size).fold(f64::INFINITY, f64::min);
     let limits = EditLimits { energy: 1.0, usual: least, least };
     improve(&mut editable, &FlowingShapes, &scene, &limits, vec![]);

@@ -2,6 +2,7 @@
 
 use super::element_model::ElementModel;
 use super::improvement::{Improver, Replacement, edges_of};
+use super::nodal_sizes::NodalSizes;
 use super::operation::Operation;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
@@ -48,10 +49,15 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
             return vec![];
         }
         let here = |node: NodeId| self.mesh.nodes[node.index()].position;
-        let length = |element: &ElementId| self.longest_edge(&[self.mesh.elements[element.index()]], &here);
-        let all = self.mesh.present().filter(|element| self.mesh.is_compatible(*element));
-        let mut small: Vec<(f64, ElementId)> = all.map(|element| (length(&element), element)).collect();
-        small.retain(|(length, _)| *length < self.rules.short);
+        let (mut sizes, mut small) = (NodalSizes::new(self.mesh, self.scene), vec![]);
+        for element in self.mesh.present().filter(|element| self.mesh.is_compatible(*element)) {
+            let nodes = self.mesh.elements[element.index()];
+            let may_be_short = |(i, j)| sizes.relative_length(nodes[i], nodes[j])[0] < self.rules.short;
+            let is_short = |(i, j)| self.relative_length([nodes[i], nodes[j]].map(here)) < self.rules.short;
+            if edges_of::<D>().all(may_be_short) && edges_of::<D>().all(is_short) {
+                small.push((self.longest_edge(&[nodes], &here), element));
+            }
+        }
         small.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         small.into_iter().map(|(_, element)| element).collect()
     }
@@ -86,6 +92,11 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Longest edge of these elements, in target lengths.
     fn longest_edge(&self, elements: &[Simplex], at: &dyn Fn(NodeId) -> Vector<D>) -> f64 {
         let edges = elements.iter().flat_map(|nodes| edges_of::<D>().map(|(i, j)| [at(nodes[i]), at(nodes[j])]));
-        edges.map(|[a, b]| (a - b).norm() / (self.scene.size)(&((a + b) * 0.5))).fold(0.0, f64::max)
+        edges.map(|ends| self.relative_length(ends)).fold(0.0, f64::max)
+    }
+
+    /// Length of an edge between two points, in target lengths.
+    fn relative_length(&self, [a, b]: [Vector<D>; 2]) -> f64 {
+        (a - b).norm() / (self.scene.size)(&((a + b) * 0.5))
     }
 }

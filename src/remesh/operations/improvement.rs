@@ -36,6 +36,8 @@ pub struct EditScene<'a, const D: usize> {
     pub cleared: &'a dyn Fn(&Vector<D>) -> Vector<D>,
     /// Target edge length at a point, m.
     pub size: &'a dyn Fn(&Vector<D>) -> f64,
+    /// Greatest change of the target edge length over a way, relative to the way (its Lipschitz constant).
+    pub growth: f64,
 }
 
 /// Operations performed, and what they leave.

@@ -11,7 +11,8 @@
 //! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity; `topology`: what it may
 //!   not.
 //! - `velocity`: the velocities after an operation, which keep momentum and kinetic energy.
-//! - `improvement`: which elements are remade, and by which operation; `refinement` and `coarsening` by the `edge_rules`.
+//! - `improvement`: which elements are remade, and by which operation; `refinement` and `coarsening` by the `edge_rules`;
+//!   `nodal_sizes` bound the lengths of most edges.
 
 mod coarsening;
 mod commit;
@@ -20,6 +21,7 @@ mod edge_rules;
 mod editable_mesh;
 mod element_model;
 mod improvement;
+mod nodal_sizes;
 mod operation;
 mod refinement;
 mod regrouping;

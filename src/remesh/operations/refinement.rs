@@ -3,6 +3,7 @@
 use super::edge_rules::EdgeRules;
 use super::element_model::ElementModel;
 use super::improvement::{Improver, ROUNDS, Replacement, edges_of};
+use super::nodal_sizes::NodalSizes;
 use super::operation::Operation;
 use crate::mesh::{ElementId, NodeId};
 
@@ -28,14 +29,15 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Edges of the elements from a number on that are too long, with the negative of their length in
     /// target lengths, the longest first.
     fn long_edges(&self, from: usize) -> Vec<(f64, NodeId, NodeId)> {
-        let mut long = vec![];
+        let (mut long, mut sizes) = (vec![], NodalSizes::new(self.mesh, self.scene));
         let at = |node: NodeId| self.mesh.nodes[node.index()].position;
         let all = (from..self.mesh.n_elements()).map(|element| ElementId(element as u32));
         for element in all.filter(|element| self.mesh.has(*element) && self.mesh.is_compatible(*element)) {
             let nodes = &self.mesh.elements[element.index()];
             for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
                 let length = (at(a) - at(b)).norm();
-                if length <= self.rules.long * self.limits.least {
+                let is_short = length <= self.rules.long * self.limits.least;
+                if is_short || sizes.relative_length(a, b)[1] <= self.rules.long {
                     continue;
                 }
                 let middle = (at(a) + at(b)) * 0.5;

@@ -2,6 +2,8 @@
 
 use super::editable_mesh::EditableMesh;
 use super::element_model::{ElementModel, ElementState};
+use super::improvement::edges_of;
+use super::nodal_sizes::NodalSizes;
 use super::operation::Operation;
 use super::{EditLimits, EditScene, EditSource, RestMap, improve};
 use crate::math::{Tensor, Vector, det};
@@ -359,7 +361,7 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     let worst = greatest(&mut mesh, &body.solid);
     let limited = |part: f64| Solid { limit: part * worst, ..body.solid };
     let far = |_: &Vector<2>| f64::INFINITY;
-    let scene = EditScene { gap: &far, cleared: &|x| *x, size: &|_| 0.25 };
+    let scene = EditScene { gap: &far, cleared: &|x| *x, size: &|_| 0.25, growth: 0.0 };
     let limits = EditLimits { energy: 100.0, usual: 0.25, least: 0.25 };
     let mut mesh = body.editable();
     let idle = improve(&mut mesh, &limited(1.01), &scene, &limits, vec![]);
@@ -371,13 +373,35 @@ fn a_flattened_element_is_remade_and_a_good_mesh_is_left_alone() {
     assert!(greatest(&mut mesh, &limited(0.7)) <= 1.0 && counts.hindrance <= 1.0);
 }
 
+/// Nodal sizes bound the length of every edge in target lengths, near a body more closely than without a known growth.
+#[test]
+fn nodal_sizes_bound_the_relative_length_of_each_edge() {
+    let body = Body::<3>::new(BodySymmetry::Spatial, false, &mut TestRandom::new(17));
+    let mesh = body.editable();
+    let size = |x: &Vector<3>| 0.1 + 0.3 * (x - Vector::<3>::new(0.4, 0.5, 0.6)).norm();
+    let scene = |growth| EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &size, growth };
+    let (known, unknown) = (scene(0.3), scene(f64::INFINITY));
+    let (mut bounds, mut none) = (NodalSizes::new(&mesh, &known), NodalSizes::new(&mesh, &unknown));
+    for element in mesh.present() {
+        let nodes = mesh.elements[element.index()];
+        for [a, b] in edges_of::<3>().map(|(i, j)| [nodes[i], nodes[j]]) {
+            let ends = [a, b].map(|node| mesh.nodes[node.index()].position);
+            let length = (ends[0] - ends[1]).norm() / size(&((ends[0] + ends[1]) * 0.5));
+            let [least, most] = bounds.relative_length(a, b);
+            assert!(least <= length && length <= most, "{length} outside {least} to {most}");
+            assert!(most < 2.0 * least, "{least} to {most}");
+            assert_eq!(none.relative_length(a, b), [0.0, f64::INFINITY]);
+        }
+    }
+}
+
 /// A gel that flows follows the target lengths, finer and coarser; each new element lies over the old ones that it names, and
 /// each node where its origin says.
 fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
     let mut random = TestRandom::new(13);
     let body = Body::<D>::new(symmetry, false, &mut random);
     let mut mesh = body.editable_on(RestMap::Present);
-    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| size };
+    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| size, growth: 0.0 };
     let limits = EditLimits { energy: 1.0, usual: size, least: size };
     let counts = improve(&mut mesh, &FlowingShapes, &scene, &limits, vec![]);
     let (new, pairing) = mesh.finish();
@@ -434,7 +458,7 @@ fn inverted_elements_of_a_gel_that_flows_are_remade() {
     let is_inverted = |x: &[Vector<2>], nodes: &&[NodeId; 4]| signed_volume(x, nodes) <= 0.0;
     assert_eq!(body.mesh.elements.iter().filter(|nodes| is_inverted(&body.position, nodes)).count(), 1);
     let mut edited = body.editable_on(RestMap::Present);
-    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| 0.25 };
+    let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| 0.25, growth: 0.0 };
     let limits = EditLimits { energy: 1.0, usual: 0.25, least: 0.25 };
     let bad = edited.present().collect();
     let counts = improve(&mut edited, &FlowingShapes, &scene, &limits, bad);
