@@ -95,7 +95,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         &self.past.memory[element.index() * n..(element.index() + 1) * n]
     }
 
-    /// Keeps the reference of an unchanged element, of `part` of its measure, and its tensors.
+    /// Keeps the reference of an unchanged element, of `part` of its measure, and its tensors; the whole one has been
+    /// advanced to this tick.
     fn keep(
         &self,
         same: UnchangedElement,
@@ -105,7 +106,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     ) -> ReferenceShape<D> {
         let reference = self.past.kept_reference(same).scaled(part);
         records.copy_from_slice(self.records(same.element));
-        if let Some(at) = self.deformation(&reference, now) {
+        let at = (part != 1.0).then(|| self.deformation(&reference, now)).flatten();
+        if let Some(at) = at {
             let tensors = self.spatial_tensors(&at, records);
             self.note_tick(&at, &tensors, records);
         }
