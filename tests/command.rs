@@ -94,8 +94,11 @@ fn a_bad_file_is_refused_with_key_and_line() {
 fn a_failure_is_json_too_where_json_is_wanted() {
     let said = gelfmu(&["run", "--set", "mesh.size=0", "--json"]);
     assert_eq!(said.status, Some(2));
-    let error = &json(&said.out)["error"];
-    assert_eq!(error, "scene fbi-bb with --set mesh.size=0: mesh.size: found 0.0, expected a positive length, m");
+    let error = "scene fbi-bb with --set mesh.size=0: mesh.size: found 0.0, expected a positive length, m";
+    let parts = [("key", "mesh.size"), ("found", "0.0"), ("expected", "a positive length, m")];
+    let told = json(&said.out);
+    assert_eq!(told["error"], error);
+    assert!(parts.iter().all(|(name, text)| told[name] == *text) && told["line"].is_null(), "{told}");
 }
 
 #[test]

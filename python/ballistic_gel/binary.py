@@ -37,11 +37,22 @@ class CommandResult:
 
     def message(self) -> str:
         """Return the error that the command reported, without its prefix."""
+        if told := self._told():
+            return str(told["error"])
+        lines = [line.removeprefix("error: ") for line in self.errors.splitlines() if line.startswith("error: ")]
+        return "\n".join(lines) or self.errors.strip() or f"gelfmu ended with status {self.status}"
+
+    def error(self) -> GelfmuError:
+        """Return the error that the command reported, with the key of the scene that it names."""
+        return GelfmuError(self.message(), key=self._told().get("key") or None)
+
+    def _told(self) -> dict[str, Any]:
+        """Return the error as JSON; empty unless the command was asked for JSON and failed."""
         try:
-            return str(json.loads(self.output)["error"])
-        except (ValueError, KeyError, TypeError):
-            lines = [line.removeprefix("error: ") for line in self.errors.splitlines() if line.startswith("error: ")]
-            return "\n".join(lines) or self.errors.strip() or f"gelfmu ended with status {self.status}"
+            told = json.loads(self.output)
+        except ValueError:
+            return {}
+        return told if isinstance(told, dict) and "error" in told else {}
 
     @property
     def was_interrupted(self) -> bool:
@@ -170,5 +181,5 @@ def call_json(arguments: Sequence[str], *, on_wait: Callable[[], None] | None = 
     """
     result = call_binary([*arguments, "--json", "--quiet"], on_wait=on_wait)
     if result.status != 0:
-        raise GelfmuError(result.message())
+        raise result.error()
     return json.loads(result.output)

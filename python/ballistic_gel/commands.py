@@ -164,7 +164,7 @@ def _json_of(arguments: Sequence[str]) -> dict[str, Any]:
     try:
         found: dict[str, Any] = json.loads(result.output)
     except ValueError:
-        raise GelfmuError(result.message()) from None
+        raise result.error() from None
     if "error" in found:
-        raise GelfmuError(result.message())
+        raise result.error()
     return found

@@ -104,7 +104,7 @@ def shot_of(result: CommandResult, folder: Path) -> Shot:
     except GelfmuError:
         kept = None
     if result.status == 2:
-        raise GelfmuError(result.message())
+        raise result.error()
     raise ShotError(result.message(), kept)
 
 

@@ -46,6 +46,26 @@ pub enum SceneErrorKind {
     },
 }
 
+impl SceneErrorKind {
+    /// Returns what the scene has at the place of the error.
+    #[must_use]
+    pub fn found(&self) -> &str {
+        match self {
+            Self::Syntax { found, .. } | Self::UnknownKey { found, .. } | Self::Value { found, .. } => found,
+        }
+    }
+
+    /// Returns what may stand there.
+    #[must_use]
+    pub fn expected(&self) -> &str {
+        match self {
+            Self::Syntax { expected, .. } | Self::UnknownKey { expected, .. } | Self::Value { expected, .. } => {
+                expected
+            }
+        }
+    }
+}
+
 impl SceneError {
     /// Error of a value outside its domain; its line is found later.
     pub(super) fn value(key: &str, found: impl Into<String>, expected: impl Into<String>) -> Self {

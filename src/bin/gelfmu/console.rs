@@ -2,6 +2,7 @@
 
 use crate::failure::CommandError;
 use crate::options::{ColorChoice, CommandLine};
+use ballistic_gel::scene::SceneError;
 use clap::builder::styling::{AnsiColor, Color as Color16, Style};
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -99,7 +100,7 @@ impl Console {
     pub fn failure(&self, failure: &CommandError) {
         self.error(&failure.to_string());
         if self.json {
-            self.print(&format!("{:#}", json!({ "error": failure.to_string() })));
+            self.print(&format!("{:#}", failure_json(failure)));
         }
     }
 
@@ -118,6 +119,18 @@ impl Console {
         let style = if is_coloured { style } else { Style::new() };
         format!("{style}{text}{style:#}")
     }
+}
+
+/// Describes a failure: its message, and of an invalid scene the key, the line, the value found and the values expected.
+fn failure_json(failure: &CommandError) -> Value {
+    let mut object = json!({ "error": failure.to_string() });
+    if let CommandError::Scene { error: SceneError { key, line, kind }, .. } = failure {
+        object["key"] = json!(key);
+        object["line"] = json!(line);
+        object["found"] = json!(kind.found());
+        object["expected"] = json!(kind.expected());
+    }
+    object
 }
 
 /// Prints the help or the complaint of the argument parser, and returns the exit status.

@@ -47,9 +47,17 @@ pub enum RunError {
 /// Error that ends a command.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// Bad input: the user can correct the command line or the scene.
+    /// Bad input: the user can correct the command line or a file.
     #[error("{0}")]
     BadInput(String),
+    /// Invalid scene: the user can correct it at the key of the error.
+    #[error("{place}{error}")]
+    Scene {
+        /// Scene and overrides at fault, before the message.
+        place: String,
+        /// Key, value found and values expected.
+        error: SceneError,
+    },
     /// The run ended before its end time.
     #[error("{0}")]
     Stopped(String),
@@ -59,10 +67,19 @@ pub enum CommandError {
 }
 
 impl CommandError {
+    /// Puts a place before the message of bad input.
+    pub fn placed(self, place: &str) -> Self {
+        match self {
+            Self::BadInput(why) => Self::BadInput(format!("{place}{why}")),
+            Self::Scene { place: own, error } => Self::Scene { place: format!("{place}{own}"), error },
+            other => other,
+        }
+    }
+
     /// Returns the exit status: 2 for bad input, 1 for every other error.
     pub fn code(&self) -> u8 {
         match self {
-            Self::BadInput(_) => 2,
+            Self::BadInput(_) | Self::Scene { .. } => 2,
             Self::Run(_) | Self::Stopped(_) => 1,
         }
     }
@@ -71,7 +88,7 @@ impl CommandError {
 impl From<RunError> for CommandError {
     fn from(error: RunError) -> Self {
         match error {
-            RunError::Scene(error) => Self::BadInput(error.to_string()),
+            RunError::Scene(error) => Self::Scene { place: String::new(), error },
             RunError::Build(error) => Self::BadInput(error.to_string()),
             other => Self::Run(other),
         }

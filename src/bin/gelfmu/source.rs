@@ -30,14 +30,16 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     match scene::read_with(&original, overrides, &fmi2::scene_file_reader(folder)) {
         Ok(OverriddenScene { text, scene }) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
-        Err(fault) => Err(CommandError::BadInput(describe_fault(name, &fault))),
+        Err(OverrideError { overrides, error }) => {
+            Err(CommandError::Scene { place: describe_place(name, &overrides), error: *error })
+        }
     }
 }
 
 /// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: overrides do not remove levels.
 pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let source = load(name, overrides)?;
-    let bad_input = |error| CommandError::BadInput(format!("scene {name}: {error}"));
+    let bad_input = |error| CommandError::Scene { place: describe_place(name, &[]), error };
     let text = scene::rebase_scene(&read_original(name)?, overrides).map_err(bad_input)?;
     let scene = scene::read_with_files(&text, &fmi2::scene_file_reader(&source.folder)).map_err(bad_input)?;
     Ok(SceneSource { text, scene, ..source })
@@ -48,7 +50,7 @@ pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, CommandError> {
     let name = path.display().to_string();
     let text = fmi2::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
     let read = scene::read_with_files(&text, &fmi2::scene_file_reader(folder));
-    read.map_err(|error| CommandError::BadInput(format!("scene {name}: {error}")))
+    read.map_err(|error| CommandError::Scene { place: describe_place(&name, &[]), error })
 }
 
 fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
@@ -60,9 +62,9 @@ fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
     ))
 }
 
-/// Formats an error with the line of the user's own text, or with the overrides at fault.
-fn describe_fault(name: &str, fault: &OverrideError) -> String {
-    let set: Vec<String> = fault.overrides.iter().map(|o| format!("--set {}={}", o.key, o.value)).collect();
+/// Names a scene and the overrides at fault, before an error with the line of the user's own text.
+fn describe_place(name: &str, overrides: &[Override]) -> String {
+    let set: Vec<String> = overrides.iter().map(|o| format!("--set {}={}", o.key, o.value)).collect();
     let with = if set.is_empty() { "" } else { " with " };
-    format!("scene {name}{with}{}: {}", set.join(" "), fault.error)
+    format!("scene {name}{with}{}: ", set.join(" "))
 }

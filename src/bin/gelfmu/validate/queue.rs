@@ -81,7 +81,7 @@ pub fn run_cases(
 
 /// Hashes what decides a row: the scene without its comments, and the sources of the solver.
 fn row_hash(text: &str) -> Result<u128, CommandError> {
-    let scene = scene::read(text).map_err(|error| CommandError::BadInput(error.to_string()))?;
+    let scene = scene::read(text).map_err(RunError::from)?;
     let scene = serde_json::to_string(&scene).expect("a scene consists of tables, numbers and text");
     Ok(xxhash_rust::xxh3::xxh3_128(format!("{SOURCE_STAMP} {scene}").as_bytes()))
 }

@@ -214,10 +214,7 @@ impl PlannedRun {
         console: &Console,
     ) -> Result<Self, CommandError> {
         let place = format!("{}{}: ", shot.place, shot.name);
-        let prefixed = |error: CommandError| match error {
-            CommandError::BadInput(why) => CommandError::BadInput(format!("{place}{why}")),
-            other => other,
-        };
+        let prefixed = |error: CommandError| error.placed(&place);
         let mut scene = source::load(name, &overrides).map_err(prefixed)?.scene;
         let refuse = |key: &str, why: String| Err(CommandError::BadInput(format!("{place}scene {name}: {key}: {why}")));
         if scene.gel.material != MaterialModel::TwoNetwork {
@@ -248,10 +245,7 @@ impl PlannedRun {
     /// Loads the scene with values of the gel.
     fn load(&self, values: &[GelValue]) -> Result<Scene, CommandError> {
         let overrides: Vec<Override> = self.overrides.iter().cloned().chain(gel_overrides(&self.gel, values)).collect();
-        source::load(&self.scene, &overrides).map(|source| source.scene).map_err(|error| match error {
-            CommandError::BadInput(why) => CommandError::BadInput(format!("{}{why}", self.place)),
-            other => other,
-        })
+        source::load(&self.scene, &overrides).map(|source| source.scene).map_err(|error| error.placed(&self.place))
     }
 
     /// Returns the velocity for a message.
