@@ -28,8 +28,8 @@ use std::path::Path;
 /// Limit of the points of a curve: a plot is 640 pixels wide.
 const PLOT_POINTS: usize = 2000;
 
-/// Limit of the number of intervals between pictures; 13 pictures keep the page at some megabytes.
-const MAX_PICTURE_INTERVALS: usize = 12;
+/// Limit of the number of intervals between pictures, which stand in for the view where there is no WebGL, and in print.
+const MAX_PICTURE_INTERVALS: usize = 6;
 
 /// Limit of the number of intervals between frames of the view in three dimensions.
 const MAX_VIEW_INTERVALS: usize = 120;

@@ -8,10 +8,27 @@ use crate::mesh::{self, NodeId, Simplex};
 use crate::scene::{OutputField, Scene};
 use crate::simulation::{BodyKinematics, BodyPose, FrameCells, FrameField, MeshFrame};
 
+/// Boundary of the elements of the last frame: most frames of a mesh have the same.
+#[derive(Default)]
+pub(super) struct KnownBoundary {
+    elements: Vec<[u32; 4]>,
+    facets: Vec<[u32; 3]>,
+}
+
+impl KnownBoundary {
+    /// Returns the boundary facets of elements with this number of corners.
+    fn of(&mut self, elements: &[[u32; 4]], corners: usize) -> Vec<[u32; 3]> {
+        if self.elements != elements {
+            (self.elements, self.facets) = (elements.to_vec(), boundary_facets(elements, corners));
+        }
+        self.facets.clone()
+    }
+}
+
 /// Reads a frame from the bytes of its grid file; `None` if it is not one of this crate.
-pub(super) fn read(bytes: &[u8], scene: &Scene, history: &CsvTable) -> Option<MeshFrame> {
+pub(super) fn read(bytes: &[u8], scene: &Scene, history: &CsvTable, boundary: &mut KnownBoundary) -> Option<MeshFrame> {
     let names: Vec<&str> = scene.output.fields.iter().map(|field| field.name()).collect();
-    Some(mesh_frame(grid::parse(bytes, &names)?, scene, history))
+    Some(mesh_frame(grid::parse(bytes, &names)?, scene, history, boundary))
 }
 
 /// Returns the pose of the body whose columns begin with `prefix`.
@@ -35,7 +52,7 @@ fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
 }
 
 /// Returns the frame of a grid with the bodies of the history.
-fn mesh_frame(grid: GelGrid, scene: &Scene, history: &CsvTable) -> MeshFrame {
+fn mesh_frame(grid: GelGrid, scene: &Scene, history: &CsvTable, boundary: &mut KnownBoundary) -> MeshFrame {
     let row = history.nearest_row(grid.time).unwrap_or_default();
     let prefixes = (0..=scene.fragment.len()).map(|i| if i == 0 { String::new() } else { format!("fragment{i}_") });
     let nodes: Vec<[u32; 4]> = grid
@@ -57,7 +74,7 @@ fn mesh_frame(grid: GelGrid, scene: &Scene, history: &CsvTable) -> MeshFrame {
         displacements: grid.displacements,
         points: grid.points,
         cells: FrameCells {
-            facets: boundary_facets(&nodes, grid.corners),
+            facets: boundary.of(&nodes, grid.corners),
             nodes,
             step: grid.steps,
             jacobian: grid.jacobians,

@@ -79,7 +79,8 @@ impl SavedRun<'_> {
         &self,
         numbers: impl Iterator<Item = usize>,
     ) -> Result<impl Iterator<Item = Result<MeshFrame, SavedRunError>>, SavedRunError> {
-        let history = CsvTable::read(&self.folder.join("history.csv"))?;
+        let (history, mut boundary) =
+            (CsvTable::read(&self.folder.join("history.csv"))?, frame::KnownBoundary::default());
         Ok(numbers.map(move |number| {
             let path = self.frame_path(number);
             let bytes = std::fs::read(&path).map_err(|source| SavedRunError::Read { path: path.clone(), source })?;
@@ -88,7 +89,7 @@ impl SavedRun<'_> {
                 found: "no grid of a gel".to_owned(),
                 expected: "a frame as gelfmu run writes it; run the scene again",
             };
-            frame::read(&bytes, self.scene, &history).ok_or_else(content)
+            frame::read(&bytes, self.scene, &history, &mut boundary).ok_or_else(content)
         }))
     }
 
