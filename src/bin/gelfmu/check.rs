@@ -48,7 +48,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
         format!("{}: {}{set}", fidelity.as_str(), level::describe_expectation(level))
     });
-    let set: Vec<String> = options.set.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
+    let set: Vec<String> =
+        options.set.iter().map(|o| format!(" --set {}", shell_word(&format!("{}={}", o.key, o.value)))).collect();
     let levels: Vec<String> = levels.collect();
     let levels = section("fidelity", &levels, console);
     let text = format!(
@@ -132,4 +133,10 @@ fn section(heading: &str, lines: &[String], console: &Console) -> String {
 
 fn bullet_list(lines: &[String]) -> String {
     lines.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
+}
+
+/// Quotes a word for a shell, if it needs that.
+fn shell_word(text: &str) -> String {
+    let is_plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "._=-+:/".contains(c));
+    if is_plain { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }

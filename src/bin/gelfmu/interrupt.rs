@@ -44,7 +44,10 @@ pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> st
         match request {
             EndRequest::Interrupt => note(waiting),
             EndRequest::Terminate => {
-                note(&format!("asked to terminate, at once in {} s; {waiting}", GRACE_PERIOD.as_secs()));
+                note(&format!(
+                    "asked to terminate: {waiting}; it is ended without that in {} s",
+                    GRACE_PERIOD.as_secs()
+                ));
                 std::thread::spawn(|| {
                     std::thread::sleep(GRACE_PERIOD);
                     if REQUEST_SEEN.load(Ordering::Relaxed) {

@@ -8,7 +8,7 @@ use std::path::Path;
 pub fn describe(summary: &Value, folder: &Path) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    let shot = [cavity_row(summary), course_row(summary), track_row(summary), overlap_row(summary)];
+    let shot = [cavity_row(summary), course_row(summary), track_row(summary), neck_row(summary), overlap_row(summary)];
     for (name, text) in summary_rows(summary).into_iter().chain(shot.into_iter().flatten()) {
         table.add_row([name, &text]);
     }
@@ -58,7 +58,9 @@ fn cavity_row(s: &Value) -> Option<(&'static str, String)> {
     let time = format_quantity(&s["time_of_greatest_cavity"], "s");
     let widens = s["time_of_greatest_cavity"].as_f64() == s["end_time"].as_f64();
     let still = if widens { ", still widening" } else { "" };
-    Some(("cavity", format!("{greatest} wide at {time}, {last} at the end{still}")))
+    let place =
+        s["depth_of_greatest_cavity"].as_f64().map_or(String::new(), |depth| format!(" {:.0} mm deep", 1e3 * depth));
+    Some(("cavity", format!("{greatest} wide{place} at {time}, {last} at the end{still}")))
 }
 
 /// Returns the row of the collapse and the pulsation of the cavity.
@@ -77,6 +79,12 @@ fn course_row(s: &Value) -> Option<(&'static str, String)> {
 fn track_row(s: &Value) -> Option<(&'static str, String)> {
     s["greatest_track_diameter"].as_f64().filter(|diameter| *diameter > 0.0)?;
     Some(("permanent track", format!("{} wide at most", format_quantity(&s["greatest_track_diameter"], "m"))))
+}
+
+/// Returns the row of the neck of a bullet that turns over.
+fn neck_row(s: &Value) -> Option<(&'static str, String)> {
+    s["neck_length"].as_f64()?;
+    Some(("neck", format!("{}, then the yaw passes 30°", format_quantity(&s["neck_length"], "m"))))
 }
 
 /// Returns a row that marks a run in which the gel overlaps itself.
@@ -108,7 +116,9 @@ fn describe_peak_depth(s: &Value) -> String {
 fn describe_rest(s: &Value) -> String {
     match s["rest_depth"].as_f64() {
         Some(_) => format!("{} from {}", format_depth(&s["rest_depth"]), format_quantity(&s["time_of_rest"], "s")),
-        None => "none: the nose moves by 0.2 mm or more in the last millisecond, or is not in the gel".to_owned(),
+        None => "none: the nose moves by 0.2 mm or more in the last millisecond (a later scene.end_time may show it), or is \
+                 not in the gel"
+            .to_owned(),
     }
 }
 

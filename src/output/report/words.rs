@@ -182,13 +182,16 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
     let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
         let widens = summary.time_of_greatest_cavity == Some(summary.end_time);
         let still = if widens { ", still widening" } else { "" };
-        [("temporary cavity", quantity(greatest, "m") + still), ("cavity at the end", quantity(last, "m"))]
+        let place = summary.wound.depth_of_greatest_cavity;
+        let place = place.map_or(String::new(), |depth| format!(", {} deep", quantity(depth, "m")));
+        [("temporary cavity", quantity(greatest, "m") + &place + still), ("cavity at the end", quantity(last, "m"))]
     });
     let collapse = summary.wound.time_of_cavity_collapse.map(|time| ("cavity collapsed after", quantity(time, "s")));
     let track = summary.wound.greatest_track_diameter.filter(|diameter| *diameter > 0.0);
     let track = track.map(|diameter| ("permanent track", quantity(diameter, "m")));
+    let neck = summary.wound.neck_length.map(|length| ("neck, until the yaw passes 30°", quantity(length, "m")));
     let still = rest_figures(summary).into_iter().flatten();
-    let rest = still.chain(cavity.into_iter().flatten()).chain(collapse).chain(track).chain(rest);
+    let rest = still.chain(cavity.into_iter().flatten()).chain(collapse).chain(track).chain(neck).chain(rest);
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
     for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
         writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");

@@ -7,6 +7,7 @@ mod table;
 pub use table::{MeasuredTable, read};
 
 use crate::failure::RunError;
+use crate::new::rounded;
 use crate::results;
 use ballistic_gel::output::{ComparedCurve, insert_comparison};
 use serde_json::{Value, json};
@@ -94,14 +95,14 @@ fn describe_residual(curve: &ComparedCurve) -> String {
     };
     let share = |percent: Option<f64>| percent.map_or(String::new(), |percent| format!(" ({percent:.2} %)"));
     format!(
-        "{}: {} points of column {}, rms residual {:.4e} {}{}, greatest {:.4e} {}{}",
+        "{}: {} points of column {}, rms residual {} {}{}, greatest {} {}{}",
         curve.title,
         residual.points,
         curve.column,
-        residual.rms,
+        rounded(residual.rms),
         curve.unit,
         share(residual.rms_percent),
-        residual.greatest,
+        rounded(residual.greatest),
         curve.unit,
         share(residual.greatest_percent)
     )

@@ -4,28 +4,53 @@ use ballistic_gel::output::CurveAbscissa;
 
 /// Unit with the factor to SI.
 pub struct MeasuredUnit {
+    /// Name at the end of a column's name, in lower case with `_` between its words.
     name: &'static str,
+    /// Usual symbol.
+    symbol: &'static str,
     factor: f64,
 }
 
-const fn unit(name: &'static str, factor: f64) -> MeasuredUnit {
-    MeasuredUnit { name, factor }
+const fn unit(name: &'static str, symbol: &'static str, factor: f64) -> MeasuredUnit {
+    MeasuredUnit { name, symbol, factor }
 }
 
-const TIMES: [MeasuredUnit; 4] = [unit("s", 1.0), unit("ms", 1e-3), unit("us", 1e-6), unit("ns", 1e-9)];
-const LENGTHS: [MeasuredUnit; 5] =
-    [unit("m", 1.0), unit("cm", 1e-2), unit("mm", 1e-3), unit("um", 1e-6), unit("in", 0.0254)];
-const SPEEDS: [MeasuredUnit; 6] = [
-    unit("m_per_s", 1.0),
-    unit("m_s", 1.0),
-    unit("mps", 1.0),
-    unit("km_per_s", 1e3),
-    unit("ft_per_s", 0.3048),
-    unit("fps", 0.3048),
+const FOOT: f64 = 0.3048;
+/// Pound-force, N (NIST SP 811).
+const POUND_FORCE: f64 = 4.448_221_615_260_5;
+const TIMES: [MeasuredUnit; 4] =
+    [unit("s", "s", 1.0), unit("ms", "ms", 1e-3), unit("us", "µs", 1e-6), unit("ns", "ns", 1e-9)];
+const LENGTHS: [MeasuredUnit; 6] = [
+    unit("m", "m", 1.0),
+    unit("cm", "cm", 1e-2),
+    unit("mm", "mm", 1e-3),
+    unit("um", "µm", 1e-6),
+    unit("in", "in", 0.0254),
+    unit("inch", "in", 0.0254),
 ];
-const FORCES: [MeasuredUnit; 2] = [unit("n", 1.0), unit("kn", 1e3)];
-const ENERGIES: [MeasuredUnit; 3] = [unit("j", 1.0), unit("kj", 1e3), unit("mj", 1e-3)];
-const ANGLES: [MeasuredUnit; 3] = [unit("rad", 1.0), unit("deg", 0.017_453_292_519_943_295), unit("mrad", 1e-3)];
+const SPEEDS: [MeasuredUnit; 6] = [
+    unit("m_per_s", "m/s", 1.0),
+    unit("m_s", "m/s", 1.0),
+    unit("mps", "m/s", 1.0),
+    unit("km_per_s", "km/s", 1e3),
+    unit("ft_per_s", "ft/s", FOOT),
+    unit("fps", "ft/s", FOOT),
+];
+const FORCES: [MeasuredUnit; 3] = [unit("n", "N", 1.0), unit("kn", "kN", 1e3), unit("lbf", "lbf", POUND_FORCE)];
+const ENERGIES: [MeasuredUnit; 4] =
+    [unit("j", "J", 1.0), unit("kj", "kJ", 1e3), unit("mj", "mJ", 1e-3), unit("ft_lb", "ft lb", FOOT * POUND_FORCE)];
+/// Units of the energy in a centimetre.
+const ENERGIES_PER_LENGTH: [MeasuredUnit; 7] = [
+    unit("j_per_cm", "J/cm", 1.0),
+    unit("j_cm", "J/cm", 1.0),
+    unit("j_per_mm", "J/mm", 10.0),
+    unit("j_per_m", "J/m", 1e-2),
+    unit("kj_per_m", "kJ/m", 10.0),
+    unit("j", "J in a centimetre", 1.0),
+    unit("ft_lb_per_in", "ft lb/in", FOOT * POUND_FORCE / 2.54),
+];
+const ANGLES: [MeasuredUnit; 3] =
+    [unit("rad", "rad", 1.0), unit("deg", "°", 0.017_453_292_519_943_295), unit("mrad", "mrad", 1e-3)];
 
 /// Quantity that a table can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,8 +94,17 @@ impl MeasuredQuantity {
             Self::TrackDiameter => {
                 &["track_diameter", "permanent_track", "permanent_track_diameter", "permanent_cavity"]
             }
-            Self::EnergyPerCentimetre => &["energy_per_cm", "energy_per_centimetre", "energy_in_centimetre"],
+            Self::EnergyPerCentimetre => {
+                &["energy_per_cm", "energy_per_centimetre", "energy_in_centimetre", "energy", "deposited_energy"]
+            }
         }
+    }
+
+    /// Returns the symbols of the units that a column may have.
+    pub fn unit_symbols(self) -> String {
+        let mut symbols: Vec<&str> = self.units().iter().map(|unit| unit.symbol).collect();
+        symbols.dedup();
+        symbols.join(", ")
     }
 
     fn units(self) -> &'static [MeasuredUnit] {
@@ -79,7 +113,8 @@ impl MeasuredQuantity {
             Self::Depth | Self::CavityDiameter | Self::TrackDiameter => &LENGTHS,
             Self::Velocity => &SPEEDS,
             Self::Force => &FORCES,
-            Self::Energy | Self::EnergyPerCentimetre => &ENERGIES,
+            Self::Energy => &ENERGIES,
+            Self::EnergyPerCentimetre => &ENERGIES_PER_LENGTH,
             Self::Yaw => &ANGLES,
         }
     }
@@ -144,7 +179,7 @@ pub fn match_column(name: &str) -> Option<MatchedColumn> {
             }
             let suffix = rest.strip_prefix('_')?;
             let unit = quantity.units().iter().find(|unit| unit.name == suffix)?;
-            Some(MatchedColumn { quantity, factor: unit.factor, unit: Some(unit.name) })
+            Some(MatchedColumn { quantity, factor: unit.factor, unit: Some(unit.symbol) })
         })
     })
 }
@@ -168,7 +203,11 @@ mod tests {
         assert_eq!(found("velocity [m/s]"), Some((MeasuredQuantity::Velocity, 1.0)));
         assert_eq!(found("t_µs"), Some((MeasuredQuantity::Time, 1e-6)));
         assert_eq!(found("temporary cavity diameter, cm"), Some((MeasuredQuantity::CavityDiameter, 1e-2)));
-        assert_eq!(found("energy_per_cm_J"), Some((MeasuredQuantity::EnergyPerCentimetre, 1.0)));
+        let per_length = ["energy_per_cm_J", "energy_J_per_cm", "Energy [J/cm]", "energy_per_cm (J/cm)"];
+        assert!(per_length.iter().all(|name| found(name) == Some((MeasuredQuantity::EnergyPerCentimetre, 1.0))));
+        assert_eq!(found("energy (kJ/m)"), Some((MeasuredQuantity::EnergyPerCentimetre, 10.0)));
+        assert_eq!(found("energy_J"), Some((MeasuredQuantity::Energy, 1.0)));
+        assert!((found("energy (ft-lb)").unwrap().1 - 1.355_818).abs() < 1e-6);
         assert_eq!(found("yaw °").unwrap().0, MeasuredQuantity::Yaw);
         assert_eq!([found("temperature"), found("depth_furlong"), found("")], [None, None, None]);
     }

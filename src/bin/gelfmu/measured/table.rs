@@ -117,7 +117,9 @@ impl TableHeader {
                 table.notes.push(format!("column {name}: not matched, and not used"));
                 continue;
             };
-            let unit = column.unit.map_or("SI, the name has no unit".to_owned(), |unit| unit.replace("_per_", "/"));
+            let unit = column
+                .unit
+                .map_or_else(|| format!("{}, the name has no unit", column.quantity.si_unit()), str::to_owned);
             let meaning = column.quantity.key().replace('_', " ");
             table.notes.push(format!("column {name}: {meaning} ({unit}), {} values", points.len()));
             if i != abscissa && !points.is_empty() {
@@ -125,9 +127,10 @@ impl TableHeader {
             }
         }
         if table.curves.is_empty() {
-            let known: Vec<&str> = MeasuredQuantity::ALL[1..].iter().map(|quantity| quantity.key()).collect();
+            let known = MeasuredQuantity::ALL[1..].iter();
+            let known: Vec<String> = known.map(|known| format!("{} ({})", known.key(), known.unit_symbols())).collect();
             return Err(format!(
-                "found the columns {}, expected beside {} a column with values named {}, with its unit",
+                "found the columns {}, expected beside {} a column with values, named with its unit: one of {}",
                 self.names.join(", "),
                 self.names[abscissa],
                 known.join(", ")
@@ -168,7 +171,10 @@ mod tests {
         let short = refusal("time,velocity\n1\n");
         assert!(short.contains("line 2: found no row of the table"), "{short}");
         assert!(refusal("a,b\n1,2\n").contains("line 1: found the columns a, b, expected one named time or depth"));
-        assert!(refusal("time,b\n1,2\n").contains("expected beside time a column with values named depth, velocity"));
+        assert!(
+            refusal("time,b\n1,2\n")
+                .contains("expected beside time a column with values, named with its unit: one of depth (m, cm,")
+        );
         assert!(refusal("").contains("expected one named time or depth"));
     }
 }

@@ -17,6 +17,7 @@ impl BlockSize {
     /// Parses three lengths such as `15x15x40cm`; the unit of the last one holds for those without a unit.
     pub fn parse(text: &str) -> Result<Self, String> {
         let expected = || format!("found {text:?}, expected three lengths such as 15x15x40cm or 0.15x0.15x0.4 (m)");
+        let text = text.replace('"', "in");
         let parts: Vec<&str> = text.split(['x', '×', '*']).map(str::trim).collect();
         let [width, height, length] = parts[..] else { return Err(expected()) };
         let has_unit = |part: &&str| part.ends_with(|c: char| c.is_alphabetic());
@@ -25,7 +26,7 @@ impl BlockSize {
         }
         let unit = length.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').trim();
         let metres = |part: &str| {
-            let text = if has_unit(&part) { part.to_owned() } else { format!("{part} {unit}") };
+            let text = if has_unit(&part) { part.to_owned() } else { format!("{part} {unit}").trim().to_owned() };
             let value = QuantityKind::Length.parse(&text).map_err(|_| expected())?;
             let too_large =
                 || format!("found {text:?}, a block of more than 3 m; expected a unit, such as in 15x15x40cm");
@@ -55,6 +56,7 @@ mod tests {
         assert_eq!(BlockSize::parse("15 x 20 x 40 cm"), block(0.15, 0.2, 0.4));
         assert_eq!(BlockSize::parse("0.15x0.15x0.4"), block(0.15, 0.15, 0.4));
         assert_eq!(BlockSize::parse("6inx6inx16in"), block(0.1524, 0.1524, 0.4064));
+        assert_eq!(BlockSize::parse("6\"x6\"x16\""), block(0.1524, 0.1524, 0.4064));
         for text in ["15x15cm", "15x15x40kg", "axbxc", "0x15x40cm", "", "15x15x", "15x15x40", "15cmx15cmx40"] {
             assert!(BlockSize::parse(text).is_err(), "{text}");
         }

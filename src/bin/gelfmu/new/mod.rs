@@ -9,6 +9,7 @@ mod text;
 pub use block::BlockSize;
 pub use options::NewOptions;
 pub use shot::{Shot, named_projectile};
+pub use sizes::rounded;
 pub use text::scene_text;
 
 use crate::console::Console;
@@ -29,9 +30,14 @@ pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> 
     write_new(path, &text)?;
     let shown = path.display();
     let estimate = json!({ "longest_path": shot.longest_path(), "longest_time": shot.longest_time() });
+    let [width, height, length] = [shot.block.width, shot.block.height, shot.block.length].map(|side| 1e3 * side);
+    let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.yaw) };
     let told = format!(
-        "{shown}: {}. Run it with: gelfmu run {shown} --fidelity draft (coarse, standard and fine cost more)",
-        shot.projectile.title
+        "{shown}: {}, {:.2} g at {:.1} m/s{yaw}, into {width:.0} x {height:.0} x {length:.0} mm. Run it with: gelfmu run \
+         {shown} --fidelity draft (coarse, standard and fine cost more, and draft stops a bullet early)",
+        shot.projectile.title,
+        1e3 * shot.projectile.mass,
+        shot.speed
     );
     console.result(&json!({ "file": shown.to_string(), "estimate": estimate }), &told);
     Ok(())
