@@ -67,10 +67,13 @@ fn an_unreadable_table_is_refused_before_the_run() {
 }
 
 #[test]
-fn a_film_without_ffmpeg_is_left_as_pictures() {
+fn a_film_is_a_gif_or_without_ffmpeg_left_as_pictures() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(run_with(folder.path(), &["--set=output.frames=3"]).status.code(), Some(0));
-    let film = || gelfmu(folder.path(), &["movie", "shot"]);
+    assert_eq!(gelfmu(folder.path(), &["movie", "shot"]).status.code(), Some(0));
+    let gif = fs::read(folder.path().join("shot.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a") && gif.ends_with(b"\x3b") && gif.len() > 10_000, "{} bytes", gif.len());
+    let film = || gelfmu(folder.path(), &["movie", "shot", "--out", "shot.mp4"]);
     let said = film();
     assert_eq!(said.status.code(), Some(0), "{}", err(&said));
     assert!(err(&said).contains("ffmpeg is not installed"), "{}", err(&said));

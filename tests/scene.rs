@@ -228,7 +228,21 @@ fn what_is_not_a_key_and_a_value_is_refused() {
 }
 
 #[test]
+fn an_override_may_name_a_component_of_a_vector() {
+    let scene = scene::read(&resolved("projectile.velocity[3]=-1.5")).unwrap();
+    assert_eq!(scene.projectile.velocity, [0.0, 0.0, -1.5]);
+    let scene = scene::read(&resolved("projectile.velocity[1]=\"2 ft/s\"")).unwrap();
+    assert!((scene.projectile.velocity[0] - 0.6096).abs() < 1e-12);
+    not_an_override(
+        "projectile.velocity[4]=1",
+        "projectile.velocity[4]: found that projectile.velocity is a single value, expected a key inside a table",
+    );
+}
+
+#[test]
 fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
+    let text = scene::resolve(SPATIAL, &["projectile.mas=8.04 g".parse().unwrap()]).unwrap();
+    assert!(scene::read(&text).unwrap_err().to_string().contains("unknown key `mas` (did you mean `mass`?)"));
     not_a_scene(
         &resolved("mesh.sizes=1"),
         "line 20: mesh.sizes: found the unknown key `sizes` (did you mean `size`?), expected one of `size`, `lattice`, `element`, `grading`, `tree`",

@@ -95,7 +95,7 @@ fn density(scene: &Scene, body: usize) -> Option<String> {
     let given = format!("{name}.mass gives a density of {:.3} g/cm³", 1e-3 * density);
     if density > DENSEST {
         return Some(format!(
-            "{given}, more than any material has ({:.0} g/cm³): give its mass in kg and its lengths in m",
+            "{given}, more than any material has ({:.0} g/cm³): give its mass in kg and its lengths in m, or with units, as in \"8.04 g\"",
             1e-3 * DENSEST
         ));
     }
@@ -119,7 +119,7 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::TwoNetwork;
     (held && along > LONG * calibre(shape)).then(|| {
         "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth may be twice as \
-         great; use a spatial scene with an initial yaw and gel.symmetry = \"half\""
+         great; use a spatial scene with an initial yaw and gel.symmetry = \"half\" (gelfmu new … --yaw 2)"
             .to_owned()
     })
 }

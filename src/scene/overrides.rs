@@ -2,7 +2,7 @@
 
 use super::former_keys::{key_in_document, present_key};
 use super::quantity::begins_like_number;
-use super::{FidelityKind, FidelityLevel, QuantityKind, Scene, SceneError, explain};
+use super::{FidelityKind, FidelityLevel, Scene, SceneError, explain};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -146,6 +146,14 @@ fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), S
             return Err(no_member(change, name, 0));
         }
         let inner = place.entry(name.get()).or_insert_with(implicit_table);
+        if depth + 1 == tables.len()
+            && let Some(part) = component(inner, last)
+        {
+            let decor = part.decor().clone();
+            *part = value;
+            *part.decor_mut() = decor;
+            return Ok(());
+        }
         let inner = if is_list(inner) {
             let number = names.next().map_or("", |(_, number)| number.get());
             table_at(inner, number).map_err(|length| no_member(change, name, length))?
@@ -161,6 +169,13 @@ fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), S
 /// Returns true if the item is a list of tables.
 fn is_list(item: &Item) -> bool {
     item.is_array_of_tables() || item.as_array().is_some_and(|list| list.iter().all(Value::is_inline_table))
+}
+
+/// Returns component `number`, from 1, of a vector; `None` unless the item is a list of plain values with that many.
+fn component<'a>(item: &'a mut Item, number: &Key) -> Option<&'a mut Value> {
+    let at = number.get().parse::<usize>().ok()?.checked_sub(1)?;
+    let values = item.as_array_mut().filter(|values| !values.iter().any(Value::is_inline_table))?;
+    values.get_mut(at)
 }
 
 /// Table number `number`, from 1, of a list; otherwise the length of the list.
@@ -195,7 +210,7 @@ fn parse_value(change: &Override) -> Result<Value, SceneError> {
     match text.parse::<Value>() {
         Ok(value) => Ok(value),
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::from(text.as_str())),
-        Err(_) if is_quantity(change) => Ok(Value::from(text.as_str())), // the reader names a wrong unit
+        Err(_) if is_quantity(text) => Ok(Value::from(text.as_str())), // the reader names a wrong unit or key
         Err(_) => {
             let found = if text.is_empty() { "no value".to_owned() } else { format!("`{text}`") };
             Err(SceneError::value(&change.key, found, "a TOML value, such as 2e-3, [0, 0, -2], true or \"text\""))
@@ -203,11 +218,9 @@ fn parse_value(change: &Override) -> Result<Value, SceneError> {
     }
 }
 
-/// Returns true for a number with any unit, such as 124 gr, of a key with a unit.
-fn is_quantity(change: &Override) -> bool {
-    let name = change.key.rsplit('.').next().unwrap_or_default();
-    let has_unit = change.value.ends_with(|c: char| c.is_alphabetic() || "°³".contains(c));
-    QuantityKind::of_key(name).is_some() && begins_like_number(&change.value) && has_unit
+/// Returns true for a number with any unit, such as 124 gr.
+fn is_quantity(text: &str) -> bool {
+    begins_like_number(text) && text.ends_with(|c: char| c.is_alphabetic() || "°³".contains(c))
 }
 
 fn implicit_table() -> Item {

@@ -1,38 +1,34 @@
-//! `gelfmu movie`: a film of a finished run, through ffmpeg if it is installed.
+//! `gelfmu movie`: a film of a finished run, as a GIF, or as an MP4 by ffmpeg if that is installed.
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
 use crate::report_options::MovieOptions;
+use crate::results;
 use crate::source;
 use ballistic_gel::output::{SCENE, movie_pictures};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Filter of a GIF: its colours are chosen from the whole film.
-const PALETTE: &str = "split[a][b];[a]palettegen[p];[b][p]paletteuse";
+/// Speed of the choice of colours, from 1 (best) to 30.
+const PALETTE_SPEED: i32 = 10;
 
-/// Format of a film.
+/// Form in which a film is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum MovieFormat {
     Gif,
     Mp4,
+    /// Numbered PNG files, where there is no ffmpeg for an MP4.
+    Pictures,
 }
 
 impl MovieFormat {
     fn of(file: &Path) -> Result<Self, CommandError> {
         match file.extension().and_then(|extension| extension.to_str()) {
             Some("gif") => Ok(Self::Gif),
-            Some("mp4") => Ok(Self::Mp4),
+            Some("mp4") if run_quietly(Command::new("ffmpeg").arg("-version")) => Ok(Self::Mp4),
+            Some("mp4") => Ok(Self::Pictures),
             _ => Err(refuse(file, "found another ending", "a file that ends in .gif or .mp4")),
-        }
-    }
-
-    /// Returns the options of ffmpeg for the format.
-    fn encoding(self) -> &'static [&'static str] {
-        match self {
-            Self::Gif => &["-filter_complex", PALETTE],
-            Self::Mp4 => &["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18"],
         }
     }
 }
@@ -47,23 +43,58 @@ pub fn movie(options: &MovieOptions, console: &Console) -> Result<(), CommandErr
     }
     let out = options.out.clone().unwrap_or_else(|| default_file(folder));
     let format = MovieFormat::of(&out)?;
-    let has_ffmpeg = run_quietly(Command::new("ffmpeg").arg("-version"));
-    let place = if has_ffmpeg { out.clone() } else { out.with_extension("frames") };
+    let place = if format == MovieFormat::Pictures { out.with_extension("frames") } else { out };
     if place.exists() && !options.force {
-        return Err(refuse(&place, "found a file of this name", "a new name, or --force"));
+        return Err(refuse(&place, "found something of this name", "a new name, or --force"));
     }
     let source = source::load(&scene_file.to_string_lossy(), &[])?;
     let pictures =
         movie_pictures(folder, &source.scene).map_err(|error| CommandError::BadInput(format!("movie: {error}")))?;
-    if has_ffmpeg {
-        encode(&pictures, format, options.rate, &out)?;
-    } else {
-        write_pictures(&pictures, &place)?;
-        console.note("ffmpeg is not installed or not on the PATH: the film is left as PNG files");
+    match format {
+        MovieFormat::Gif => {
+            let failed = |error| CommandError::Stopped(format!("movie: the pictures make no GIF: {error}"));
+            results::replace(&place, &encode_gif(&pictures, options.rate).map_err(failed)?)?;
+        }
+        MovieFormat::Mp4 => encode(&pictures, options.rate, &place)?,
+        MovieFormat::Pictures => {
+            write_pictures(&pictures, &place)?;
+            console.note(
+                "ffmpeg is not installed or not on the PATH: the film is left as PNG files; a .gif needs no ffmpeg",
+            );
+        }
     }
-    let result = json!({ "file": place, "pictures": pictures.len(), "encoded": has_ffmpeg });
+    let result = json!({ "file": place, "pictures": pictures.len(), "encoded": format != MovieFormat::Pictures });
     console.result(&result, &format!("{}: {} pictures", place.display(), pictures.len()));
     Ok(())
+}
+
+/// Error of a decoder or encoder of pictures.
+type PictureError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Encodes the pictures, PNG files, as a GIF that repeats.
+fn encode_gif(pictures: &[Vec<u8>], rate: u32) -> Result<Vec<u8>, PictureError> {
+    let frames = pictures.iter().map(|picture| gif_frame(picture, rate)).collect::<Result<Vec<_>, _>>()?;
+    let [width, height] = frames.first().map_or([0; 2], |first| [first.width, first.height]);
+    let mut film = vec![];
+    let mut encoder = gif::Encoder::new(&mut film, width, height, &[])?;
+    encoder.set_repeat(gif::Repeat::Infinite)?;
+    frames.iter().try_for_each(|frame| encoder.write_frame(frame))?;
+    drop(encoder);
+    Ok(film)
+}
+
+/// Returns a picture, a PNG file, as a frame of a GIF with colours of its own, shown for 1/`rate` s.
+fn gif_frame(picture: &[u8], rate: u32) -> Result<gif::Frame<'static>, PictureError> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info()?;
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let info = reader.next_frame(&mut pixels)?;
+    let (width, height) = (u16::try_from(info.width)?, u16::try_from(info.height)?);
+    let frame = match info.color_type {
+        png::ColorType::Rgba => gif::Frame::from_rgba_speed(width, height, &mut pixels, PALETTE_SPEED),
+        _ => gif::Frame::from_rgb_speed(width, height, &pixels, PALETTE_SPEED),
+    };
+    // Hundredths of a second.
+    Ok(gif::Frame { delay: u16::try_from(100_u32.div_ceil(rate.max(1)))?, ..frame })
 }
 
 /// Returns the file of a film without `--out`: beside the folder, under its name.
@@ -102,15 +133,16 @@ fn write_pictures(pictures: &[Vec<u8>], folder: &Path) -> Result<(), CommandErro
     Ok(())
 }
 
-/// Encodes the pictures with ffmpeg.
-fn encode(pictures: &[Vec<u8>], format: MovieFormat, rate: u32, out: &Path) -> Result<(), CommandError> {
+/// Encodes the pictures as an MP4 with ffmpeg.
+fn encode(pictures: &[Vec<u8>], rate: u32, out: &Path) -> Result<(), CommandError> {
     let folder =
         tempfile::tempdir().map_err(|source| RunError::File { verb: "write", path: std::env::temp_dir(), source })?;
     write_pictures(pictures, folder.path())?;
-    let film = folder.path().join("film").with_extension(out.extension().unwrap_or_default());
+    let film = folder.path().join("film.mp4");
     let mut command = Command::new("ffmpeg");
     command.args(["-y", "-loglevel", "error", "-framerate", &rate.to_string(), "-i"]);
-    command.arg(folder.path().join("%05d.png")).args(format.encoding()).arg(&film);
+    command.arg(folder.path().join("%05d.png"));
+    command.args(["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18"]).arg(&film);
     let output = command.stdin(Stdio::null()).output();
     let why = match &output {
         Ok(output) if output.status.success() => None,
@@ -119,7 +151,7 @@ fn encode(pictures: &[Vec<u8>], format: MovieFormat, rate: u32, out: &Path) -> R
     };
     if let Some(why) = why {
         return Err(CommandError::Stopped(format!(
-            "ffmpeg made no film ({why}): choose the other of .gif and .mp4, or an ffmpeg with this format"
+            "ffmpeg made no film ({why}): choose a .gif, or an ffmpeg with H.264"
         )));
     }
     // An earlier film stays until the new one is complete.

@@ -70,7 +70,7 @@ pub enum GelfmuCommand {
     /// `gelfmu run` makes it at its end; an FMU with an output directory, and a run with --no-report, leave it to this
     /// command.
     Report(ReportFolderOptions),
-    /// Make a film of a finished run: a GIF or an MP4 with ffmpeg if it is installed, else the pictures as PNG files
+    /// Make a film of a finished run: a GIF, or an MP4 with ffmpeg if it is installed, else the pictures as PNG files
     Movie(MovieOptions),
     /// Draw the stages of a remesh: run a planar or axisymmetric scene until its mesh is distorted, and write a page of
     /// pictures

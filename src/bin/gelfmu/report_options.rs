@@ -28,7 +28,7 @@ pub struct MovieOptions {
     /// Folder with the results of a run with frames
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// File to write, .gif or .mp4 (DIR.gif if absent); without ffmpeg a folder of this name with PNG files
+    /// File to write, .gif or .mp4 (DIR.gif if absent); an .mp4 without ffmpeg is a folder of this name with PNG files
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Pictures per second
