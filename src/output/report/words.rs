@@ -204,8 +204,9 @@ fn expected_error(summary: &RunSummary) -> String {
     let level = summary.fidelity.as_str();
     match summary.expected_error {
         Some(error) => format!(
-            "<p>Expected error of the projectile's motion: <strong>{}</strong>, measured against the limit of refinement \
-             at the level <code>{level}</code>. It is an error of the discretisation, not of the gel model.</p>\n",
+            "<p>Expected error of the projectile's motion: <strong>{}</strong>, as the scene gives it for the level \
+             <code>{level}</code>, measured against the limit of refinement for this shot or one of its kind. It is an \
+             error of the discretisation, not of the gel model.</p>\n",
             percent(error)
         ),
         None => format!(

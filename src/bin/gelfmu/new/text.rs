@@ -15,9 +15,9 @@ const LEAST_WAVE: f64 = 800.0;
 /// Ratio of wave speed to impact speed from which compressibility changes the stagnation pressure by 2 % at most: that
 /// of `fbi-bb`.
 const WAVE_RATIO: f64 = 4.45;
-/// Time after the estimated stop in which the gel pushes the projectile back and the cavity closes, s. About an axis it
-/// costs little, and the calibration shot still moves by 0.2 mm in a millisecond after 6 ms.
+/// Time after the estimated stop in which the gel pushes the projectile back and the cavity closes, s.
 const RELAXATION: f64 = 6e-3;
+/// The same about an axis, where it costs little: the calibration shot still moves by 0.2 mm in a millisecond after 6 ms.
 const RELAXATION_ABOUT_AXIS: f64 = 12e-3;
 /// Time after the longest path for a projectile that yaws, s: it stops much earlier.
 const MARGIN: f64 = 3e-3;
