@@ -124,7 +124,8 @@ impl Console {
 /// Describes a failure: its message, and of an invalid scene the key, the line, the value found and the values expected.
 fn failure_json(failure: &CommandError) -> Value {
     let mut object = json!({ "error": failure.to_string() });
-    if let CommandError::Scene { error: SceneError { key, line, kind }, .. } = failure {
+    if let CommandError::Scene { error, .. } = failure {
+        let SceneError { key, line, kind } = &**error;
         object["key"] = json!(key);
         object["line"] = json!(line);
         object["found"] = json!(kind.found());

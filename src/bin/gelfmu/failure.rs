@@ -56,7 +56,7 @@ pub enum CommandError {
         /// Scene and overrides at fault, before the message.
         place: String,
         /// Key, value found and values expected.
-        error: SceneError,
+        error: Box<SceneError>,
     },
     /// The run ended before its end time.
     #[error("{0}")]
@@ -88,7 +88,7 @@ impl CommandError {
 impl From<RunError> for CommandError {
     fn from(error: RunError) -> Self {
         match error {
-            RunError::Scene(error) => Self::Scene { place: String::new(), error },
+            RunError::Scene(error) => Self::Scene { place: String::new(), error: Box::new(error) },
             RunError::Build(error) => Self::BadInput(error.to_string()),
             other => Self::Run(other),
         }

@@ -31,7 +31,7 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
     match scene::read_with(&original, overrides, &fmi2::scene_file_reader(folder)) {
         Ok(OverriddenScene { text, scene }) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
         Err(OverrideError { overrides, error }) => {
-            Err(CommandError::Scene { place: describe_place(name, &overrides), error: *error })
+            Err(CommandError::Scene { place: describe_place(name, &overrides), error })
         }
     }
 }
@@ -39,7 +39,7 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandEr
 /// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: overrides do not remove levels.
 pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let source = load(name, overrides)?;
-    let bad_input = |error| CommandError::Scene { place: describe_place(name, &[]), error };
+    let bad_input = |error| CommandError::Scene { place: describe_place(name, &[]), error: Box::new(error) };
     let text = scene::rebase_scene(&read_original(name)?, overrides).map_err(bad_input)?;
     let scene = scene::read_with_files(&text, &fmi2::scene_file_reader(&source.folder)).map_err(bad_input)?;
     Ok(SceneSource { text, scene, ..source })
@@ -50,7 +50,7 @@ pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, CommandError> {
     let name = path.display().to_string();
     let text = fmi2::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
     let read = scene::read_with_files(&text, &fmi2::scene_file_reader(folder));
-    read.map_err(|error| CommandError::Scene { place: describe_place(&name, &[]), error })
+    read.map_err(|error| CommandError::Scene { place: describe_place(&name, &[]), error: Box::new(error) })
 }
 
 fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
