@@ -6,6 +6,7 @@
 
 mod element_states;
 mod facet_pressure;
+mod group_kick;
 mod history;
 mod inversion_time;
 mod law;
@@ -17,6 +18,7 @@ mod simplex;
 mod simplex_potential;
 
 pub use facet_pressure::{FacetPressure, push};
+pub use group_kick::GroupKick;
 pub use history::{HistoryLanes, HistoryVariables};
 pub use inversion_time::{FORESEEN, TURNED};
 pub use potential::Potential;
@@ -27,7 +29,7 @@ pub use scalar::single_element::{SingleElementLaw, SingleElementResponse};
 pub(crate) use simd::batch::on;
 pub use simd::batch::{ElementBatch, LANES};
 pub use simd::layout::{
-    ElementBatches, ElementCorner, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput,
+    ElementBatches, ElementCorner, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput,
 };
 pub use simd::node_cache::{
     HeldNodes, MOST_LOCAL_NODES, NodeAccumulator, NodeCache, NodeMotion, NodeRow, NodeSource, rounding,

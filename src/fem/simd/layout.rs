@@ -17,7 +17,7 @@ use crate::fem::law::element_law::{ElementDeformation, ElementLaw};
 use crate::fem::law::kinematics::ShapeGradients;
 use crate::fem::law::neo_hookean::ShearStiffness;
 use crate::fem::law::rest_geometry::RestGeometry;
-use crate::fem::{HistoryVariables, MAX_NODES, Section, max_patch_size};
+use crate::fem::{GroupKick, HistoryVariables, MAX_NODES, Section, max_patch_size};
 use crate::math::Number;
 use fearless_simd::{Level, Simd, f64x8};
 use std::ops::Range;
@@ -57,28 +57,6 @@ pub struct ElementCorner {
     pub slot: u16,
     /// Number of the node within the block.
     pub node: u16,
-}
-
-/// Velocity kick of a group.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroupKick {
-    /// Duration of the impulse, s.
-    pub length: f64,
-    /// Time since the previous tick of the group, s.
-    pub elapsed: f64,
-}
-
-impl GroupKick {
-    /// No kick, at the tick of the last one.
-    pub const NONE: Self = Self { length: 0.0, elapsed: 0.0 };
-
-    /// Returns true if the kick takes back a part of the last one: the mesh ends in the first half of a step. Viscosity
-    /// has no part in such a kick, because reversed it would feed the motion (numerics A12).
-    #[inline]
-    #[must_use]
-    pub fn takes_back(&self) -> bool {
-        self.length < 0.0
-    }
 }
 
 /// Request for the power Σ f·v of the groups.

@@ -7,12 +7,11 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{ElementBatch, LANES, LaneArray, load_lanes, on, prefetch, sum_lanes};
-use super::layout::{
-    BatchLaw, ElementBatches, GroupKick, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput,
-};
+use super::layout::{BatchLaw, ElementBatches, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput};
 use super::node_cache::{NodeAccess, NodeCache, NodeRows};
 use super::transpose::{gather, scatter};
 use crate::constitutive::NeoHookean;
+use crate::fem::GroupKick;
 use crate::fem::history::HistoryLanes;
 use crate::fem::inversion_time::{FORESEEN, RadialSums, TURNED, closing_rate};
 use crate::fem::law::element_law::{

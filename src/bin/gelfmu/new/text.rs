@@ -17,7 +17,7 @@ const LEAST_WAVE: f64 = 800.0;
 const WAVE_RATIO: f64 = 4.45;
 /// Time after the estimated stop in which the gel pushes the projectile back and the cavity closes, s.
 const RELAXATION: f64 = 6e-3;
-/// The same about an axis, where it costs little: the calibration shot still moves by 0.2 mm in a millisecond after 6 ms.
+/// Relaxation about an axis, s, where it costs little: the calibration shot still moves by 0.2 mm in a millisecond after 6 ms.
 const RELAXATION_ABOUT_AXIS: f64 = 12e-3;
 /// Time after the longest path for a projectile that yaws, s: it stops much earlier.
 const MARGIN: f64 = 3e-3;
