@@ -79,7 +79,8 @@ fn bits_of_a_gel_that_is_damaged_do_not_depend_on_communication_steps_threads_or
     assert_eq!(other.digest(), whole.digest());
 }
 
-/// A cavity without air that collapses behind a ball of 720 m/s, on coarse cells.
+/// A cavity without air that collapses behind a ball of 720 m/s, on coarse cells, remade at set times: distortion alone ends
+/// no mesh then on some last digits.
 #[test]
 fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
     let changes = [
@@ -89,6 +90,7 @@ fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
         "remesh.smallest=0.42e-3",
         "remesh.growth=0.42",
         "scene.end_time=3.4e-3",
+        "remesh.times=[3.0e-3, 3.1e-3, 3.2e-3]",
     ];
     let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
     let scene = scene::read(&scene::resolve(scene::builtin("sphere-720").unwrap(), &changes).unwrap()).unwrap();
