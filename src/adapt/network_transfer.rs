@@ -106,8 +106,10 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     ) -> ReferenceShape<D> {
         let reference = self.past.kept_reference(same).scaled(part);
         records.copy_from_slice(self.records(same.element));
-        let at = (part != 1.0).then(|| self.deformation(&reference, now)).flatten();
-        if let Some(at) = at {
+        if part == 1.0 {
+            return reference;
+        }
+        if let Some(at) = self.deformation(&reference, now) {
             let tensors = self.spatial_tensors(&at, records);
             self.note_tick(&at, &tensors, records);
         }

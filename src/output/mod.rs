@@ -37,7 +37,7 @@ pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, Takeover
 pub use movie::movie_pictures;
 pub use penetration::{CavityCoursePoint, CavityGauge};
 #[cfg(feature = "cli")]
-pub use picture::model_picture;
+pub use picture::{OpaquePicture, model_picture};
 #[cfg(feature = "cli")]
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 #[cfg(feature = "cli")]

@@ -1,6 +1,6 @@
 //! Pictures of a film, drawn from the files of a finished run.
 
-use super::picture::{Camera, MeshPicture};
+use super::picture::{Camera, MeshPicture, OpaquePicture};
 use super::report;
 use super::saved_run::{SavedRun, SavedRunError};
 use crate::scene::Scene;
@@ -9,11 +9,11 @@ use std::path::Path;
 /// Width and height of a picture of the film, pixels: even numbers, as video formats need them.
 const MOVIE_SIZE: [usize; 2] = [960, 800];
 
-/// Returns the frames of a run as PNG files in order of time, coloured by speed on one scale.
+/// Returns the frames of a run as pictures in order of time, coloured by speed on one scale.
 ///
 /// # Errors
 /// [`SavedRunError`] if a file is missing or is not one of a run.
-pub fn movie_pictures(folder: &Path, scene: &Scene) -> Result<Vec<Vec<u8>>, SavedRunError> {
+pub fn movie_pictures(folder: &Path, scene: &Scene) -> Result<Vec<OpaquePicture>, SavedRunError> {
     let run = SavedRun { folder, scene };
     let mut camera: Option<Camera> = None;
     let picture = |frame| {

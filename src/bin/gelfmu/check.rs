@@ -67,7 +67,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         cost.nodes,
         cost.smallest_step,
         describe_memory(&memory),
-        options.scene,
+        shell_word(&options.scene),
         set.concat()
     );
     console.result(&result, &text);

@@ -2,6 +2,7 @@
 
 use crate::failure::CommandError;
 use crate::options::LevelOptions;
+use crate::rounding::rounded;
 use crate::source::{self, SceneSource};
 use ballistic_gel::scene::{FidelityKind, FidelityLevel, Override, Scene};
 
@@ -61,14 +62,14 @@ fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<FidelityKi
     };
     let fit = known.iter().filter(|level| level.error <= accuracy).min_by(|a, b| a.updates.total_cmp(&b.updates));
     let least = || {
-        format!("at least {}%, the best of its curve, or a finer one (`gelfmu trade --finer`)", rounded_percent(best))
+        format!("at least {}%, the best of its curve, or a finer one (`gelfmu trade --finer`)", rounded(100.0 * best))
     };
     fit.map_or_else(|| refuse("nothing so accurate", &least()), |level| Ok(level.fidelity))
 }
 
 /// Describes the expected error and cost of a level.
 pub fn describe_expectation(level: &FidelityLevel) -> String {
-    let error = level.error.map(|error| format!("an error of {} %", rounded_percent(error)));
+    let error = level.error.map(|error| format!("an error of {} %", rounded(100.0 * error)));
     let updates = level.updates.map(|updates| format!("{:.3} million element updates", 1e-6 * updates));
     let seconds = level.cpu_seconds.map(|seconds| format!("{seconds} CPU seconds where it was measured"));
     let all: Vec<String> = error.into_iter().chain(updates).chain(seconds).collect();
@@ -77,9 +78,4 @@ pub fn describe_expectation(level: &FidelityLevel) -> String {
     } else {
         format!("expect {}", all.join(", "))
     }
-}
-
-/// Converts a fraction to percent with three digits.
-fn rounded_percent(fraction: f64) -> f64 {
-    format!("{:.2e}", 100.0 * fraction).parse().unwrap_or(100.0 * fraction)
 }

@@ -23,6 +23,7 @@ mod remesh_demo;
 mod report;
 mod report_options;
 mod results;
+mod rounding;
 mod run;
 mod scratch;
 mod source;

@@ -5,7 +5,7 @@ use crate::failure::{CommandError, RunError};
 use crate::report_options::MovieOptions;
 use crate::results;
 use crate::source;
-use ballistic_gel::output::{SCENE, movie_pictures};
+use ballistic_gel::output::{OpaquePicture, SCENE, movie_pictures};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -50,10 +50,11 @@ pub fn movie(options: &MovieOptions, console: &Console) -> Result<(), CommandErr
     let source = source::load(&scene_file.to_string_lossy(), &[])?;
     let pictures =
         movie_pictures(folder, &source.scene).map_err(|error| CommandError::BadInput(format!("movie: {error}")))?;
+    let n_pictures = pictures.len();
     match format {
         MovieFormat::Gif => {
             let failed = |error| CommandError::Stopped(format!("movie: the pictures make no GIF: {error}"));
-            results::replace(&place, &encode_gif(&pictures, options.rate).map_err(failed)?)?;
+            results::replace(&place, &encode_gif(pictures, options.rate).map_err(failed)?)?;
         }
         MovieFormat::Mp4 => encode(&pictures, options.rate, &place)?,
         MovieFormat::Pictures => {
@@ -63,38 +64,34 @@ pub fn movie(options: &MovieOptions, console: &Console) -> Result<(), CommandErr
             );
         }
     }
-    let result = json!({ "file": place, "pictures": pictures.len(), "encoded": format != MovieFormat::Pictures });
-    console.result(&result, &format!("{}: {} pictures", place.display(), pictures.len()));
+    let result = json!({ "file": place, "pictures": n_pictures, "encoded": format != MovieFormat::Pictures });
+    console.result(&result, &format!("{}: {n_pictures} pictures", place.display()));
     Ok(())
 }
 
-/// Error of a decoder or encoder of pictures.
-type PictureError = Box<dyn std::error::Error + Send + Sync>;
-
-/// Encodes the pictures, PNG files, as a GIF that repeats.
-fn encode_gif(pictures: &[Vec<u8>], rate: u32) -> Result<Vec<u8>, PictureError> {
-    let frames = pictures.iter().map(|picture| gif_frame(picture, rate)).collect::<Result<Vec<_>, _>>()?;
-    let [width, height] = frames.first().map_or([0; 2], |first| [first.width, first.height]);
+/// Encodes the pictures as a GIF that repeats.
+fn encode_gif(pictures: Vec<OpaquePicture>, rate: u32) -> Result<Vec<u8>, gif::EncodingError> {
+    let [width, height] = pictures.first().map_or([0; 2], |first| first.size.map(side));
     let mut film = vec![];
     let mut encoder = gif::Encoder::new(&mut film, width, height, &[])?;
     encoder.set_repeat(gif::Repeat::Infinite)?;
-    frames.iter().try_for_each(|frame| encoder.write_frame(frame))?;
+    pictures.into_iter().try_for_each(|picture| encoder.write_frame(&gif_frame(picture, rate)))?;
     drop(encoder);
     Ok(film)
 }
 
-/// Returns a picture, a PNG file, as a frame of a GIF with colours of its own, shown for 1/`rate` s.
-fn gif_frame(picture: &[u8], rate: u32) -> Result<gif::Frame<'static>, PictureError> {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info()?;
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap_or_default()];
-    let info = reader.next_frame(&mut pixels)?;
-    let (width, height) = (u16::try_from(info.width)?, u16::try_from(info.height)?);
-    let frame = match info.color_type {
-        png::ColorType::Rgba => gif::Frame::from_rgba_speed(width, height, &mut pixels, PALETTE_SPEED),
-        _ => gif::Frame::from_rgb_speed(width, height, &pixels, PALETTE_SPEED),
-    };
+/// Returns a picture as a frame of a GIF with colours of its own, shown for 1/`rate` s.
+fn gif_frame(picture: OpaquePicture, rate: u32) -> gif::Frame<'static> {
+    let [width, height] = picture.size.map(side);
+    let mut pixels = picture.pixels.into_flattened();
+    let frame = gif::Frame::from_rgba_speed(width, height, &mut pixels, PALETTE_SPEED);
     // Hundredths of a second.
-    Ok(gif::Frame { delay: u16::try_from(100_u32.div_ceil(rate.max(1)))?, ..frame })
+    gif::Frame { delay: u16::try_from(100_u32.div_ceil(rate.max(1))).unwrap_or(u16::MAX), ..frame }
+}
+
+/// Returns a width or height as a GIF has it.
+fn side(pixels: usize) -> u16 {
+    u16::try_from(pixels).expect("a picture of a film has some thousand pixels a side")
 }
 
 /// Returns the file of a film without `--out`: beside the folder, under its name.
@@ -115,7 +112,7 @@ fn run_quietly(command: &mut Command) -> bool {
 }
 
 /// Writes the pictures as numbered PNG files into a folder.
-fn write_pictures(pictures: &[Vec<u8>], folder: &Path) -> Result<(), CommandError> {
+fn write_pictures(pictures: &[OpaquePicture], folder: &Path) -> Result<(), CommandError> {
     let failed = |path: &Path, source| RunError::File { verb: "write", path: path.to_path_buf(), source };
     std::fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
     // Pictures of an earlier, longer film.
@@ -128,13 +125,13 @@ fn write_pictures(pictures: &[Vec<u8>], folder: &Path) -> Result<(), CommandErro
     }
     for (number, picture) in pictures.iter().enumerate() {
         let file = folder.join(format!("{number:05}.png"));
-        std::fs::write(&file, picture).map_err(|error| failed(&file, error))?;
+        std::fs::write(&file, picture.png()).map_err(|error| failed(&file, error))?;
     }
     Ok(())
 }
 
 /// Encodes the pictures as an MP4 with ffmpeg.
-fn encode(pictures: &[Vec<u8>], rate: u32, out: &Path) -> Result<(), CommandError> {
+fn encode(pictures: &[OpaquePicture], rate: u32, out: &Path) -> Result<(), CommandError> {
     let folder =
         tempfile::tempdir().map_err(|source| RunError::File { verb: "write", path: std::env::temp_dir(), source })?;
     write_pictures(pictures, folder.path())?;

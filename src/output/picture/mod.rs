@@ -54,12 +54,29 @@ impl MeshPicture {
     }
 
     /// Returns the picture like [`MeshPicture::png`], on a white background.
-    pub(super) fn opaque_png(&self, field: PictureField, map: &ColourMap, place: impl Fn(f64) -> f64) -> Vec<u8> {
+    pub(super) fn opaque(&self, field: PictureField, map: &ColourMap, place: impl Fn(f64) -> f64) -> OpaquePicture {
         let on_white = |[r, g, b, opacity]: [u8; 4]| {
             let mix = |c: u8| ((u32::from(c) * u32::from(opacity) + 255 * (255 - u32::from(opacity))) / 255) as u8;
             [mix(r), mix(g), mix(b), 255]
         };
-        png(self.size, self.pixels.iter().map(|pixel| on_white(pixel.colour(map.at(place(pixel.value(field)))))))
+        let pixels = self.pixels.iter().map(|pixel| on_white(pixel.colour(map.at(place(pixel.value(field))))));
+        OpaquePicture { size: self.size, pixels: pixels.collect() }
+    }
+}
+
+/// Picture on a white background, as of a film.
+pub struct OpaquePicture {
+    /// Width and height, pixels.
+    pub size: [usize; 2],
+    /// Red, green, blue and full opacity of each pixel, row by row from the top.
+    pub pixels: Vec<[u8; 4]>,
+}
+
+impl OpaquePicture {
+    /// Returns the picture as a PNG file.
+    #[must_use]
+    pub fn png(&self) -> Vec<u8> {
+        png(self.size, self.pixels.iter().copied())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Pictures of the mesh with a slider through time.
 
 use super::format::{format_tick, quantity};
-use crate::output::picture::{ColourMap, MeshPicture, PictureField, SPEED, STEP};
+use crate::output::picture::{ColourMap, MeshPicture, OpaquePicture, PictureField, SPEED, STEP};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
@@ -80,9 +80,9 @@ pub(super) fn film(moment: f64, shots: &[MeshPicture]) -> String {
 }
 
 /// Returns pictures coloured by speed on one scale, on a white background.
-pub(in crate::output) fn speed_pictures(pictures: &[MeshPicture]) -> Vec<Vec<u8>> {
+pub(in crate::output) fn speed_pictures(pictures: &[MeshPicture]) -> Vec<OpaquePicture> {
     let scale = ColourScale::of_speed(pictures);
-    pictures.iter().map(|picture| picture.opaque_png(PictureField::Speed, &SPEED, |x| scale.place(x))).collect()
+    pictures.iter().map(|picture| picture.opaque(PictureField::Speed, &SPEED, |x| scale.place(x))).collect()
 }
 
 fn nearest_picture(moment: f64, shots: &[MeshPicture]) -> usize {

@@ -7,8 +7,8 @@ mod table;
 pub use table::{MeasuredTable, read};
 
 use crate::failure::RunError;
-use crate::new::rounded;
 use crate::results;
+use crate::rounding::rounded;
 use ballistic_gel::output::{ComparedCurve, insert_comparison};
 use serde_json::{Value, json};
 use std::path::Path;

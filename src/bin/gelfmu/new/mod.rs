@@ -9,7 +9,6 @@ mod text;
 pub use block::BlockSize;
 pub use options::NewOptions;
 pub use shot::{Shot, named_projectile};
-pub use sizes::rounded;
 pub use text::scene_text;
 
 use crate::console::Console;

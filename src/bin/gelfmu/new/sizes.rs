@@ -1,11 +1,7 @@
 //! Sizes of mesh and remeshing of a shot, by level, in radii of the projectile.
 
 use super::shot::{MeshedPart, Shot};
-
-/// Number rounded to three digits.
-pub fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
-}
+use crate::rounding::rounded;
 
 /// Sizes of one level.
 #[derive(Debug, Clone, Copy, PartialEq)]

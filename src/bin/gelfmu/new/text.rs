@@ -1,11 +1,12 @@
 //! Scene text of a shot.
 
 use super::shot::{MeshedPart, Shot, USUAL_YAW};
-use super::sizes::{LevelSizes, rounded};
+use super::sizes::LevelSizes;
 use crate::failure::CommandError;
+use crate::rounding::rounded;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
-use ballistic_gel::scene::{self, Preset, ProjectileKind};
+use ballistic_gel::scene::{self, FidelityKind, Preset, ProjectileKind};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::fmt::Write;
 
@@ -221,6 +222,10 @@ fn levels(shot: &Shot, sizes: &[LevelSizes]) -> String {
     format!("{note}{}", levels.collect::<Vec<_>>().join("\n"))
 }
 
+/// Levels of a shot, from the cheapest.
+const LEVELS: [FidelityKind; 4] =
+    [FidelityKind::Draft, FidelityKind::Coarse, FidelityKind::Standard, FidelityKind::Fine];
+
 /// Relative errors of the depth by level, from the cheapest, and where they were measured.
 struct LevelErrors {
     errors: [Option<f64>; 4],
@@ -233,10 +238,11 @@ fn level_errors(shot: &Shot) -> LevelErrors {
         (MeshedPart::Meridian, ProjectileKind::Recovered) => {
             ([Some(0.23), Some(0.11), Some(0.02), None], "of two recovered shapes against `fine`")
         }
-        (MeshedPart::Meridian, _) => (
-            [Some(0.156), Some(0.072), Some(0.0093), Some(0.003)],
-            "those of `fbi-bb`, in cells of the same part of the radius",
-        ),
+        (MeshedPart::Meridian, _) => {
+            let calibration = scene::builtin("fbi-bb").and_then(|text| scene::read(text).ok());
+            let error = |level| calibration.as_ref().and_then(|scene| scene.fidelity.get(level)?.error);
+            (LEVELS.map(error), "those of `fbi-bb`, in cells of the same part of the radius")
+        }
         _ => ([Some(0.22), None, None, None], "that of the 9 mm ball with 2° of yaw against `coarse`"),
     };
     LevelErrors { errors, source }

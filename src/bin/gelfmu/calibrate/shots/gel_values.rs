@@ -1,6 +1,7 @@
 //! Parameters of a gel: their values in a scene, the coordinates of a fit, and the lines of a scene.
 
 use crate::options::GelKey;
+use crate::rounding::rounded_to;
 use ballistic_gel::scene::{BranchSpec, GelSpec, Override, PowerLawSpec};
 use nalgebra::DVector;
 
@@ -148,5 +149,5 @@ fn free_exponent(values: &[GelValue]) -> f64 {
 
 /// Rounds a value to five digits.
 pub fn rounded(value: f64) -> f64 {
-    format!("{value:.4e}").parse().unwrap_or(value)
+    rounded_to(5, value)
 }
