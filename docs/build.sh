@@ -3,7 +3,8 @@
 #
 # Needs Python >= 3.11 with venv, and node with npm. The reference is printed by GELFMU. Any warning is an error, and so
 # is a page that would load anything from elsewhere. The tools go into target/site; WHEELS=FOLDER takes those of Python
-# from a folder instead of the package index.
+# from a folder instead of the package index. NOTEBOOKS=FOLDER shows the notebooks that `notebooks/run.py --save FOLDER`
+# left there, with their outputs; without it they are shown without.
 set -euo pipefail
 
 gelfmu=$(realpath "$1")
@@ -18,7 +19,9 @@ if ! cmp -s "$root/docs/site/package-lock.json" "$work/npm/package-lock.json"; t
     npm ci --prefix "$work/npm" --silent --no-audit --no-fund || { rm "$work/npm/package-lock.json"; exit 1; }
 fi
 
-rm -rf "$out" "$work/reference"
+rm -rf "$out" "$work/reference" "$root/docs/notebooks"
+mkdir "$root/docs/notebooks"
+cp "${NOTEBOOKS:-$root/notebooks}"/*.ipynb "$root/docs/notebooks"
 "$work/venv/bin/python" "$root/docs/site/reference.py" "$gelfmu" "$work/reference"
 KATEX=$work/npm/node_modules/katex "$work/venv/bin/sphinx-build" --quiet --fail-on-warning --keep-going --nitpicky \
     --fresh-env --doctree-dir "$work/doctrees" -b html "$root/docs" "$out"

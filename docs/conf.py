@@ -17,10 +17,12 @@ copyright = author  # noqa: A001
 release = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["package"]["version"]
 version = release
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "katex_math"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "katex_math"]
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 4
 myst_dmath_double_inline = True
+nb_execution_mode = "off"  # notebooks/run.py executes them
+nb_ipywidgets_js = {}  # nothing from elsewhere: a progress bar is shown as text
 exclude_patterns = ["site/**", "requirements.*"]
 highlight_language = "none"  # indented blocks are commands or what they print
 nitpicky = True
@@ -57,8 +59,14 @@ def _prepare(app, name, source):
         source[0] = source[0].replace("{VERSION}", f"{{{release}}}")
 
 
+def _show_notebooks(app, path, name, source):
+    """Lead links to the notebooks, which docs/build.sh brings into docs/, to their pages."""
+    source[0] = source[0].replace("](../notebooks/", "](notebooks/")
+
+
 def setup(app):
     """Follow links to pages from outside, name the version, and let tables of commas be plain text."""
     app.connect("source-read", _prepare)
+    app.connect("include-read", _show_notebooks)
     for language in ("bibtex", "csv"):
         app.add_lexer(language, TextLexer)
