@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # The files of a release, into dist/: `build/release.sh`, on x86-64 Debian, from the commit that will get the tag.
 #
-# - the wheel, for Linux on x86-64 with glibc 2.17 or later;
-# - gelfmu alone, the program of the wheel, with the licences;
+# - the wheels, for Linux on x86-64 with glibc 2.17 or later, and for Windows on x86-64;
+# - gelfmu alone, the program of the wheel for Linux, with the licences;
 # - the FMU of fbi-bb, with the libraries of every platform;
 # - the crate;
 # - SHA256SUMS of all.
@@ -29,20 +29,24 @@ check() {
         refuse "CHANGELOG.md: found no section \"## [$VERSION] - YYYY-MM-DD\": give the section of this version its date"
 }
 
-# The wheel, linked by zig against the C library of manylinux2014; zig is that of build/platforms.sh.
-wheel() {
-    local zig version
+# The wheels, linked by zig, which is that of build/platforms.sh: for Linux against the C library of manylinux2014, for
+# Windows with the standard library built from its sources, as in build/platforms.sh.
+wheels() {
+    local zig version sources
     version=$(sed -n 's/^ZIG_VERSION=//p' build/platforms.sh)
     zig=$("$TOOLS/zig-$version/bin/python" -c 'import ziglang, pathlib; print(pathlib.Path(ziglang.__file__).parent / "zig")')
-    CARGO_ZIGBUILD_ZIG_PATH=$zig PATH="${zig%/*}:$PATH" \
-        build/wheel.sh --zig --compatibility manylinux2014 --out "$DIST"
+    sources="$TOOLS/rust-src-$(rustc --version | cut -d' ' -f2)/library"
+    export CARGO_ZIGBUILD_ZIG_PATH=$zig PATH="${zig%/*}:$PATH"
+    build/wheel.sh --zig --compatibility manylinux2014 --out "$DIST"
+    RUSTC_BOOTSTRAP=1 __CARGO_TESTS_ONLY_SRC_ROOT=$sources CARGO_UNSTABLE_BUILD_STD=std,panic_unwind RUSTFLAGS=-Zhas-thread-local=yes \
+        build/wheel.sh --zig --target x86_64-pc-windows-gnu --out "$DIST"
 }
 
 # The program of the wheel, and the FMU that it packs; it refuses a platform whose library it does not hold.
 archives() {
     local made name="gelfmu-$VERSION-x86_64-linux"
     made=$(mktemp -d)
-    python3 -m zipfile --extract "$DIST"/*.whl "$made/wheel"
+    python3 -m zipfile --extract "$DIST"/*manylinux*.whl "$made/wheel"
     install -D -m 755 "$made"/wheel/*.data/scripts/gelfmu "$made/$name/gelfmu"
     cp LICENSE-APACHE LICENSE-MIT CHANGELOG.md "$made/$name"
     tar --create --gzip --file "$DIST/$name.tar.gz" --directory "$made" --owner 0 --group 0 --sort name \
@@ -60,7 +64,7 @@ check
 rm -rf "$DIST"
 mkdir "$DIST"
 build/platforms.sh
-wheel
+wheels
 archives
 crate
 (cd "$DIST" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)
