@@ -222,13 +222,9 @@ fn levels(shot: &Shot, sizes: &[LevelSizes]) -> String {
     format!("{note}{}", levels.collect::<Vec<_>>().join("\n"))
 }
 
-/// Levels of a shot, from the cheapest.
-const LEVELS: [FidelityKind; 4] =
-    [FidelityKind::Draft, FidelityKind::Coarse, FidelityKind::Standard, FidelityKind::Fine];
-
 /// Relative errors of the depth by level, from the cheapest, and where they were measured.
 struct LevelErrors {
-    errors: [Option<f64>; 4],
+    errors: [Option<f64>; 5],
     source: &'static str,
 }
 
@@ -236,14 +232,14 @@ struct LevelErrors {
 fn level_errors(shot: &Shot) -> LevelErrors {
     let (errors, source) = match (shot.meshed_part(), shot.projectile.kind) {
         (MeshedPart::Meridian, ProjectileKind::Recovered) => {
-            ([Some(0.23), Some(0.11), Some(0.02), None], "of two recovered shapes against `fine`")
+            ([Some(0.23), Some(0.11), Some(0.02), None, None], "of two recovered shapes against `fine`")
         }
         (MeshedPart::Meridian, _) => {
             let calibration = scene::builtin("fbi-bb").and_then(|text| scene::read(text).ok());
             let error = |level| calibration.as_ref().and_then(|scene| scene.fidelity.get(level)?.error);
-            (LEVELS.map(error), "those of `fbi-bb`, in cells of the same part of the radius")
+            (FidelityKind::ALL.map(error), "those of `fbi-bb`, in cells of the same part of the radius")
         }
-        _ => ([Some(0.22), None, None, None], "that of the 9 mm ball with 2° of yaw against `coarse`"),
+        _ => ([Some(0.22), None, None, None, None], "that of the 9 mm ball with 2° of yaw against `coarse`"),
     };
     LevelErrors { errors, source }
 }
