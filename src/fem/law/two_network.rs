@@ -179,7 +179,7 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
         let (at, nodes) = (&kinematics.at, &kinematics.nodes);
         let dilated = dilated(s, at, nodes);
         let swollen = u.curvature * dilated + slope.absolute() * kinematics.minor_curvature(section, s);
-        let damping = self.resistance(nodes.max_squared, rate * 2.0) * dilated / at.jacobian;
+        let damping = self.resistance(&kinematics, rate * 2.0) * dilated / at.jacobian;
         let stiffness = damped::<D, _>(self.density(), volume, volume * (sum.curvature + swollen), damping);
         let pushing = if kick.takes_back() { u.slope } else { slope };
         let pressure = pushing - at.above_floor.choose(sum.trace / (at.jacobian * 3.0), zero);
@@ -222,15 +222,18 @@ impl TwoNetwork {
             return (held.constant(0.0), held);
         }
         let rate = grown / (kinematics.at.jacobian * elapsed);
-        (rate, self.resistance(kinematics.nodes.max_squared, rate) * rate)
+        (rate, self.resistance(kinematics, rate) * rate)
     }
 
-    /// Returns η, Pa·s, for the least height, the inverse root of the greatest |g_a|².
+    /// Returns η, Pa·s, for the density ρ₀/J and the least height, the inverse root of the greatest |g_a|².
     #[inline(always)]
-    fn resistance<V: Number>(&self, max_squared: V, rate: V) -> V {
+    fn resistance<const D: usize, V: Number>(&self, kinematics: &NetworkKinematics<D, V>, rate: V) -> V {
+        let (one, max_squared) = (rate.constant(1.0), kinematics.nodes.max_squared);
         // An empty lane has no gradients.
-        let height = max_squared.constant(1.0) / max_squared.at_least(f64::MIN_POSITIVE).root();
-        self.viscosity().at(self.density(), self.sound_speed(), height, rate)
+        let height = one / max_squared.at_least(f64::MIN_POSITIVE).root();
+        // With ρ₀ a torn web of 3 kg/m³ was damped four hundred times too much, beyond what its step allowed.
+        let density = one * self.density() / kinematics.at.jacobian;
+        self.viscosity().at(density, self.sound_speed(), height, rate)
     }
 }
 

@@ -285,6 +285,20 @@ fn bulk_viscosity_acts_on_the_rate_of_volume_and_is_held_at_the_same_tick() {
 }
 
 #[test]
+fn bulk_viscosity_has_the_present_density() {
+    let gel = linear().with_viscosity(BulkViscosity { linear: 0.3, quadratic: 0.0 });
+    // V₀ q ΔJ with q = ρ₀/J b₁cℓ ΔJ/(J Δt), after ΔJ = kJ: k² b₁ρ₀cℓV₀/Δt, in proportion to the size ℓ.
+    let dissipated = |stretch: f64| {
+        let (rest, simplices) = simplex::<3>(Section::Spatial, gel);
+        let mut memory = fresh(&simplices);
+        let at = |factor: f64| rest.iter().map(|x| x * stretch * factor).collect::<Vec<_>>();
+        advance(&simplices, &at(1.0), (1.0, &mut memory));
+        advance(&simplices, &at(1.0 + 1e-3), (1e-3, &mut memory)).0.bulk
+    };
+    assert!((dissipated(4.0) / dissipated(1.0) - 4.0).abs() < 1e-9);
+}
+
+#[test]
 fn bulk_viscosity_has_no_part_in_a_kick_that_is_taken_back() {
     let viscosity = BulkViscosity { linear: 0.3, quadratic: 1.0 };
     let forces = |gel: TwoNetwork, length: f64| {
