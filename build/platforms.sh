@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # The libraries of the FMU for other platforms than this one, and for older systems, into target/platforms/binaries/PLATFORM/.
 #
-#     build/platforms.sh [linux64] [win64] [aarch64-linux] [darwin64]
+#     build/platforms.sh [--quick] [linux64] [win64] [aarch64-linux] [darwin64]
 #
-# Without arguments all four. darwin64, for both processors of macOS >= 11, is linked here and was never run.
+# Without names all four; with --quick those for other platforms than linux64 hardly optimized: the same bits, more slowly.
+# darwin64, for both processors of macOS >= 11, is linked here and was never run.
 # `cargo build --release --features bundled` then puts those of the same sources into gelfmu, and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
 # into a folder beside the registry of cargo:
 # - zig as linker and C library of every target (glibc 2.17, mingw-w64, macOS), with cargo-zigbuild;
@@ -13,31 +14,22 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-ZIG_VERSION=0.17.1
-ZIGBUILD_VERSION=0.24.1
 TOOLS="${BALLISTIC_GEL_TOOLS:-${CARGO_HOME:-$HOME/.cargo}/ballistic-gel-ci}"
 OUT="$PWD/target/platforms"
 RUST_VERSION=$(rustc --version | cut -d' ' -f2)
 SOURCES="$TOOLS/rust-src-$RUST_VERSION"
 
-zig() {
-    local venv="$TOOLS/zig-$ZIG_VERSION"
-    if [[ ! -x "$venv/ok" ]]; then
+# zig and cargo-zigbuild, in an environment of their own, kept until their versions change.
+tools() {
+    local venv="$TOOLS/platforms"
+    if ! cmp --silent build/platforms.txt "$venv/complete"; then
         rm -rf "$venv"
         python3 -m venv "$venv"
         "$venv/bin/pip" install --quiet --require-hashes --only-binary :all: --requirement build/platforms.txt
-        ln -s bin/python "$venv/ok"
+        ln -s "$("$venv/bin/python" -c 'import ziglang, pathlib; print(pathlib.Path(ziglang.__file__).parent / "zig")')" "$venv/zig"
+        cp build/platforms.txt "$venv/complete"
     fi
-    CARGO_ZIGBUILD_ZIG_PATH=$("$venv/bin/python" -c 'import ziglang, pathlib; print(pathlib.Path(ziglang.__file__).parent / "zig")')
-    export CARGO_ZIGBUILD_ZIG_PATH
-}
-
-zigbuild() {
-    local root="$TOOLS/cargo-zigbuild-$ZIGBUILD_VERSION"
-    if [[ ! -x "$root/bin/cargo-zigbuild" ]]; then
-        cargo install cargo-zigbuild --version "$ZIGBUILD_VERSION" --locked --quiet --root "$root"
-    fi
-    export PATH="$root/bin:$PATH"
+    export CARGO_ZIGBUILD_ZIG_PATH="$venv/zig" PATH="$venv/bin:$PATH"
 }
 
 # The sources of the standard library, checked by the signed index of the suite; 1 where this version is not served, 2 on errors.
@@ -87,6 +79,9 @@ library_with_std() {
 }
 
 platform() {
+    if [[ -n "$quick" && $1 != linux64 ]]; then
+        export CARGO_PROFILE_FMU_LTO=off CARGO_PROFILE_FMU_CODEGEN_UNITS=16 CARGO_PROFILE_FMU_OPT_LEVEL=1
+    fi
     case $1 in
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
     # Without native thread-local storage each load of the library takes indices that Windows has 1088 of, and that none gives back:
@@ -105,11 +100,15 @@ platform() {
     esac
 }
 
+quick=
+if [[ "${1:-}" == --quick ]]; then
+    quick=yes
+    shift
+fi
 wanted=("${@:-}")
 [[ -n "${wanted[0]}" ]] || wanted=(linux64 win64 aarch64-linux darwin64)
 mkdir -p "$OUT"
-zig
-zigbuild
+tools
 names=()
 missing=()
 for name in "${wanted[@]}"; do

@@ -32,11 +32,9 @@ check() {
 # The wheels, linked by zig, which is that of build/platforms.sh: for Linux against the C library of manylinux2014, for
 # Windows with the standard library built from its sources, as in build/platforms.sh.
 wheels() {
-    local zig version sources
-    version=$(sed -n 's/^ZIG_VERSION=//p' build/platforms.sh)
-    zig=$("$TOOLS/zig-$version/bin/python" -c 'import ziglang, pathlib; print(pathlib.Path(ziglang.__file__).parent / "zig")')
+    local sources
     sources="$TOOLS/rust-src-$(rustc --version | cut -d' ' -f2)/library"
-    export CARGO_ZIGBUILD_ZIG_PATH=$zig PATH="${zig%/*}:$PATH"
+    export CARGO_ZIGBUILD_ZIG_PATH="$TOOLS/platforms/zig" PATH="$TOOLS/platforms:$PATH"
     build/wheel.sh --zig --compatibility manylinux2014 --out "$DIST"
     RUSTC_BOOTSTRAP=1 __CARGO_TESTS_ONLY_SRC_ROOT=$sources CARGO_UNSTABLE_BUILD_STD=std,panic_unwind RUSTFLAGS=-Zhas-thread-local=yes \
         build/wheel.sh --zig --target x86_64-pc-windows-gnu --out "$DIST"
