@@ -12,8 +12,10 @@ use std::process::{Command, Stdio};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// Folder of the libraries for other platforms, each in a folder with the name of its platform in FMI.
+/// Folder of the libraries for other platforms, each in a folder with the name of its platform in FMI; the variable
+/// [`PLATFORMS_VARIABLE`] names another one.
 const PLATFORMS: &str = "target/platforms/binaries";
+const PLATFORMS_VARIABLE: &str = "BALLISTIC_GEL_PLATFORMS";
 
 /// The library, built.
 pub struct Built {
@@ -56,19 +58,21 @@ fn cdylib(message: &str) -> Option<PathBuf> {
     files.into_iter().find(|file| file.extension().is_some_and(|e| e == "so" || e == "dll" || e == "dylib"))
 }
 
-/// Collects the libraries of a release by their paths in the FMU: that of this platform, and those in [`PLATFORMS`] that hold
+/// Collects the libraries of a release by their paths in the FMU: that of this platform, and those for other platforms that hold
 /// the stamp of the sources. One that was made there for this platform, too, runs on older systems, and takes its place.
 pub fn collect(own: &Path, stamp: &str) -> Result<BTreeMap<String, PathBuf>, String> {
-    fs::create_dir_all(PLATFORMS).map_err(|e| format!("cannot make {PLATFORMS}: {e}"))?;
-    println!("cargo::rerun-if-changed={PLATFORMS}");
+    println!("cargo::rerun-if-env-changed={PLATFORMS_VARIABLE}");
+    let platforms = env::var(PLATFORMS_VARIABLE).unwrap_or_else(|_| PLATFORMS.to_owned());
+    fs::create_dir_all(&platforms).map_err(|e| format!("cannot make {platforms}: {e}"))?;
+    println!("cargo::rerun-if-changed={platforms}");
     let mut libraries = BTreeMap::from([(own_path()?, own.to_path_buf())]);
-    let unreadable = |e: std::io::Error| format!("cannot read {PLATFORMS}: {e}");
-    for folder in fs::read_dir(PLATFORMS).map_err(unreadable)? {
+    let unreadable = |e: std::io::Error| format!("cannot read {platforms}: {e}");
+    for folder in fs::read_dir(&platforms).map_err(unreadable)? {
         for file in fs::read_dir(folder.map_err(unreadable)?.path()).map_err(unreadable)? {
             let file = file.map_err(unreadable)?.path();
             let bytes = fs::read(&file).map_err(unreadable)?;
             if bytes.windows(stamp.len()).any(|text| text == stamp.as_bytes()) {
-                let path = file.strip_prefix(PLATFORMS).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+                let path = file.strip_prefix(&platforms).unwrap_or(&file).to_string_lossy().replace('\\', "/");
                 libraries.insert(format!("binaries/{path}"), file);
             } else {
                 println!("cargo::warning={} is of other sources and left out: run build/platforms.sh", file.display());

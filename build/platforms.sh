@@ -3,7 +3,8 @@
 #
 #     build/platforms.sh [--quick] [linux64] [win64] [aarch64-linux] [darwin64]
 #
-# Without names all four; with --quick those for other platforms than linux64 hardly optimized: the same bits, more slowly.
+# Without names all four. With --quick, for tests, into target/platforms/quick/PLATFORM/, and those for other platforms than linux64
+# hardly optimized: the same bits, more slowly. BALLISTIC_GEL_PLATFORMS=target/platforms/quick makes the next build of gelfmu hold them.
 # darwin64, for both processors of macOS >= 11, is linked here and was never run.
 # `cargo build --release --features bundled` then puts those of the same sources into gelfmu, and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
 # into a folder beside the registry of cargo:
@@ -68,9 +69,9 @@ library() {
         "--remap-path-prefix=$SOURCES=/rust" "--remap-path-prefix=$folder=/build" ${RUST_OPTIONS:-})
     CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && printf '%s' "${flags[*]}") cargo zigbuild --quiet --locked --profile fmu --lib \
         --no-default-features --target "$target" --target-dir "$folder" "$@"
-    mkdir -p "$OUT/binaries/$platform"
-    cp "$folder/${target%.2.17}/fmu/$file" "$OUT/binaries/$platform/BallisticGel.$extension"
-    printf '%s: %s bytes\n' "$platform" "$(stat --format %s "$OUT/binaries/$platform/BallisticGel.$extension")"
+    mkdir -p "$binaries/$platform"
+    cp "$folder/${target%.2.17}/fmu/$file" "$binaries/$platform/BallisticGel.$extension"
+    printf '%s: %s bytes\n' "$platform" "$(stat --format %s "$binaries/$platform/BallisticGel.$extension")"
 }
 
 # The same with the standard library built for the target.
@@ -100,9 +101,9 @@ platform() {
     esac
 }
 
-quick=
+quick= binaries="$OUT/binaries"
 if [[ "${1:-}" == --quick ]]; then
-    quick=yes
+    quick=yes binaries="$OUT/quick"
     shift
 fi
 wanted=("${@:-}")
@@ -118,12 +119,12 @@ for name in "${wanted[@]}"; do
     0) names+=("$name") ;;
     1)
         missing+=("$name")
-        rm -rf "$OUT/binaries/$name"
+        rm -rf "$binaries/$name"
         ;;
     *) exit 1 ;;
     esac
 done
-# Two at a time: the whole-program optimization of each takes one core.
+# Two at a time: each takes one core.
 status=0
 for name in "${names[@]}"; do
     (($(jobs -pr | wc -l) < 2)) || wait -n || status=1

@@ -40,7 +40,8 @@ wheels() {
         build/wheel.sh --zig --target x86_64-pc-windows-gnu --out "$DIST"
 }
 
-# The program of the wheel, and the FMU that it packs; it refuses a platform whose library it does not hold.
+# The program of the wheel, and the FMU that it packs; it refuses a platform whose library it does not hold. Both are tested, the
+# libraries on the platforms that wine and qemu, from Debian, stand for here.
 archives() {
     local made name="gelfmu-$VERSION-x86_64-linux"
     made=$(mktemp -d)
@@ -50,6 +51,9 @@ archives() {
     tar --create --gzip --file "$DIST/$name.tar.gz" --directory "$made" --owner 0 --group 0 --sort name \
         --mtime "@$(git log -1 --format=%ct)" "$name"
     "$made/$name/gelfmu" pack fbi-bb --platforms "$PLATFORMS" --out "$DIST/fbi-bb-$VERSION.fmu"
+    # CI runs libraries that are optimized less.
+    python3 tests/platforms/run.py "$made/$name/gelfmu" "$TOOLS/platforms/zig"
+    BALLISTIC_GEL_RELEASE="$made/$name/gelfmu" cargo test --release --locked --test conformance
     rm -rf "$made"
 }
 

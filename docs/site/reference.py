@@ -5,6 +5,7 @@ their own help, the projectiles from `gelfmu projectiles`, and the scenes from `
 """
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -21,7 +22,9 @@ def main(gelfmu, folder):
 
     def printed(*words):
         command = [gelfmu, "--color", "never", *words]
-        return subprocess.run(command, check=True, capture_output=True, text=True, encoding="utf-8").stdout
+        # Help is as wide as the terminal: here as where there is none.
+        options = {"stdin": subprocess.DEVNULL, "env": {**os.environ, "COLUMNS": "100"}, "text": True, "encoding": "utf-8"}
+        return subprocess.run(command, check=True, capture_output=True, **options).stdout
 
     folder.mkdir(parents=True, exist_ok=True)
     variables = tomllib.loads((ROOT / "modelDescription" / "variables.toml").read_text(encoding="utf-8"))

@@ -95,7 +95,7 @@ impl Preset {
                 speed: [75.0, 1150.0],
                 calibre: [4.37e-3, 5.5e-3],
                 fitted: "85 mm of a steel BB of 179.8 m/s [R1], within the slope of 165 to 195 m/s [D] and the cavity of 4.8 mm at 720 m/s [R12]",
-                validated: "depths of the BB at 75 to 210 m/s, of 4.8 mm at 650 to 1150 m/s and of 5.5 mm at 122 to 526 m/s, between two penetration laws [D] (5.5 mm at 300 m/s: 4 % above)",
+                validated: "depths of the BB at 75 to 210 m/s, of 4.8 mm at 650 to 1150 m/s and of 5.5 mm at 122 to 526 m/s, between two penetration laws [D] (5.5 mm at 300 m/s: 1 % above)",
             },
             Self::Gelatin20 => {
                 ShotRange { speed: [180.0; 2], calibre, fitted: "a BB of 180 m/s at 10 °C [R2]", validated: NOTHING }

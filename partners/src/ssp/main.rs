@@ -29,7 +29,7 @@ use std::process::{Command, ExitCode};
 use systems::SystemPlan;
 
 const USAGE: &str = "usage: ssp [--gelfmu FILE] OUT_DIR [SCENE [ARMOUR_SCENE]]; FILE is the command of the gel \
-                     (default: beside this program). Scenes are built-in ones or files: for gel and body (default \
+                     (default: beside this program, or where cargo puts it). Scenes are built-in ones or files: for gel and body (default \
                      sphere-block), and with a dome as first fragment (default partners/armour-block.toml)";
 const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/armour-block.toml");
 
@@ -51,7 +51,7 @@ fn main() -> ExitCode {
 /// Packs the systems of the command line. Nothing is built or written before every scene goes with its partners.
 fn pack_systems(mut arguments: Vec<String>) -> Result<(), String> {
     let folder = folder()?;
-    let mut gelfmu = folder.join(format!("gelfmu{EXE_SUFFIX}"));
+    let mut gelfmu = built_gelfmu(&folder);
     if let Some(option) = arguments.iter().position(|argument| argument == "--gelfmu") {
         gelfmu = arguments.drain(option..(option + 2).min(arguments.len())).nth(1).ok_or(USAGE)?.into();
     }
@@ -78,7 +78,18 @@ fn pack_systems(mut arguments: Vec<String>) -> Result<(), String> {
     plans.iter().try_for_each(|plan| write_system(&gel, plan, out))
 }
 
-/// Returns the folder of this program, in which cargo puts the command of the gel, too.
+/// Returns the command of the gel beside this program, or in the target folder of its package, in the same profile.
+fn built_gelfmu(folder: &Path) -> PathBuf {
+    let name = format!("gelfmu{EXE_SUFFIX}");
+    let beside = folder.join(&name);
+    if beside.exists() {
+        return beside;
+    }
+    let profile = folder.file_name().unwrap_or_default();
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../target")).join(profile).join(name)
+}
+
+/// Returns the folder of this program, in which cargo puts the libraries of the partners, too.
 fn folder() -> Result<PathBuf, String> {
     let own = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
     Ok(own.parent().ok_or("this program is in no folder")?.to_path_buf())

@@ -231,7 +231,7 @@ impl TwoNetwork {
         let (one, max_squared) = (rate.constant(1.0), kinematics.nodes.max_squared);
         // An empty lane has no gradients.
         let height = one / max_squared.at_least(f64::MIN_POSITIVE).root();
-        // With ρ₀ a torn web of 3 kg/m³ was damped four hundred times too much, beyond what its step allowed.
+        // With ρ₀ a torn web of 3 kg/m³ was damped 370 times too much, beyond what its step allowed.
         let density = one * self.density() / kinematics.at.jacobian;
         self.viscosity().at(density, self.sound_speed(), height, rate)
     }
