@@ -82,6 +82,7 @@ library_with_std() {
 platform() {
     if [[ -n "$quick" && $1 != linux64 ]]; then
         export CARGO_PROFILE_FMU_LTO=off CARGO_PROFILE_FMU_CODEGEN_UNITS=16 CARGO_PROFILE_FMU_OPT_LEVEL=1
+        [[ $1 != darwin64 ]] || export CARGO_PROFILE_FMU_OPT_LEVEL=0
     fi
     case $1 in
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
