@@ -3,8 +3,8 @@
 #
 #     build/platforms.sh [--quick] [linux64] [win64] [aarch64-linux] [darwin64]
 #
-# Without names all four. With --quick, for tests, into target/platforms/quick/PLATFORM/, and those for other platforms than linux64
-# hardly optimized: the same bits, more slowly. BALLISTIC_GEL_PLATFORMS=target/platforms/quick makes the next build of gelfmu hold them.
+# Without names all four. With --quick, for tests, into target/platforms/quick/PLATFORM/: without darwin64 if it is not named, and all but
+# linux64 hardly optimized: the same bits, more slowly. With BALLISTIC_GEL_PLATFORMS=target/platforms/quick gelfmu is built with these.
 # darwin64, for both processors of macOS >= 11, is linked here and was never run.
 # `cargo build --release --features bundled` then puts those of the same sources into gelfmu, and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
 # into a folder beside the registry of cargo:
@@ -82,7 +82,6 @@ library_with_std() {
 platform() {
     if [[ -n "$quick" && $1 != linux64 ]]; then
         export CARGO_PROFILE_FMU_LTO=off CARGO_PROFILE_FMU_CODEGEN_UNITS=16 CARGO_PROFILE_FMU_OPT_LEVEL=1
-        [[ $1 != darwin64 ]] || export CARGO_PROFILE_FMU_OPT_LEVEL=0
     fi
     case $1 in
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
@@ -108,7 +107,10 @@ if [[ "${1:-}" == --quick ]]; then
     shift
 fi
 wanted=("${@:-}")
-[[ -n "${wanted[0]}" ]] || wanted=(linux64 win64 aarch64-linux darwin64)
+if [[ -z "${wanted[0]}" ]]; then
+    wanted=(linux64 win64 aarch64-linux)
+    [[ -n "$quick" ]] || wanted+=(darwin64)
+fi
 mkdir -p "$OUT"
 tools
 names=()
