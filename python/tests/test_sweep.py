@@ -127,7 +127,7 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, kind):
     process = subprocess.Popen(command, stderr=subprocess.PIPE)
     folder = tmp_path / "rows of study" / "rows"
     until = time.monotonic() + 30.0
-    while (not folder.is_dir() or len(list(folder.iterdir())) < 5) and time.monotonic() < until:
+    while (not folder.is_dir() or len(list(folder.glob("*.json"))) < 5) and time.monotonic() < until:
         time.sleep(0.01)
     process.send_signal(kind)
     process.communicate(timeout=20.0)
