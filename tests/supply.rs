@@ -10,7 +10,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// What cargo says, in its `format`, of each crate along the `edges` of dependency that are built here.
+/// Lines of `cargo tree`, in its `format`, one for each crate along the `edges` of dependency.
 fn crates(edges: &str, format: &str) -> BTreeSet<String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let arguments = ["tree", "--offline", "--locked", "--prefix", "none", "--edges", edges, "--format", format];

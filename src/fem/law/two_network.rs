@@ -228,11 +228,10 @@ impl TwoNetwork {
     /// Returns η, Pa·s, for the density ρ₀/J and the least height, the inverse root of the greatest |g_a|².
     #[inline(always)]
     fn resistance<const D: usize, V: Number>(&self, kinematics: &NetworkKinematics<D, V>, rate: V) -> V {
-        let (one, max_squared) = (rate.constant(1.0), kinematics.nodes.max_squared);
         // An empty lane has no gradients.
-        let height = one / max_squared.at_least(f64::MIN_POSITIVE).root();
+        let height = rate.constant(1.0) / kinematics.nodes.max_squared.at_least(f64::MIN_POSITIVE).root();
         // With ρ₀ a torn web of 3 kg/m³ was damped 370 times too much, beyond what its step allowed.
-        let density = one * self.density() / kinematics.at.jacobian;
+        let density = rate.constant(self.density()) / kinematics.at.jacobian;
         self.viscosity().at(density, self.sound_speed(), height, rate)
     }
 }
