@@ -1,4 +1,4 @@
-//! Makes the table of variables from `modelDescription/variables.toml` and, for the command, the library to be packed and its licences.
+//! Makes the table of variables from `modelDescription/variables.toml` and, for the command, the libraries to be packed and their licences.
 
 #[path = "build/library.rs"]
 mod library;
@@ -32,10 +32,10 @@ fn prepare() -> Result<(), String> {
     pin_library();
     variables::generate("modelDescription/variables.toml", &out.join("variables.rs"))?;
     if env::var_os("CARGO_FEATURE_CLI").is_some() {
-        let library = library::build(&out)?;
-        let libraries = library.as_ref().map(|own| library::collect(&own.file, &stamp)).transpose()?;
-        library::embed(&libraries.unwrap_or_default(), &out)?;
-        licenses::collect(library.as_ref().map(|l| l.messages.as_str()), &out)?;
+        let release = library::collect(&out, &stamp)?;
+        let messages = release.as_ref().map(|release| release.messages.as_str());
+        licenses::collect(messages, &out)?;
+        library::embed(&release.map(|release| release.libraries).unwrap_or_default(), &out)?;
     }
     Ok(())
 }

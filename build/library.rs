@@ -17,22 +17,36 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 const PLATFORMS: &str = "target/platforms/binaries";
 const PLATFORMS_VARIABLE: &str = "BALLISTIC_GEL_PLATFORMS";
 
-/// The library, built.
-pub struct Built {
-    /// The file.
-    pub file: PathBuf,
-    /// What cargo said of every crate that it built for it: JSON, one object in a line.
+/// The libraries of a release.
+pub struct Release {
+    /// The files by their paths in the FMU.
+    pub libraries: BTreeMap<String, PathBuf>,
+    /// What cargo said of every crate of the library of this platform: JSON, one object in a line.
     pub messages: String,
 }
 
-/// Builds the library to be packed, with the feature `bundled`: a program without it packs the library that cargo puts beside it.
-pub fn build(out: &Path) -> Result<Option<Built>, String> {
+/// Returns the libraries to be packed, with the feature `bundled`: a program without it packs the library that cargo puts beside it.
+/// That of this platform is built, unless `build/platforms.sh` has made it: that one runs on older systems, too.
+pub fn collect(out: &Path, stamp: &str) -> Result<Option<Release>, String> {
     if env::var_os("CARGO_FEATURE_BUNDLED").is_none() {
         return Ok(None);
     }
+    let (mut libraries, own) = (made(stamp)?, own_path()?);
+    let messages = if libraries.contains_key(&own) {
+        cargo(out, &["check"])?
+    } else {
+        let messages = cargo(out, &["rustc", "--crate-type", "cdylib"])?;
+        let file = messages.lines().find_map(cdylib).ok_or("cargo did not say where it put the library of the FMU")?;
+        libraries.insert(own, file);
+        messages
+    };
+    Ok(Some(Release { libraries, messages }))
+}
+
+/// Runs a command of cargo for the library of the FMU, and returns its messages.
+fn cargo(out: &Path, action: &[&str]) -> Result<String, String> {
     let (host, target) = (variable("HOST")?, variable("TARGET")?);
-    let folder = out.join("fmu");
-    let mut command = nested_cargo(&folder)?;
+    let mut command = nested_cargo(action, &out.join("fmu"))?;
     if host != target {
         command.args(["--target", &target]);
     }
@@ -44,9 +58,7 @@ pub fn build(out: &Path) -> Result<Option<Built>, String> {
             "cargo could not build the library of the FMU ({status}); its messages are above. With cargo install, use --locked"
         ));
     }
-    let messages = String::from_utf8(output.stdout).map_err(|e| format!("the messages of cargo: {e}"))?;
-    let file = messages.lines().find_map(cdylib).ok_or("cargo did not say where it put the library of the FMU")?;
-    Ok(Some(Built { file, messages }))
+    String::from_utf8(output.stdout).map_err(|e| format!("the messages of cargo: {e}"))
 }
 
 /// The dynamic library of the message that says where it is.
@@ -58,14 +70,13 @@ fn cdylib(message: &str) -> Option<PathBuf> {
     files.into_iter().find(|file| file.extension().is_some_and(|e| e == "so" || e == "dll" || e == "dylib"))
 }
 
-/// Collects the libraries of a release by their paths in the FMU: that of this platform, and those for other platforms that hold
-/// the stamp of the sources. One that was made there for this platform, too, runs on older systems, and takes its place.
-pub fn collect(own: &Path, stamp: &str) -> Result<BTreeMap<String, PathBuf>, String> {
+/// Returns the libraries that `build/platforms.sh` has made and that hold the stamp of the sources, by their paths in the FMU.
+fn made(stamp: &str) -> Result<BTreeMap<String, PathBuf>, String> {
     println!("cargo::rerun-if-env-changed={PLATFORMS_VARIABLE}");
     let platforms = env::var(PLATFORMS_VARIABLE).unwrap_or_else(|_| PLATFORMS.to_owned());
     fs::create_dir_all(&platforms).map_err(|e| format!("cannot make {platforms}: {e}"))?;
     println!("cargo::rerun-if-changed={platforms}");
-    let mut libraries = BTreeMap::from([(own_path()?, own.to_path_buf())]);
+    let mut libraries = BTreeMap::new();
     let unreadable = |e: std::io::Error| format!("cannot read {platforms}: {e}");
     for folder in fs::read_dir(&platforms).map_err(unreadable)? {
         for file in fs::read_dir(folder.map_err(unreadable)?.path()).map_err(unreadable)? {
@@ -118,9 +129,9 @@ fn zipped(libraries: &BTreeMap<String, PathBuf>) -> zip::result::ZipResult<Vec<u
     Ok(zip.finish()?.into_inner())
 }
 
-fn nested_cargo(folder: &Path) -> Result<Command, String> {
+fn nested_cargo(action: &[&str], folder: &Path) -> Result<Command, String> {
     let mut command = Command::new(env::var_os("CARGO").ok_or("CARGO is not set: run by cargo")?);
-    command.args(["rustc", "--quiet", "--locked", "--offline", "--profile", "fmu", "--lib", "--crate-type", "cdylib"]);
+    command.args(action).args(["--quiet", "--locked", "--offline", "--profile", "fmu", "--lib"]);
     command.args(["--no-default-features", "--message-format", "json-render-diagnostics", "--target-dir"]).arg(folder);
     for (key, _) in env::vars_os().filter(|(key, _)| inherited(key)) {
         command.env_remove(key);

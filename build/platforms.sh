@@ -3,8 +3,8 @@
 #
 #     build/platforms.sh [--quick] [linux64] [win64] [aarch64-linux] [darwin64]
 #
-# Without names all four. With --quick, for tests, into target/platforms/quick/PLATFORM/: without darwin64 if it is not named, and all but
-# linux64 hardly optimized: the same bits, more slowly. With BALLISTIC_GEL_PLATFORMS=target/platforms/quick gelfmu is built with these.
+# Without names all four. With --quick, for tests, into target/platforms/quick/PLATFORM/: without darwin64 if it is not named, linux64
+# less and the others hardly optimized: the same bits, more slowly. With BALLISTIC_GEL_PLATFORMS=target/platforms/quick gelfmu is built with these.
 # darwin64, for both processors of macOS >= 11, is linked here and was never run.
 # `cargo build --release --features bundled` then puts those of the same sources into gelfmu, and `gelfmu pack` into every FMU. Needs an x86-64 Debian with Python >= 3.11 and venv; it gets its other tools itself, pinned,
 # into a folder beside the registry of cargo:
@@ -67,8 +67,11 @@ library() {
     # No folder of this machine in the library.
     local flags=("--remap-path-prefix=$cargo_home=/cargo" "--remap-path-prefix=$PWD=/ballistic-gel"
         "--remap-path-prefix=$SOURCES=/rust" "--remap-path-prefix=$folder=/build" ${RUST_OPTIONS:-})
-    CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && printf '%s' "${flags[*]}") cargo zigbuild --quiet --locked --profile fmu --lib \
-        --no-default-features --target "$target" --target-dir "$folder" "$@"
+    # cargo optimizes a library as a whole only where it builds no other kind beside it; zigbuild alone builds for two processors at once.
+    local action=(rustc --crate-type cdylib)
+    [[ "$target" != universal2-* ]] || action=(zigbuild)
+    CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && printf '%s' "${flags[*]}") cargo-zigbuild "${action[@]}" --quiet --locked \
+        --profile fmu --lib --no-default-features --target "$target" --target-dir "$folder" "$@"
     mkdir -p "$binaries/$platform"
     cp "$folder/${target%.2.17}/fmu/$file" "$binaries/$platform/BallisticGel.$extension"
     printf '%s: %s bytes\n' "$platform" "$(stat --format %s "$binaries/$platform/BallisticGel.$extension")"
@@ -80,8 +83,9 @@ library_with_std() {
 }
 
 platform() {
-    if [[ -n "$quick" && $1 != linux64 ]]; then
-        export CARGO_PROFILE_FMU_LTO=off CARGO_PROFILE_FMU_CODEGEN_UNITS=16 CARGO_PROFILE_FMU_OPT_LEVEL=1
+    if [[ -n "$quick" ]]; then
+        export CARGO_PROFILE_FMU_LTO=off CARGO_PROFILE_FMU_CODEGEN_UNITS=16
+        [[ $1 == linux64 ]] || export CARGO_PROFILE_FMU_OPT_LEVEL=1
     fi
     case $1 in
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
