@@ -1,7 +1,6 @@
 """Tell how deep the BB of the calibration shot may rest, and which of its spreads matters most.
 
-    pip install "ballistic-gel[uncertainty]"
-    python examples/uncertainty.py 32 coarse
+    python examples/uncertainty.py 32 coarse    # needs the extra `uncertainty` of the package
 
 The numbers are the samples (a power of two; six shots each) and the level of accuracy: 32 at `coarse` are 192 shots
 of some seconds. A sweep that was ended goes on from its finished shots.

@@ -9,7 +9,7 @@ use ballistic_gel::output::{FolderClaim, RUN, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -408,13 +408,12 @@ fn a_mesh_that_is_too_fine_is_bad_input() {
     assert!(said.err.contains("raise mesh.size"), "{}", said.err);
 }
 
-#[cfg(unix)]
-#[test]
-fn an_interrupted_run_keeps_what_it_has() {
+/// Starts a run into `here`, ends it once it has written a row, and checks that what it has is kept; returns the folder.
+fn cut_short(options: &[&str], end: impl FnOnce(&mut Child)) -> TempDir {
     let folder = folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
-    command.args(["run", "ball-bounce", "--direct", "--out", "here"]).current_dir(folder.path());
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    command.args(["run", "ball-bounce", "--direct", "--out", "here"]).args(options).current_dir(folder.path());
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let history = folder.path().join("here/history.csv");
     for _ in 0..1000 {
         if history.exists() {
@@ -422,17 +421,30 @@ fn an_interrupted_run_keeps_what_it_has() {
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
+    end(&mut child);
     let said = said(child.wait_with_output().unwrap());
     assert_eq!(said.status, Some(130), "{}", said.err);
     assert!(said.err.contains("error: interrupted; the results up to now are in here"), "{}", said.err);
     let manifest = std::fs::read_to_string(folder.path().join("here/gelfmu.jsonl")).unwrap();
     assert!(manifest.ends_with("{\"state\":\"interrupted\"}\n"), "{manifest}");
+    folder
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_keeps_what_it_has() {
+    let folder = cut_short(&[], |child| {
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    });
     let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
     assert_eq!((&summary["completed"], &summary["failure"]), (&Value::from(false), &Value::Null));
     let page = std::fs::read_to_string(folder.path().join("here/report.html")).unwrap();
     assert!(page.contains("This run stopped early") && page.contains("The run was ended there"));
+}
+
+#[test]
+fn a_run_that_ends_with_its_input_keeps_what_it_has() {
+    cut_short(&["--end-with-input"], |child| drop(child.stdin.take()));
 }
 
 /// The rows of a section of what `bench` printed.

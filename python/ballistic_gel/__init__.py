@@ -8,7 +8,7 @@
 
 from .binary import find_binary
 from .commands import Calibration, Validation, calibrate, projectiles, scenes, validate
-from .errors import DoubtWarning, GelfmuError, ShotError
+from .errors import CrashWarning, DoubtWarning, FitWarning, GelfmuError, ShotError
 from .fmu import FmuInstance, pack, simulate
 from .frames import Frame, FrameSequence
 from .running import run
@@ -20,7 +20,9 @@ from .sweeping import sweep
 
 __all__ = [
     "Calibration",
+    "CrashWarning",
     "DoubtWarning",
+    "FitWarning",
     "FmuInstance",
     "Frame",
     "FrameSequence",

@@ -9,6 +9,7 @@ from typing import Any
 
 from .errors import GelfmuError
 from .study import Study
+from .tasks import CRASHED
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -29,8 +30,8 @@ def main(arguments: list[str] | None = None) -> int:
         print("interrupted: finished rows are kept, the same command goes on from there", file=sys.stderr)
         return 130
     counts = table["status"].value_counts()
-    print(", ".join(f"{count} {status}" for status, count in counts.items()), f"in {study.folder}")
-    return 0
+    print(", ".join(f"{count} {status}" for status, count in counts.items()) or "no rows", f"in {study.folder}")
+    return 1 if CRASHED in counts else 0
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from .errors import GelfmuError
 
@@ -83,18 +83,23 @@ def find_binary() -> Path:
     on_path = shutil.which("gelfmu")
     if on_path:
         return Path(on_path)
-    remedy = "install the package with its program (pip install ballistic-gel), or set GELFMU to the path of gelfmu"
+    remedy = "install the wheel of the package, which holds it, or set GELFMU to the path of gelfmu"
     raise GelfmuError(f"found no program gelfmu: {remedy}", remedy=remedy)
 
 
 def binary_stamp() -> str:
     """Return a hash of the program, which changes whenever its results may."""
-    path = find_binary()
-    return _stamp_of(path, path.stat().st_mtime_ns)
+    return file_hash(find_binary())
 
 
-@functools.lru_cache(maxsize=8)
-def _stamp_of(path: Path, _modified: int) -> str:
+def file_hash(path: Path) -> str:
+    """Return a hash of the content of a file, which is read once until it changes."""
+    about = path.stat()
+    return _hash_of(path, about.st_mtime_ns, about.st_size)
+
+
+@functools.lru_cache(maxsize=64)
+def _hash_of(path: Path, _modified: int, _size: int) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "blake2b").hexdigest()[:32]
 
@@ -108,7 +113,7 @@ def call_binary(
     """Run `gelfmu` to its end and return its result.
 
     The process gets one interrupt, and time to keep what it computed, if this call is interrupted or `on_wait`
-    raises; a second interrupt kills it. It never outlives the call.
+    raises; a second interrupt kills it. If this Python process is killed, the end of its input ends it.
 
     Parameters
     ----------
@@ -119,17 +124,29 @@ def call_binary(
     on_wait : callable, optional
         Called about every 0.2 s while the process runs.
     """
-    # A group of its own: a Ctrl-C in the terminal reaches it once, by way of this function.
+    reading, writing = os.pipe()
+    # Nothing is written: the pipe ends with this process.
+    with os.fdopen(reading, "rb") as input_end, os.fdopen(writing, "wb"):
+        return _wait_for(_start([*arguments, "--end-with-input"], input_end), timeout, on_wait)
+
+
+def _start(arguments: Sequence[str], input_end: BinaryIO) -> subprocess.Popen[str]:
+    # A group of its own: a Ctrl-C in the terminal reaches it once, by way of this process.
     group: dict[str, Any] = {"creationflags": 0x200} if _ON_WINDOWS else {"process_group": 0}
-    process = subprocess.Popen(
+    return subprocess.Popen(
         [str(find_binary()), *arguments],
-        stdin=subprocess.DEVNULL,
+        stdin=input_end,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         encoding="utf-8",
         errors="replace",
         **group,
     )
+
+
+def _wait_for(
+    process: subprocess.Popen[str], timeout: float | None, on_wait: Callable[[], None] | None
+) -> CommandResult:
     deadline = None if timeout is None else time.monotonic() + timeout
     try:
         while True:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,8 @@ from typing import Any
 
 import pandas as pd
 
-from .binary import call_binary, call_json
-from .errors import GelfmuError
+from .binary import CommandResult, call_binary, call_json
+from .errors import FitWarning
 from .scene import Scene, as_scene
 
 
@@ -41,18 +42,18 @@ class Calibration:
 
     @property
     def status(self) -> str:
-        """``"fitted"``, ``"stalled"`` or ``"not fitted"``."""
+        """``"fitted"``; ``"stalled"``, within the scatter of the runs; or ``"not fitted"``, with the best so far."""
         return str(self.values["status"])
 
     @property
     def lines(self) -> str | None:
-        """Lines for the scene file, in TOML; None if nothing was fitted."""
+        """Lines with the best values for the scene file, in TOML; None if no run gave any."""
         lines = self.values["lines"]
         return None if lines is None else str(lines)
 
     @property
     def strength_scale(self) -> float | None:
-        """Fitted ``gel.strength_scale``, for a fit to one depth."""
+        """Best ``gel.strength_scale`` of a fit to one depth; `status` says whether it is fitted."""
         return self.values.get("strength_scale")
 
     @property
@@ -80,19 +81,27 @@ def calibrate(
     scene : Scene, str or Path
         Scene, the name of a built-in one, or the path of a file that ends with ``.toml``, with the gel to begin with.
     depth : float, optional
-        Measured rest depth, m (0.085 if absent).
+        Measured rest depth from the entry surface to the nose, m (0.085 if absent).
     speed : float, optional
         Speed of the projectile along -z, m/s; that of the scene if absent.
     tolerance : str, optional
-        Difference of the depth that counts as none, such as ``"1%"``.
+        Difference of the depth that counts as none, such as ``"1%"`` (``"0.1%"`` if absent).
     shots : str, Path or DataFrame, optional
-        Shots to fit to: a table with the columns name, speed, measure, value and band, or the name of a built-in one.
+        Shots to fit to: a table, the path of a CSV file, or the name of a built-in one, ``"gelatin-10"``. Columns are
+        ``name``, ``speed`` (m/s; two for a slope, ``"165/195"``), ``measure`` (``depth``, ``slope`` or ``cavity``),
+        ``value`` and ``band``, the accepted deviation (both in m, or m per m/s for a slope), and if needed ``scene``,
+        ``set`` and ``window``.
     fit : sequence of str
-        Parameters that are fitted to the shots.
+        Parameters that are fitted to the shots, of ``stress``, ``exponent`` and ``shear_modulus``; all if empty.
     level, start : str, optional
-        Level of accuracy of the runs, and of a first fit.
+        Level of accuracy of the runs (``"fine"`` for shots, otherwise that of the scene), and of a first fit.
     threads : int
         Threads, 0 for all cores.
+
+    Warns
+    -----
+    FitWarning
+        If the gel is not fitted, or a shot is further from its value than its band.
     """
     scene = as_scene(scene)
     with tempfile.TemporaryDirectory(prefix="ballistic-gel-") as folder:
@@ -104,7 +113,11 @@ def calibrate(
         options |= {"fit": ",".join(fit) or None, "level": level, "start": start, "threads": threads}
         given = [f"--{name}={value}" for name, value in options.items() if value is not None]
         with scene.source() as name:
-            return Calibration(_json_of(["calibrate", name, *scene.arguments(), *given]))
+            result = call_binary(["calibrate", name, *scene.arguments(), *given, "--quiet", "--json"])
+    calibration = Calibration(_values_in(result))
+    for line in result.errors.splitlines():
+        warnings.warn(line.removeprefix("warning: ").removeprefix("error: "), FitWarning, stacklevel=2)
+    return calibration
 
 
 @dataclass(frozen=True)
@@ -154,13 +167,12 @@ def validate(
     given += [f"--only={','.join(only)}"] if only else []
     given += [f"--level={level}"] if level else []
     given += ["--afresh"] if afresh else []
-    found = _json_of(["validate", *given])
+    found = _values_in(call_binary(["validate", *given, "--quiet", "--json"]))
     return Validation(pd.DataFrame(found["rows"]), found["agreeing"], found["judged"], found["failures"])
 
 
-def _json_of(arguments: Sequence[str]) -> dict[str, Any]:
-    """Return what a command prints, also if it prints a result and then fails, as a fit that does not converge."""
-    result = call_binary([*arguments, "--quiet", "--json"])
+def _values_in(result: CommandResult) -> dict[str, Any]:
+    """Return what a command printed, also if it printed a result and then failed, as a fit that does not converge."""
     try:
         found: dict[str, Any] = json.loads(result.output)
     except ValueError:

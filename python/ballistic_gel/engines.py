@@ -22,7 +22,10 @@ class _Cancelled(Exception):
 
 @contextmanager
 def open_engine(client: Any, workers: int | None, through_fmu: bool) -> Iterator[Submit]:
-    """Give the function that submits a task; the end of the context cancels what has not finished.
+    """Give the function that submits a task; the end of the context cancels what has not begun.
+
+    Shots that run are interrupted, if they run by the command on this machine or by Ray; FMUs of this machine are
+    waited for, and others left to the client.
 
     Parameters
     ----------
@@ -43,12 +46,29 @@ def open_engine(client: Any, workers: int | None, through_fmu: bool) -> Iterator
         finally:
             executor.shutdown(wait=False)
     elif hasattr(client, "remote"):
-        shooter = client.remote(num_cpus=1)(run_task)
-        yield lambda task: shooter.remote(task).future()
+        with _remote_tasks(client) as submit:
+            yield submit
     elif isinstance(client, Executor):
         yield lambda task: client.submit(run_task, task)
     else:
         raise TypeError(f"client: found {type(client).__name__}, expected a distributed.Client, ray or an Executor")
+
+
+@contextmanager
+def _remote_tasks(ray: Any) -> Iterator[Submit]:
+    """Run tasks of Ray."""
+    shooter, references = ray.remote(num_cpus=1)(run_task), []
+
+    def submit(task: ShotTask) -> Future[Row]:
+        references.append(shooter.remote(task))
+        future: Future[Row] = references[-1].future()
+        return future
+
+    try:
+        yield submit
+    finally:
+        for reference in references:
+            ray.cancel(reference)  # nothing to one that has ended
 
 
 @contextmanager

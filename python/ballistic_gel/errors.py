@@ -50,6 +50,14 @@ class DoubtWarning(UserWarning):
     """Warning that the figures of a run are doubtful."""
 
 
+class CrashWarning(UserWarning):
+    """Warning that processes of shots died."""
+
+
+class FitWarning(UserWarning):
+    """Warning that a calibration ended without a fit."""
+
+
 def unknown_name(name: str, known: Iterable[str], kind: str) -> GelfmuError:
     """Return the error for an unknown name, with the known one that is nearest."""
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.0)

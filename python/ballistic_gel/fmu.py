@@ -103,10 +103,16 @@ class FmuInstance:
         The archive; it is unpacked into a temporary folder until `close`.
     name : str
         Name of the instance, and of its folder in ``output_directory``.
+
+    Attributes
+    ----------
+    is_lost : bool
+        True after a fatal error: no call will succeed.
     """
 
     def __init__(self, fmu: str | Path, name: str = "gel") -> None:
         fmpy = _import_fmpy()
+        self.is_lost = False
         self._messages: list[str] = []
         self._folder = tempfile.mkdtemp(prefix="ballistic-gel-")
         fmpy.extract(str(fmu), self._folder)
@@ -170,15 +176,26 @@ class FmuInstance:
         return bool(value) if variable.type == "Boolean" else value
 
     def run(self, step: float | None = None, on_step: Callable[[float, FmuInstance], None] | None = None) -> None:
-        """Initialize, step to the end of the scene, and terminate, which writes the results.
+        """Initialize, and step to the end."""
+        self.initialize()
+        self.step_to_end(step, on_step)
+
+    def initialize(self) -> None:
+        """Build the scene with the values that were set, which may be refused."""
+        end = float(self.description.defaultExperiment.stopTime)
+        self._call(self._fmu.setupExperiment, startTime=0.0, stopTime=end)
+        self._call(self._fmu.enterInitializationMode)
+        self._call(self._fmu.exitInitializationMode)
+
+    def step_to_end(
+        self, step: float | None = None, on_step: Callable[[float, FmuInstance], None] | None = None
+    ) -> None:
+        """Step to the end of the scene, and terminate, which writes the results.
 
         A run that stops before its end is terminated, too: its summary tells why.
         """
         experiment = self.description.defaultExperiment
         end, step = float(experiment.stopTime), step or float(experiment.stepSize)
-        self._call(self._fmu.setupExperiment, startTime=0.0, stopTime=end)
-        self._call(self._fmu.enterInitializationMode)
-        self._call(self._fmu.exitInitializationMode)
         try:
             now, number = 0.0, 0
             # The last step ends at the end time; a rest below a millionth of a step is round-off.
@@ -191,7 +208,7 @@ class FmuInstance:
                 now = then
         except _import_fmpy().fmi1.FMICallException as error:
             if error.status != _DISCARD:
-                raise GelfmuError(self._said(error)) from error
+                raise self._error(error) from error
         self._call(self._fmu.terminate)
 
     def _variable(self, name: str) -> Any:
@@ -204,13 +221,14 @@ class FmuInstance:
         try:
             return function(*arguments, **options)
         except _import_fmpy().fmi1.FMICallException as error:
-            raise GelfmuError(self._said(error)) from error
+            raise self._error(error) from error
 
-    def _said(self, error: Exception) -> str:
-        return "\n".join(self._messages) or str(error)
+    def _error(self, error: Any) -> GelfmuError:
+        self.is_lost = self.is_lost or error.status == _FATAL
+        return GelfmuError("\n".join(self._messages) or str(error))
 
 
-_DISCARD = 2
+_DISCARD, _FATAL = 2, 4
 
 
 def _import_fmpy() -> Any:
@@ -218,6 +236,6 @@ def _import_fmpy() -> Any:
         import fmpy
         import fmpy.fmi2
     except ImportError as error:
-        remedy = 'pip install "ballistic-gel[fmu]"'
+        remedy = "pip install fmpy"
         raise GelfmuError(f"found no fmpy, which runs FMUs: {remedy}", remedy=remedy) from error
     return fmpy

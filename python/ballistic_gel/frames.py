@@ -32,7 +32,7 @@ class Frame:
 
 
 class FrameSequence(Sequence[Frame]):
-    """Frames of a run, read when they are asked for; needs pyvista (``pip install "ballistic-gel[frames]"``)."""
+    """Frames of a run, read when they are asked for; needs pyvista."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -71,7 +71,7 @@ class FrameSequence(Sequence[Frame]):
         try:
             import pyvista
         except ImportError as error:
-            remedy = 'pip install "ballistic-gel[frames]"'
+            remedy = "pip install pyvista"
             raise GelfmuError(f"found no pyvista, which reads frames: {remedy}", remedy=remedy) from error
         time = self.times[index]
         gel, *bodies = (pyvista.read(path) for path in self._files[time])

@@ -72,6 +72,10 @@ class Grid:
 
     def table(self) -> pd.DataFrame:
         """Return one row for each combination."""
+        for key, values in self.values.items():
+            if isinstance(values, (str, Mapping)) or not hasattr(values, "__len__"):
+                remedy = "a list of values, such as [1.0, 2.0]; a distribution needs a sampler"
+                raise GelfmuError(f"{key}: found {values!r}, expected {remedy}", key=key, remedy=remedy)
         rows = list(itertools.product(*self.values.values()))
         return pd.DataFrame({key: pd.Series([row[place] for row in rows]) for place, key in enumerate(self.values)})
 
@@ -120,6 +124,6 @@ def _scipy() -> Any:
     try:
         import scipy.stats
     except ImportError as error:
-        remedy = 'pip install "ballistic-gel[sweep]"'
+        remedy = "pip install scipy"
         raise GelfmuError(f"found no scipy, which draws samples: {remedy}", remedy=remedy) from error
     return scipy

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import os
 import re
 import tempfile
 import tomllib
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .binary import call_json
+from .binary import call_json, file_hash
 from .errors import GelfmuError
 from .schema import check_key
 from .values import Value, toml_text
@@ -190,9 +191,16 @@ class Scene:
                 raise
 
     def digest(self, *further: str) -> str:
-        """Return a hash of the text, the replaced keys and further texts."""
+        """Return a hash of the text, the replaced keys, the files that they name, and further texts."""
         parts = [self.text, *sorted(f"{key}={toml_text(value)}" for key, value in self.values.items()), *further]
+        parts += [file_hash(file) for file in self._files()]
         return hashlib.blake2b("\0".join(parts).encode(), digest_size=8).hexdigest()
+
+    def _files(self) -> list[Path]:
+        """Return the files whose names are values of keys, such as an STL file."""
+        folder = self._source.parent if isinstance(self._source, Path) else Path()
+        files = (folder / text for text in _texts_in([self._table, self.values]))
+        return sorted({file for file in files if os.path.isfile(file)})  # False for what is no name of a file
 
     def check(self) -> SceneCheck:
         """Build the scene and return what it models.
@@ -208,6 +216,15 @@ class Scene:
     def __repr__(self) -> str:
         replaced = ", ".join(f"{key}={toml_text(value)}" for key, value in self.values.items())
         return f"<Scene {self.name}{': ' + replaced if replaced else ''}>"
+
+
+def _texts_in(value: Any) -> Iterator[str]:
+    """Yield the texts in tables and lists, also in those that are in them."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (Mapping, list)):
+        for part in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts_in(part)
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:

@@ -6,7 +6,7 @@ import inspect
 import shlex
 import sys
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -84,6 +84,7 @@ class Study:
     def scene(self) -> Scene:
         """Return the scene, with the values that are the same in all rows."""
         if "shot" in self.content:
+            _refuse_beside("shot", ["scene"] if "scene" in self.content else [])
             scene = _made(Scene.new_shot, self.content["shot"], "shot")
         else:
             name = str(self.content.get("scene", "fbi-bb"))
@@ -94,14 +95,22 @@ class Study:
         """Return one row for each shot."""
         sampler, keys = dict(self.content.get("sampler", {})), self.content.get("keys", {})
         if "file" in sampler:
-            return pd.read_csv(self.path.parent / sampler["file"])
+            others = [*(f"sampler.{name}" for name in sampler if name != "file"), *(["keys"] if keys else [])]
+            _refuse_beside("sampler.file", others)
+            return _table_in(self.path.parent / sampler["file"])
         kind = sampler.pop("kind", "grid")
         if kind not in _SAMPLERS:
             raise unknown_name(kind, _SAMPLERS, "sampler")
         if kind == "grid":
-            return sample_table(keys)
-        spreads = {key: _distribution_of(key, spread) for key, spread in keys.items()}
-        return sample_table(_made(_SAMPLERS[kind], {"spreads": spreads, **sampler}, "sampler"))
+            _refuse_beside("a grid", [f"sampler.{name}" for name in sampler])
+            made: Sampler = Grid(keys)
+        else:
+            spreads = {key: _distribution_of(key, spread) for key, spread in keys.items()}
+            made = _made(_SAMPLERS[kind], {"spreads": spreads, **sampler}, "sampler")
+        if not keys:
+            remedy = "a table [keys] with keys and their values"
+            raise GelfmuError(f"keys: found none, expected {remedy}", key="keys", remedy=remedy)
+        return sample_table(made)
 
     def run(self, share: str | None = None, workers: int | None = None) -> pd.DataFrame:
         """Run the study, or a share of it such as ``"2/8"``, on this machine; see `sweep`."""
@@ -115,12 +124,13 @@ class Study:
         Parameters
         ----------
         tasks : int
-            Number of tasks of the array.
+            Number of tasks of the array, at most one for each row.
         time : str
             Time limit of each, such as ``"02:00:00"``; what is not finished then is left to the next submission.
         cores : int
             Cores of each task.
         """
+        tasks = min(tasks, len(self.samples()))
         python, study = shlex.quote(sys.executable), shlex.quote(str(self.path))
         return f"""#!/bin/bash
 #SBATCH --job-name={shlex.quote(self.path.stem)}
@@ -132,6 +142,21 @@ class Study:
 #   {python} -m ballistic_gel sweep {study}
 exec {python} -m ballistic_gel sweep {study} --share "$SLURM_ARRAY_TASK_ID/{tasks}" --workers {cores}
 """
+
+
+def _table_in(path: Path) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        key, remedy = "sampler.file", "a CSV file with a column for each key"
+        raise GelfmuError(f"{key}: found {error}, expected {remedy}", key=key, remedy=remedy) from error
+
+
+def _refuse_beside(what: str, others: Sequence[str]) -> None:
+    """Refuse keys that say nothing beside another one."""
+    if others:
+        remedy = f"remove {' and '.join(others)}, or {what}"
+        raise GelfmuError(f"{others[0]}: found it beside {what}: {remedy}", key=others[0], remedy=remedy)
 
 
 def _distribution_of(key: str, spread: Mapping[str, Any]) -> Distribution:

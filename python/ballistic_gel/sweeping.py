@@ -6,20 +6,22 @@ import json
 import os
 import sys
 import threading
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import BrokenExecutor, Future, as_completed
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, Literal
 
 import pandas as pd
 
 from .binary import binary_stamp
-from .engines import open_engine
-from .errors import GelfmuError
+from .engines import Submit, open_engine
+from .errors import CrashWarning, GelfmuError
 from .fmu import FmuInstance, pack
 from .samplers import Sampler, sample_table
 from .scene import Scene, as_scene
-from .tasks import CRASHED, Row, ShotTask
+from .tasks import CRASHED, REFUSED, Row, ShotTask
 from .values import Value
 
 
@@ -65,7 +67,8 @@ def sweep(
         Part of the rows to run, such as ``"2/8"``: every eighth from the second on. Only the last share to finish
         finds all rows, and writes the tables.
     keep : bool
-        Keep the folder of each shot in ``out/shots``; the client must see the folder of the workers.
+        Keep the folder of each shot, without frames and report, in ``out/shots``; the column ``folder`` names it, and
+        `Shot.load` reads it. A finished shot without its folder is run again. All workers must share `out`.
     progress : bool
         Show a bar in notebooks and terminals.
 
@@ -73,7 +76,18 @@ def sweep(
     -------
     DataFrame
         One row for each sample that has a result, in the order of the samples: its keys, ``status`` (``completed``,
-        ``stopped``, ``refused`` or ``crashed``), ``reason``, and the figures of the summary in SI units.
+        ``stopped``, ``refused`` or ``crashed``), ``reason``, and the figures of the summary in SI units, but for its
+        tables: components of vectors, fragments and sensors are ``final_velocity[3]`` and ``sensors[1].dent.depth``.
+
+    Raises
+    ------
+    GelfmuError
+        For an unknown key, or if no further shot can be run: a worker has another `gelfmu`, or died.
+
+    Warns
+    -----
+    CrashWarning
+        If the `gelfmu` of a shot died or could not write: such a row is not kept, and is run again by the same call.
     """
     scene = as_scene(scene)
     table, store = sample_table(samples), RowStore(Path(out))
@@ -84,22 +98,75 @@ def sweep(
         number, count = _parse_share(share)
         wanted = dict(list(zip(keys, tasks, strict=True))[number - 1 :: count])
     rows = {key: row for key in dict.fromkeys(keys) if (row := store.read(key)) is not None}
+    if keep:
+        for key in [key for key in wanted if key in rows and not store.has_shot(key, rows)]:
+            store.forget(key)
+            del rows[key]
     missing = {key: task for key, task in wanted.items() if key not in rows}
     if missing:
-        with open_engine(client, workers, runs == "fmu") as submit:
-            shots = {submit(task): key for key, task in missing.items()}
-            for shot in _shown(as_completed(shots), len(shots), progress):
-                key = shots[shot]
-                error = shot.exception()
-                lost = {"status": CRASHED, "reason": str(error), "figures": {}}
-                rows[key] = shot.result() if error is None else lost
-                store.write(key, rows[key])
+        rows |= _run_all(missing, store, open_engine(client, workers, runs == "fmu"), progress)
     # Other shares may have ended in the meantime.
     rows |= {key: row for key in set(keys) - set(rows) if (row := store.read(key)) is not None}
     made = _table_of(table, keys, rows)
+    if keep:
+        made["folder"] = [store.shot_of(keys[place], rows) for place in made.index]
     if len(made) == len(table):
         store.write_tables(made, keys, rows)
+    crashed = made[made["status"] == CRASHED]
+    if len(crashed):
+        counted = f"{len(crashed)} of {len(made)} shots crashed, and are run again by the same call"
+        warnings.warn(f"{counted}: {crashed['reason'].iloc[0]}", CrashWarning, stacklevel=2)
     return made
+
+
+def _run_all(
+    tasks: Mapping[str, ShotTask],
+    store: RowStore,
+    engine: AbstractContextManager[Submit],
+    progress: bool,
+) -> dict[str, Row]:
+    """Run shots and return their rows, each of which is kept once it is there."""
+    rows: dict[str, Row] = {}
+    shots: dict[Future[Row], str] = {}
+    try:
+        with engine as submit:
+            try:
+                for key, task in tasks.items():
+                    shots[submit(task)] = key
+                for shot in _shown(as_completed(shots), len(shots), progress):
+                    store.write(shots[shot], rows.setdefault(shots[shot], _row_in(shot)))
+            finally:
+                for shot in shots:
+                    shot.cancel()
+    finally:
+        # What ended after an interrupt is kept, too.
+        for shot, key in shots.items():
+            if key not in rows and shot.done() and not shot.cancelled() and shot.exception() is None:
+                store.write(key, shot.result())
+    return rows
+
+
+def _row_in(shot: Future[Row]) -> Row:
+    """Return the row of a shot that ended.
+
+    Raises
+    ------
+    GelfmuError
+        If no further shot can be run: a worker has another `gelfmu`, or died.
+    """
+    error = shot.exception()
+    if error is None:
+        return shot.result()
+    if isinstance(error, GelfmuError):
+        raise error
+    if isinstance(error, BrokenExecutor):
+        remedy = "the same call runs what is missing"
+        raise GelfmuError(f"the process of a worker died ({error}): {remedy}", remedy=remedy) from error
+    return {"status": CRASHED, "reason": str(error) or type(error).__name__, "figures": {}}
+
+
+# Folder of the shots that are kept.
+SHOTS = "shots"
 
 
 class RowStore:
@@ -118,10 +185,24 @@ class RowStore:
         except (OSError, ValueError):
             return None
 
+    def has_shot(self, key: str, rows: Mapping[str, Row]) -> bool:
+        """Return whether the folder of a shot is there, if it has one."""
+        name = self.shot_of(key, rows)
+        return name is None or (self.folder / name).is_dir()
+
+    @staticmethod
+    def shot_of(key: str, rows: Mapping[str, Row]) -> str | None:
+        """Return the folder of a shot, relative to that of the sweep; one that was refused or crashed has none."""
+        return None if rows[key]["status"] in (REFUSED, CRASHED) else f"{SHOTS}/{key}"
+
     def write(self, key: str, row: Row) -> None:
         """Keep a row, unless the process of its shot died."""
         if row["status"] != CRASHED:
             write_whole(self._rows / f"{key}.json", json.dumps(row).encode())
+
+    def forget(self, key: str) -> None:
+        """Remove a row, whose shot is to be run again."""
+        (self._rows / f"{key}.json").unlink(missing_ok=True)
 
     def write_tables(self, table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> None:
         """Write the results, and the figures of the clock apart."""
@@ -160,14 +241,15 @@ def _tasks_of(
     if fmu is None:
         for record in records:
             scene.with_values(record)  # refuses an unknown key before the first shot
-    return [ShotTask(scene, record, stamp, options, fmu, folder / "shots" if keep else None) for record in records]
+    return [ShotTask(scene, record, stamp, options, fmu, folder / SHOTS if keep else None) for record in records]
 
 
 def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> pd.DataFrame:
     """Return the samples that have a row, beside status, reason and figures."""
     found = [place for place, key in enumerate(keys) if key in rows]
     results = [rows[keys[place]] for place in found]
-    figures = pd.DataFrame([{"status": row["status"], "reason": row["reason"], **row["figures"]} for row in results])
+    records = [{"status": row["status"], "reason": row["reason"], **row["figures"]} for row in results]
+    figures = pd.DataFrame(records) if records else pd.DataFrame(columns=["status", "reason"])
     figures.index = pd.Index(found)
     return pd.concat([table.iloc[found], figures], axis=1)
 

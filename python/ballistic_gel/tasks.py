@@ -8,6 +8,7 @@ import shutil
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,10 @@ Row = dict[str, Any]
 COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crashed"
 # Figures of the summary that depend on the machine, and texts that are the same in all rows.
 _CLOCK = ("wall_seconds", "updates_per_second")
-_LEFT_OUT = (*_CLOCK, "threads", "version", "interface", "failure", "doubt", "completed", "scene")
+_LEFT_OUT = (*_CLOCK, "threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
+# Tables whose length differs from shot to shot.
+_TABLES = ("cavity_course", "energy_per_centimetre")
+_VECTORS = ("exit_velocity", "final_velocity", "total_impulse", "position")
 
 
 @dataclass(frozen=True)
@@ -83,30 +87,60 @@ def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | Non
         result = call_binary(["run", name, *scene.arguments(), *options], on_wait=on_wait)
     if result.status == 0 or (result.status == 1 and '"digest"' in result.output):
         return _row_of(json.loads(result.output))
+    message = result.message()
+    # A folder that is refused, as on a full disk, is no fault of the shot.
+    status = REFUSED if result.status == 2 and not message.startswith("--out ") else CRASHED
     # Paths of this run are no part of a row.
-    reason = result.message().replace(name, scene.name).replace(str(folder), "the folder")
-    return {"status": REFUSED if result.status == 2 else CRASHED, "reason": reason, "figures": {}}
+    return _failed(status, message.replace(name, scene.name).replace(str(folder), "the folder"))
 
 
+def _run_fmu(task: ShotTask, folder: Path) -> Row:
+    """Run a shot through an instance of the FMU."""
+    place = folder if task.folder else folder.parent / _SHARED
+    try:
+        with _instance_for(task, place) as instance:
+            try:
+                instance.set({**task.values, "output_directory": str(place.parent)})
+                instance.initialize()
+            except GelfmuError as error:
+                # A folder that is refused, as on a full disk, and a lack of memory are no fault of the shot.
+                if instance.is_lost or "output_directory" in str(error) or "memory: " in str(error):
+                    raise
+                return _failed(REFUSED, str(error))
+            instance.step_to_end()
+    except GelfmuError as error:
+        return _failed(CRASHED, str(error))
+    return _row_of(json.loads((place / "summary.json").read_text(encoding="utf-8")))
+
+
+_SHARED = "shot"
 _instances: dict[Path, FmuInstance] = {}
 _instance_lock = threading.Lock()
 
 
-def _run_fmu(task: ShotTask, folder: Path) -> Row:
-    """Run a shot through the instance of this process, which is made once and reset before each shot."""
+@contextmanager
+def _instance_for(task: ShotTask, place: Path) -> Iterator[FmuInstance]:
+    """Give the instance of this process, reset; or, for results that are kept, one with the name of their folder."""
     assert task.fmu is not None
+    if task.folder:
+        with FmuInstance(task.fmu, place.name) as instance:
+            yield instance
+        return
     with _instance_lock:
         if task.fmu not in _instances:
-            _instances[task.fmu] = FmuInstance(task.fmu, "shot")
+            _instances[task.fmu] = FmuInstance(task.fmu, _SHARED)
             atexit.register(_instances[task.fmu].close)
-        instance = _instances[task.fmu]
         try:
-            instance.reset()
-            instance.set({**task.values, "output_directory": str(folder.parent)})
-            instance.run()
-        except GelfmuError as error:
-            return {"status": REFUSED, "reason": str(error), "figures": {}}
-    return _row_of(json.loads((folder.parent / "shot" / "summary.json").read_text(encoding="utf-8")))
+            _instances[task.fmu].reset()
+            yield _instances[task.fmu]
+        except BaseException:
+            # The next shot gets a new one.
+            _instances.pop(task.fmu).close()
+            raise
+
+
+def _failed(status: str, reason: str) -> Row:
+    return {"status": status, "reason": reason, "figures": {}}
 
 
 def _row_of(summary: dict[str, Any]) -> Row:
@@ -118,16 +152,20 @@ def _row_of(summary: dict[str, Any]) -> Row:
     }
 
 
-def _flatten(summary: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the single figures of a summary; components of a vector count from 1, doubts are joined."""
-    for name, value in summary.items():
-        if name in _LEFT_OUT:
+def _flatten(figures: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield single figures; vectors, fragments and sensors count from 1, doubts are joined."""
+    for name, value in figures.items():
+        path = place + name
+        if path in _LEFT_OUT or path in _TABLES:
             continue
         if name == "doubts":
-            yield name, "; ".join(value) or None
+            yield path, "; ".join(value) or None
+        elif name in _VECTORS:
+            yield from ((f"{path}[{number}]", part) for number, part in enumerate(value or [None] * 3, 1))
         elif isinstance(value, dict):
-            yield from ((f"{name}.{part}", figure) for part, figure in value.items())
-        elif name in ("final_velocity", "total_impulse"):
-            yield from ((f"{name}[{place}]", figure) for place, figure in enumerate(value, 1))
-        elif not isinstance(value, list):
-            yield name, value
+            yield from _flatten(value, f"{path}.")
+        elif isinstance(value, list):
+            for number, part in enumerate(value, 1):
+                yield from _flatten(part, f"{path}[{number}].")
+        else:
+            yield path, value

@@ -3,8 +3,8 @@
     apt-get install slurmctld slurmd slurm-client munge
     python python/bench/slurm.py        # as root; some seconds
 
-Starts munge, a controller and a node in a folder that is removed with them, runs the study three times, and fails if the
-tables differ. Needs the extra `dask`.
+Starts munge, a controller and a node in a folder that is removed with them, runs the study three times, and fails if
+the tables differ. Needs the extra `dask`.
 """
 
 from __future__ import annotations

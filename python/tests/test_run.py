@@ -71,9 +71,7 @@ def test_a_run_past_its_timeout_is_kept(long_scene, tmp_path):
 def test_an_interrupt_keeps_what_was_computed_and_leaves_no_process(tmp_path):
     out = tmp_path / "i"
     python = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(out)], stdout=subprocess.PIPE, text=True)
-    until = time.monotonic() + 20.0
-    while not (out / "history.csv").is_file() and time.monotonic() < until:
-        time.sleep(0.05)
+    _wait_until(lambda: (out / "history.csv").is_file())
     children = _children_of(python.pid)
     time.sleep(0.3)
     python.send_signal(signal.SIGINT)
@@ -82,6 +80,24 @@ def test_an_interrupt_keeps_what_was_computed_and_leaves_no_process(tmp_path):
     assert "Shot.load" in said
     assert not bg.Shot.load(out).completed
     assert children and not any(os.path.exists(f"/proc/{child}") for child in children)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_killed_python_leaves_no_process(tmp_path):
+    out = tmp_path / "k"
+    python = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(out)], stdout=subprocess.DEVNULL)
+    _wait_until(lambda: (out / "history.csv").is_file())
+    python.kill()
+    python.wait()
+    _wait_until(lambda: '"state":"interrupted"' in (out / "gelfmu.jsonl").read_text())
+    assert not bg.Shot.load(out).completed, "what was computed is kept"
+
+
+def _wait_until(is_true):
+    until = time.monotonic() + 20.0
+    while not is_true():
+        assert time.monotonic() < until
+        time.sleep(0.05)
 
 
 def test_an_error_while_waiting_ends_the_process(long_scene, tmp_path):

@@ -35,6 +35,13 @@ def test_a_grid_of_a_shot_of_the_library(tmp_path):
         ("[sampler]\nkind = 'sobol'\ncount = 4\n[keys]\n'mesh.size' = 3", "one of uniform"),
         ("[sampler]\nkind = 'sobol'\nconut = 4", "give spreads, count, seed"),
         ("scene =", "a TOML file"),
+        ("[keys]\n'gel.preset' = 'gelatin-10'", "a list of values"),
+        ("[keys]\n'mesh.size' = { normal = { mean = 1.0, deviation = 0.1 } }", "needs a sampler"),
+        ("[keys]\n'mesh.size' = 3.0", "a list of values"),
+        ("[sampler]\ncount = 4\n[keys]\n'mesh.size' = [3.0]", "remove sampler.count"),
+        ("[sampler]\nfile = 'none.csv'", "a CSV file"),
+        ("[sampler]\nfile = 'none.csv'\n[keys]\n'mesh.size' = [3.0]", "remove keys"),
+        ("scene = 'fbi-bb'", "a table [keys]"),
     ],
 )
 def test_a_wrong_study_is_refused_with_the_remedy(tmp_path, text, remedy):
@@ -43,11 +50,19 @@ def test_a_wrong_study_is_refused_with_the_remedy(tmp_path, text, remedy):
     assert remedy in refused.value.remedy
 
 
+def test_a_scene_beside_a_shot_is_refused(tmp_path):
+    study = bg.Study.load(write_study(tmp_path, "scene = 'fbi-bb'\n[shot]\nprojectile = 'bb'"))
+    with pytest.raises(bg.GelfmuError, match="scene: found it beside shot"):
+        study.scene()
+
+
 def test_the_command_line_tells_errors_and_writes_cluster_scripts(tmp_path, capsys):
     assert main(["sweep", str(tmp_path / "none.toml")]) == 2
     assert "error: study" in capsys.readouterr().err
-    path = write_study(tmp_path, "scene = 'fbi-bb'")
-    assert main(["slurm", str(path), "--tasks", "20", "--cores", "4"]) == 0
-    script = capsys.readouterr().out
-    assert script.startswith("#!/bin/bash") and "#SBATCH --array=1-20" in script
-    assert '--share "$SLURM_ARRAY_TASK_ID/20" --workers 4' in script
+    path = write_study(tmp_path, f"[keys]\n'gel.density' = {[1000.0 + number for number in range(20)]}")
+    for wanted in ("20", "30"):
+        assert main(["slurm", str(path), "--tasks", wanted, "--cores", "4"]) == 0
+        script = capsys.readouterr().out
+        # A task without a row would have nothing to do.
+        assert script.startswith("#!/bin/bash") and "#SBATCH --array=1-20" in script
+        assert '--share "$SLURM_ARRAY_TASK_ID/20" --workers 4' in script

@@ -1,15 +1,19 @@
 """Sweeps: the same table from any engine, after any end."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import pandas as pd
 import pytest
 
 import ballistic_gel as bg
+from ballistic_gel.__main__ import main
+from ballistic_gel.binary import binary_stamp
 from ballistic_gel.tasks import ShotTask, run_task
 
 pytest.importorskip("scipy")
@@ -96,9 +100,66 @@ def test_a_process_that_dies_is_a_row_that_is_repeated(quick, tmp_path, monkeypa
     script.chmod(0o755)
     flag.touch()
     monkeypatch.setenv("GELFMU", str(script))
-    assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "crashed"
+    with pytest.warns(bg.CrashWarning, match="1 of 1 shots crashed"):
+        assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "crashed"
+    study = tmp_path / "study.toml"
+    study.write_text('scene = "ball-bounce"\n[keys]\n"gel.density" = [1000.0]\n')
+    with pytest.warns(bg.CrashWarning):
+        assert main(["sweep", str(study)]) == 1
     flag.unlink()
     assert bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "rows")["status"][0] == "completed"
+
+
+@pytest.mark.parametrize("through_fmu", [False, True])
+def test_a_folder_that_cannot_be_written_is_no_fault_of_the_shot(quick, tmp_path, monkeypatch, through_fmu):
+    fmu = None
+    if through_fmu:
+        pytest.importorskip("fmpy")
+        fmu = bg.pack(quick, tmp_path / "quick.fmu")
+    task = ShotTask(quick, {}, binary_stamp(), fmu=fmu)
+    assert run_task(task)["status"] == "completed"
+    occupied = tmp_path / "file"
+    occupied.touch()
+    with monkeypatch.context() as patched:
+        patched.setattr("ballistic_gel.tasks.tempfile.mkdtemp", lambda prefix: str(occupied))
+        assert run_task(task)["status"] == "crashed"
+    assert run_task(task)["status"] == "completed"
+
+
+def test_a_share_without_rows_runs_nothing(quick, tmp_path):
+    made = bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path, share="2/2")
+    assert len(made) == 0 and {"status", "reason"} <= set(made)
+
+
+def test_vectors_and_sensors_are_columns(quick, tmp_path):
+    values = {"sensor": [{"position": [0.0, 0.0, -0.01]}]}
+    made = bg.sweep(quick.with_values(values), {"gel.density": [1000.0]}, tmp_path)
+    assert made["sensors[1].position[3]"][0] == -0.01 and made["sensors[1].peak_pressure"][0] > 0.0
+    assert made["final_velocity[3]"][0] > -1.0 and pd.isna(made["exit_velocity[3]"][0])
+    assert not any("cavity_course" in column or "switched_off" in column for column in made)
+
+
+def test_a_changed_file_of_the_scene_is_another_shot(tmp_path):
+    (tmp_path / "body.stl").write_text("solid one")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[projectile]\nshape.stl = { file = "body.stl" }\n')
+    before = bg.Scene.load(scene).digest()
+    assert bg.Scene.load(scene).digest() == before
+    (tmp_path / "body.stl").write_text("solid other")
+    assert bg.Scene.load(scene).digest() != before
+
+
+@pytest.mark.parametrize("runs", ["command", "fmu"])
+def test_kept_shots_are_in_folders_that_the_table_names(quick, tmp_path, runs):
+    if runs == "fmu":
+        pytest.importorskip("fmpy")
+    made = bg.sweep(quick, {"gel.density": [1000.0, 1010.0, -1.0]}, tmp_path, workers=2, runs=runs, keep=True)
+    assert list(made["status"]) == ["completed", "completed", "refused"] and pd.isna(made["folder"][2])
+    for place in (0, 1):
+        assert bg.Shot.load(tmp_path / made["folder"][place]).digest == made["digest"][place]
+    shutil.rmtree(tmp_path / made["folder"][1])
+    bg.sweep(quick, {"gel.density": [1000.0, 1010.0, -1.0]}, tmp_path, workers=2, runs=runs, keep=True)
+    assert (tmp_path / made["folder"][1]).is_dir(), "a shot whose folder is lost is run again"
 
 
 def test_another_program_than_that_of_the_sweep_is_refused(quick):
@@ -149,6 +210,28 @@ def test_the_fmu_gives_the_rows_of_the_command(quick, samples, table, tmp_path):
     assert made.iloc[:, 2:].equals(table[0].iloc[:, 2:])
     with pytest.raises(bg.GelfmuError, match="did you mean"):
         bg.sweep(quick, {"projectile.velocitee[3]": [1.0]}, tmp_path, runs="fmu")
+
+
+def test_an_executor_gives_the_rows_of_this_machine(quick, samples, table, tmp_path):
+    with ThreadPoolExecutor(2) as executor:
+        assert bg.sweep(quick, samples, tmp_path, client=executor).equals(table[0])
+
+
+def test_an_interrupt_cancels_what_has_not_begun_and_keeps_what_has_ended(quick, samples, tmp_path, monkeypatch):
+    begun = []
+
+    def interrupted(futures):
+        # The one worker has begun a shot or two when the interrupt comes.
+        yield next(iter(as_completed(futures)))
+        begun.extend(future for future in futures if not future.cancelled())
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ballistic_gel.sweeping.as_completed", interrupted)
+    with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
+        bg.sweep(quick, samples, tmp_path, client=executor)
+    assert len(begun) == 8 and sum(future.cancelled() for future in begun) >= 5
+    ended = sum(not future.cancelled() and future.done() for future in begun)
+    assert 1 <= len(list((tmp_path / "rows").iterdir())) <= ended
 
 
 def test_dask_gives_the_rows_of_this_machine(quick, samples, table, tmp_path):

@@ -1,10 +1,11 @@
-//! Signal handling: Ctrl-C, and termination requests of the system.
+//! Requests to end: Ctrl-C, termination by the system, and the end of standard input.
 //!
 //! The first Ctrl-C ends the run after its current communication step. A termination request does the same, but the
 //! program exits after [`GRACE_PERIOD`], or [`FINISHING_TIME`] later if the run is ending already. A second signal ends
 //! the program at once.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -36,7 +37,7 @@ enum EndRequest {
 }
 
 /// Installs the handlers; the first request is answered with `waiting` by way of `note`.
-pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> std::io::Result<()> {
+pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> io::Result<()> {
     spawn_signal_thread(move |request| {
         if END_REQUESTED.swap(true, Ordering::Relaxed) {
             exit_at_once();
@@ -48,17 +49,30 @@ pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> st
                     "asked to terminate: {waiting}; it is ended without that in {} s",
                     GRACE_PERIOD.as_secs()
                 ));
-                std::thread::spawn(|| {
-                    std::thread::sleep(GRACE_PERIOD);
-                    if REQUEST_SEEN.load(Ordering::Relaxed) {
-                        // The run is ending by itself and writes its results.
-                        std::thread::sleep(FINISHING_TIME);
-                    }
-                    exit_at_once();
-                });
+                std::thread::spawn(exit_after_grace);
             }
         }
     })
+}
+
+/// Ends the program like a termination request once standard input has ended: the program that held it is gone.
+pub fn end_with_input() {
+    std::thread::spawn(|| {
+        // An input that cannot be read has ended, too.
+        drop(io::copy(&mut io::stdin(), &mut io::sink()));
+        END_REQUESTED.store(true, Ordering::Relaxed);
+        exit_after_grace();
+    });
+}
+
+/// Exits after the time that a run has to end by itself.
+fn exit_after_grace() {
+    std::thread::sleep(GRACE_PERIOD);
+    if REQUEST_SEEN.load(Ordering::Relaxed) {
+        // The run is ending by itself and writes its results.
+        std::thread::sleep(FINISHING_TIME);
+    }
+    exit_at_once();
 }
 
 /// Makes a file size limit (`ulimit -f`) an error of the write; by default its signal ends the process.
@@ -82,7 +96,7 @@ fn is_ignored(signal: i32) -> bool {
 
 /// Calls `answer` at each request, in a separate thread.
 #[cfg(unix)]
-fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io::Result<()> {
+fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
     let mut signals = signal_hook::iterator::Signals::new(heard)?;
@@ -96,8 +110,8 @@ fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io:
 
 /// Calls `answer` at each Ctrl-C, in a separate thread; at a shutdown, the system allows some time.
 #[cfg(not(unix))]
-fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io::Result<()> {
-    ctrlc::set_handler(move || answer(EndRequest::Interrupt)).map_err(std::io::Error::other)
+fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> io::Result<()> {
+    ctrlc::set_handler(move || answer(EndRequest::Interrupt)).map_err(io::Error::other)
 }
 
 /// Registers a folder that a forced exit removes.

@@ -45,6 +45,9 @@ fn main() -> ExitCode {
         Ok(options) => options,
         Err(error) => return ExitCode::from(console::usage(&error)),
     };
+    if options.end_with_input {
+        interrupt::end_with_input();
+    }
     let console = Console::new(&options);
     match dispatch(options.command.unwrap_or(GelfmuCommand::Run(RunOptions::default())), &console) {
         Ok(code) => ExitCode::from(console.status(code)),

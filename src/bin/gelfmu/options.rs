@@ -27,6 +27,9 @@ pub struct CommandLine {
     /// Print no progress and no notes, only errors (and JSON, if asked for)
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// End as by SIGTERM when standard input ends, for a program that starts this one and may be killed
+    #[arg(long, global = true)]
+    pub end_with_input: bool,
     /// Colour the output always, never or on a terminal only; `NO_COLOR` in the environment turns `auto` off
     #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
     pub color: ColorChoice,
