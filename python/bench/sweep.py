@@ -1,6 +1,7 @@
 """Measurement of sweeps: their wall seconds by engine, their overhead, their bits, and a sweep that is killed.
 
     python python/bench/sweep.py                # 1000 shots: some two hours on two cores
+    python python/bench/sweep.py --alone 10    # an hour and a half: one worker alone runs every tenth shot only
     python python/bench/sweep.py --shots 40 --repeat 3
 
 Shots are drafts of fbi-bb spread over speed, strength scale and mass. Each repetition pairs every engine with two
@@ -27,6 +28,7 @@ from typing import Any
 import ballistic_gel as bg
 
 WORKERS = 2
+ALONE = "1 worker"
 SPREADS = {
     "projectile.velocity[3]": bg.Uniform(-200.0, -140.0),
     "gel.strength_scale": bg.Uniform(0.8, 1.25),
@@ -105,12 +107,20 @@ def kill_half_way(count: int, folder: Path) -> int:
 
 
 ENGINES: dict[str, Callable[[int, Path], None]] = {
-    "1 worker": lambda count, folder: sweep(count, folder, workers=1),
     f"{WORKERS} single workers": sweep_by_two,
     f"{WORKERS} workers": lambda count, folder: sweep(count, folder, workers=WORKERS),
     f"Dask, {WORKERS} workers": sweep_by_dask,
 }
 PAIRED = f"{WORKERS} single workers"
+
+
+def measure_alone(count: int, part: int, folder: Path) -> Timing:
+    """Run every part-th shot by one worker, and return its seconds for each shot."""
+    into = folder / "alone"
+    timing = timed(lambda count, into: sweep(count, into, workers=1, share=f"1/{part}"), count, into)
+    print(f"{ALONE}: {timing.wall:.1f} s", file=sys.stderr, flush=True)
+    shots = len(list((into / "rows").glob("*.json")))
+    return Timing(timing.wall / shots, timing.own / shots, timing.shots / shots)
 
 
 def measure(count: int, repeat: int, folder: Path) -> tuple[dict[str, list[Timing]], set[str]]:
@@ -119,8 +129,6 @@ def measure(count: int, repeat: int, folder: Path) -> tuple[dict[str, list[Timin
     hashes = set()
     for turn in range(repeat):
         for place, (name, run) in enumerate(ENGINES.items()):
-            if turn > 0 and name == "1 worker":
-                continue
             into = folder / f"{turn}-{place}"
             timings[name].append(timed(run, count, into))
             hashes.add(bits(into))
@@ -128,18 +136,18 @@ def measure(count: int, repeat: int, folder: Path) -> tuple[dict[str, list[Timin
     return timings, hashes
 
 
-def print_table(timings: dict[str, list[Timing]], count: int) -> None:
+def print_table(alone: Timing, timings: dict[str, list[Timing]], count: int) -> None:
     """Print wall seconds, and the efficiency against the pair of each run."""
     print("| engine | wall, s | shots per s | efficiency against two single workers |\n|---|---|---|---|")
+    print(f"| {ALONE} | {alone.wall * count:.1f} | {1 / alone.wall:.2f} | |")
     for name, runs in timings.items():
         wall = statistics.median(run.wall for run in runs)
-        ratios = [pair.wall / run.wall for pair, run in zip(timings[PAIRED], runs, strict=False)]
-        share = "" if name == "1 worker" else f"{100 * statistics.median(ratios):.1f} %"
-        print(f"| {name} | {wall:.1f} | {count / wall:.2f} | {share} |")
-    one = timings["1 worker"][0]
-    rest = one.wall - one.shots
-    seconds = {"wall": one.wall, "processors, by gelfmu": one.shots, "processors, by Python": one.own, "rest": rest}
-    print("\none worker, ms for each shot: " + "; ".join(f"{k} {1e3 * v / count:.1f}" for k, v in seconds.items()))
+        ratios = [pair.wall / run.wall for pair, run in zip(timings[PAIRED], runs, strict=True)]
+        print(f"| {name} | {wall:.1f} | {count / wall:.2f} | {100 * statistics.median(ratios):.1f} % |")
+    rest = alone.wall - alone.shots
+    seconds = {"wall": alone.wall, "processors, by gelfmu": alone.shots}
+    seconds |= {"processors, by Python": alone.own, "rest": rest}
+    print("\none worker, ms for each shot: " + "; ".join(f"{k} {1e3 * v:.1f}" for k, v in seconds.items()))
 
 
 def main() -> int:
@@ -147,6 +155,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--shots", type=int, default=1000, help="number of shots (1000 if absent)")
     parser.add_argument("--repeat", type=int, default=1, help="repetitions, whose median counts (1 if absent)")
+    parser.add_argument("--alone", type=int, default=1, metavar="N", help="one worker runs every N-th (1 if absent)")
     for name in ("--into", "--workers", "--share"):
         parser.add_argument(name, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -154,8 +163,11 @@ def main() -> int:
         sweep(options.shots, Path(options.into), workers=int(options.workers), share=options.share)
         return 0
     with tempfile.TemporaryDirectory(prefix="ballistic-gel-") as folder:
+        alone = measure_alone(options.shots, options.alone, Path(folder))
         timings, hashes = measure(options.shots, options.repeat, Path(folder))
-        print_table(timings, options.shots)
+        if options.alone == 1:
+            hashes.add(bits(Path(folder) / "alone"))
+        print_table(alone, timings, options.shots)
         kept = kill_half_way(options.shots, Path(folder) / "killed")
         sweep(options.shots, Path(folder) / "killed", workers=WORKERS)
         hashes.add(bits(Path(folder) / "killed"))
