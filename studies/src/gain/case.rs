@@ -20,7 +20,7 @@ pub struct Case {
 }
 
 /// Of `sphere-block`, by the study of that name.
-const DEPTH: f64 = 14.58;
+const DEPTH: f64 = 14.535;
 
 /// Uniform and graded at the speed of the scenes; uniform and with slivers at a tenth of it, at which slivers last: at 5 m/s
 /// one is turned inside out after 0.5 ms, at 1.5 m/s none is.
