@@ -3,6 +3,7 @@
 
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::env;
 use std::ffi::OsString;
 use std::fs;
@@ -31,14 +32,15 @@ pub fn collect(out: &Path, stamp: &str) -> Result<Option<Release>, String> {
     if env::var_os("CARGO_FEATURE_BUNDLED").is_none() {
         return Ok(None);
     }
-    let (mut libraries, own) = (made(stamp)?, own_path()?);
-    let messages = if libraries.contains_key(&own) {
-        cargo(out, &["check"])?
-    } else {
-        let messages = cargo(out, &["rustc", "--crate-type", "cdylib"])?;
-        let file = messages.lines().find_map(cdylib).ok_or("cargo did not say where it put the library of the FMU")?;
-        libraries.insert(own, file);
-        messages
+    let mut libraries = made(stamp)?;
+    let messages = match libraries.entry(own_path()?) {
+        Entry::Occupied(_) => cargo(out, &["check"])?,
+        Entry::Vacant(own) => {
+            let messages = cargo(out, &["rustc", "--crate-type", "cdylib"])?;
+            let file = messages.lines().find_map(cdylib);
+            own.insert(file.ok_or("cargo did not say where it put the library of the FMU")?);
+            messages
+        }
     };
     Ok(Some(Release { libraries, messages }))
 }
