@@ -413,7 +413,8 @@ fn cut_short(options: &[&str], end: impl FnOnce(&mut Child)) -> TempDir {
     let folder = folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
     command.args(["run", "ball-bounce", "--direct", "--out", "here"]).args(options).current_dir(folder.path());
-    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child =
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
     let history = folder.path().join("here/history.csv");
     for _ in 0..1000 {
         if history.exists() {
@@ -422,10 +423,10 @@ fn cut_short(options: &[&str], end: impl FnOnce(&mut Child)) -> TempDir {
         std::thread::sleep(Duration::from_millis(10));
     }
     end(&mut child);
-    let said = said(child.wait_with_output().unwrap());
+    let said = said(child.wait_with_output().expect("it ends"));
     assert_eq!(said.status, Some(130), "{}", said.err);
     assert!(said.err.contains("error: interrupted; the results up to now are in here"), "{}", said.err);
-    let manifest = std::fs::read_to_string(folder.path().join("here/gelfmu.jsonl")).unwrap();
+    let manifest = std::fs::read_to_string(folder.path().join("here/gelfmu.jsonl")).expect("a manifest");
     assert!(manifest.ends_with("{\"state\":\"interrupted\"}\n"), "{manifest}");
     folder
 }
