@@ -22,12 +22,12 @@ const PLATFORMS_VARIABLE: &str = "BALLISTIC_GEL_PLATFORMS";
 pub struct Release {
     /// The files by their paths in the FMU.
     pub libraries: BTreeMap<String, PathBuf>,
-    /// What cargo said of every crate of the library of this platform: JSON, one object in a line.
+    /// Messages of cargo about the crates of this platform's library: JSON, one object per line.
     pub messages: String,
 }
 
 /// Returns the libraries to be packed, with the feature `bundled`: a program without it packs the library that cargo puts beside it.
-/// That of this platform is built, unless `build/platforms.sh` has made it: that one runs on older systems, too.
+/// The library of this platform is built unless `build/platforms.sh` has made one, which runs on older systems, too.
 pub fn collect(out: &Path, stamp: &str) -> Result<Option<Release>, String> {
     if env::var_os("CARGO_FEATURE_BUNDLED").is_none() {
         return Ok(None);

@@ -14,8 +14,8 @@ const STANDARD_TEXTS: [(&str, &str); 2] =
     [("MIT", include_str!("licenses/MIT.txt")), ("Apache-2.0", include_str!("licenses/Apache-2.0.txt"))];
 
 /// Writes the index of licences and the Rust source that names every licence file: (path in the archive, bytes).
-/// `messages` are those of cargo when it built or checked the library of a release. A development build names the licences of the crates that it
-/// links, without their texts.
+/// `messages` are those of cargo about the library of a release. A development build names the licences of the crates that it links,
+/// without their texts.
 pub fn collect(messages: Option<&str>, out: &Path) -> Result<(), String> {
     let mut packages = if let Some(messages) = messages { linked(messages, out)? } else { named()? };
     packages.push(standard_library(out)?);

@@ -21,7 +21,7 @@ from .errors import CrashWarning, GelfmuError
 from .fmu import FmuInstance, pack
 from .samplers import Sampler, sample_table
 from .scene import Scene, as_scene
-from .tasks import CRASHED, REFUSED, Row, ShotTask
+from .tasks import CRASHED, REFUSED, Row, ShotTask, failed_row
 from .values import Value
 
 
@@ -162,7 +162,7 @@ def _row_in(shot: Future[Row]) -> Row:
     if isinstance(error, BrokenExecutor):
         remedy = "the same call runs what is missing"
         raise GelfmuError(f"the process of a worker died ({error}): {remedy}", remedy=remedy) from error
-    return {"status": CRASHED, "reason": str(error) or type(error).__name__, "figures": {}}
+    return failed_row(CRASHED, str(error) or type(error).__name__)
 
 
 # Folder of the shots that are kept.

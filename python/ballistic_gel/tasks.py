@@ -23,11 +23,11 @@ Row = dict[str, Any]
 # Status of a row: it reached its end, it stopped before, the scene was refused, or the process died. A row of the last
 # kind is not kept, so that the next sweep repeats the shot.
 COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crashed"
-# Figures of the summary that depend on the machine, and texts that are the same in all rows.
+# Figures of the summary that depend on the machine.
 _CLOCK = ("wall_seconds", "updates_per_second")
-_LEFT_OUT = (*_CLOCK, "threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
-# Tables whose length differs from shot to shot.
-_TABLES = ("cavity_course", "energy_per_centimetre")
+# Texts that are the same in all rows, and tables whose length is not.
+_CONSTANT = ("threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
+_LEFT_OUT = (*_CLOCK, *_CONSTANT, "cavity_course", "energy_per_centimetre")
 _VECTORS = ("exit_velocity", "final_velocity", "total_impulse", "position")
 
 
@@ -91,7 +91,7 @@ def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | Non
     # A folder that is refused, as on a full disk, is no fault of the shot.
     status = REFUSED if result.status == 2 and not message.startswith("--out ") else CRASHED
     # Paths of this run are no part of a row.
-    return _failed(status, message.replace(name, scene.name).replace(str(folder), "the folder"))
+    return failed_row(status, message.replace(name, scene.name).replace(str(folder), "the folder"))
 
 
 def _run_fmu(task: ShotTask, folder: Path) -> Row:
@@ -106,10 +106,10 @@ def _run_fmu(task: ShotTask, folder: Path) -> Row:
                 # A folder that is refused, as on a full disk, and a lack of memory are no fault of the shot.
                 if instance.is_lost or "output_directory" in str(error) or "memory: " in str(error):
                     raise
-                return _failed(REFUSED, str(error))
+                return failed_row(REFUSED, str(error))
             instance.step_to_end()
     except GelfmuError as error:
-        return _failed(CRASHED, str(error))
+        return failed_row(CRASHED, str(error))
     return _row_of(json.loads((place / "summary.json").read_text(encoding="utf-8")))
 
 
@@ -139,7 +139,8 @@ def _instance_for(task: ShotTask, place: Path) -> Iterator[FmuInstance]:
             raise
 
 
-def _failed(status: str, reason: str) -> Row:
+def failed_row(status: str, reason: str) -> Row:
+    """Return the row of a shot without results."""
     return {"status": status, "reason": reason, "figures": {}}
 
 
@@ -156,7 +157,7 @@ def _flatten(figures: Mapping[str, Any], place: str = "") -> Iterator[tuple[str,
     """Yield single figures; vectors, fragments and sensors count from 1, doubts are joined."""
     for name, value in figures.items():
         path = place + name
-        if path in _LEFT_OUT or path in _TABLES:
+        if path in _LEFT_OUT:
             continue
         if name == "doubts":
             yield path, "; ".join(value) or None
