@@ -26,8 +26,9 @@ def main(arguments: list[str] | None = None) -> int:
     except GelfmuError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print("interrupted: finished rows are kept, the same command goes on from there", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        told = str(interrupt) or "finished rows are kept, the same command goes on from there"
+        print(f"interrupted: {told}", file=sys.stderr)
         return 130
     counts = table["status"].value_counts()
     print(", ".join(f"{count} {status}" for status, count in counts.items()) or "no rows", f"in {study.folder}")

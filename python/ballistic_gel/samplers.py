@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import math
+import numbers
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -23,10 +25,13 @@ class Distribution(Protocol):
 
 @dataclass(frozen=True)
 class Uniform:
-    """Uniform distribution between `low` and `high`."""
+    """Uniform distribution between `low` and `high`, finite numbers."""
 
     low: float
     high: float
+
+    def __post_init__(self) -> None:
+        _check_figures(self)
 
     def quantile(self, fraction: np.ndarray) -> np.ndarray:
         """Return the values below which these fractions lie."""
@@ -35,10 +40,13 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal distribution of a mean and a standard deviation."""
+    """Normal distribution of a mean and a standard deviation, which is greater than 0."""
 
     mean: float
     deviation: float
+
+    def __post_init__(self) -> None:
+        _check_figures(self, "deviation")
 
     def quantile(self, fraction: np.ndarray) -> np.ndarray:
         """Return the values below which these fractions lie."""
@@ -47,10 +55,13 @@ class Normal:
 
 @dataclass(frozen=True)
 class LogNormal:
-    """Log-normal distribution of a median and the standard deviation of the logarithm."""
+    """Log-normal distribution of a median and the standard deviation of the logarithm, both greater than 0."""
 
     median: float
     deviation: float
+
+    def __post_init__(self) -> None:
+        _check_figures(self, "median", "deviation")
 
     def quantile(self, fraction: np.ndarray) -> np.ndarray:
         """Return the values below which these fractions lie."""
@@ -90,6 +101,7 @@ class LatinHypercube:
 
     def table(self) -> pd.DataFrame:
         """Return one row for each sample."""
+        _check_counts(self.count, self.seed)
         sampler = _scipy().stats.qmc.LatinHypercube(len(self.spreads), rng=self.seed)
         return _spread(self.spreads, sampler.random(self.count))
 
@@ -104,6 +116,7 @@ class Sobol:
 
     def table(self) -> pd.DataFrame:
         """Return one row for each sample."""
+        _check_counts(self.count, self.seed)
         sampler = _scipy().stats.qmc.Sobol(len(self.spreads), rng=self.seed)
         return _spread(self.spreads, sampler.random(self.count))
 
@@ -113,6 +126,27 @@ def sample_table(samples: Mapping[str, Sequence[Value]] | pd.DataFrame | Sampler
     if isinstance(samples, pd.DataFrame):
         return samples.reset_index(drop=True)
     return (Grid(samples) if isinstance(samples, Mapping) else samples).table()
+
+
+def is_count(value: Any, least: int) -> bool:
+    """Return whether a value is a whole number that is not below another one."""
+    return isinstance(value, numbers.Integral) and not isinstance(value, bool) and int(value) >= least
+
+
+def _check_counts(count: Any, seed: Any) -> None:
+    for name, value, least in (("count", count, 1), ("seed", seed, 0)):
+        if not is_count(value, least):
+            remedy = f"a whole number, {least} or more"
+            raise GelfmuError(f"{name}: found {value!r}, expected {remedy}", key=name, remedy=remedy)
+
+
+def _check_figures(distribution: Any, *positive: str) -> None:
+    """Refuse figures of a distribution that are no finite numbers, or not positive where they must be."""
+    for name, value in vars(distribution).items():
+        is_number = isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
+        if not is_number or (name in positive and value <= 0.0):
+            remedy = f"a {'number greater than 0' if name in positive else 'finite number'}"
+            raise GelfmuError(f"{name}: found {value!r}, expected {remedy}", key=name, remedy=remedy)
 
 
 def _spread(spreads: Mapping[str, Distribution], fractions: np.ndarray) -> pd.DataFrame:

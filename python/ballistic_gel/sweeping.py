@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
-import threading
+import shutil
+import tempfile
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Future, as_completed
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,9 +18,11 @@ from .binary import binary_stamp
 from .engines import Submit, open_engine
 from .errors import CrashWarning, GelfmuError
 from .fmu import FmuInstance, pack
-from .samplers import Sampler, sample_table
+from .folder import SweepFolder
+from .progress import ProgressLines, shows_bars
+from .samplers import Sampler, is_count, sample_table
 from .scene import Scene, as_scene
-from .tasks import CRASHED, REFUSED, Row, ShotTask, failed_row
+from .tasks import CRASHED, REFUSED, Row, ShotTask, failed_row, is_row
 from .values import Value
 
 
@@ -52,12 +53,13 @@ def sweep(
         `LatinHypercube` or `Sobol`. Keys are those of the scene, also of a component, such as
         ``projectile.velocity[3]``; with ``runs="fmu"`` they are parameters of the FMU.
     out : str or Path
-        Folder for the rows, ``results.csv`` and, with pyarrow, ``results.parquet``; wall-clock figures are in
-        ``clock.csv``, so that the results are the same bits each time.
+        New or empty folder, or that of an earlier sweep, for the rows, ``results.csv`` and, with pyarrow,
+        ``results.parquet``; wall-clock figures are in ``clock.csv``, so that the results are the same bits each time.
+        Its manifest ``gelfmu.jsonl`` lists the files, and only those are ever replaced.
     client : distributed.Client, the module ray, or concurrent.futures.Executor, optional
         Where the shots run; this machine if absent.
     workers : int, optional
-        Number of local workers; all cores if absent.
+        Number of local workers; all cores if absent or 0.
     runs : {"command", "fmu"}
         One process of `gelfmu` for each shot, or one instance of the FMU in each worker, which is reset between shots.
         The latter starts Python processes: guard the main part of a script by ``if __name__ == "__main__"``.
@@ -70,7 +72,7 @@ def sweep(
         Keep the folder of each shot, without frames and report, in ``out/shots``; the column ``folder`` names it, and
         `Shot.load` reads it. A finished shot without its folder is run again. All workers must share `out`.
     progress : bool
-        Show a bar in notebooks and terminals.
+        Show a bar in notebooks and terminals, elsewhere a line on standard error at most every 30 s.
 
     Returns
     -------
@@ -82,7 +84,10 @@ def sweep(
     Raises
     ------
     GelfmuError
-        For an unknown key, or if no further shot can be run: a worker has another `gelfmu`, or died.
+        For an unknown key, a folder that no sweep has made, a foreign file with the name of a result, or if no further
+        shot can be run: a worker has another `gelfmu`, or died.
+    KeyboardInterrupt
+        If it was interrupted; its message tells how many shots are kept.
 
     Warns
     -----
@@ -90,21 +95,23 @@ def sweep(
         If the `gelfmu` of a shot died or could not write: such a row is not kept, and is run again by the same call.
     """
     scene = as_scene(scene)
-    table, store = sample_table(samples), RowStore(Path(out))
-    tasks = _tasks_of(scene, table, store.folder, runs, fidelity, keep)
-    keys = [task.key() for task in tasks]
-    wanted = dict(zip(keys, tasks, strict=True))
-    if share is not None:
-        number, count = _parse_share(share)
+    table, folder = sample_table(samples), SweepFolder(out)
+    _refuse_settings(runs, workers)
+    number, count = (1, 1) if share is None else _parse_share(share)
+    with _packed(scene, folder, fidelity, client) if runs == "fmu" else nullcontext() as fmu:
+        tasks = _tasks_of(scene, table, folder, fmu, fidelity, keep)
+        keys = [task.key() for task in tasks]
+        store = RowStore(folder, keys)
         wanted = dict(list(zip(keys, tasks, strict=True))[number - 1 :: count])
-    rows = {key: row for key in dict.fromkeys(keys) if (row := store.read(key)) is not None}
-    if keep:
-        for key in [key for key in wanted if key in rows and not store.has_shot(key, rows)]:
-            store.forget(key)
-            del rows[key]
-    missing = {key: task for key, task in wanted.items() if key not in rows}
-    if missing:
-        rows |= _run_all(missing, store, open_engine(client, workers, runs == "fmu"), progress)
+        rows = {key: row for key in dict.fromkeys(keys) if (row := store.read(key)) is not None}
+        if keep:
+            for key in [key for key in wanted if key in rows and not store.has_shot(key, rows)]:
+                store.forget(key)
+                del rows[key]
+        missing = {key: task for key, task in wanted.items() if key not in rows}
+        if missing:
+            engine = open_engine(client, workers, runs == "fmu")
+            rows |= _run_or_tell(missing, len(wanted), store, engine, progress)
     # Other shares may have ended in the meantime.
     rows |= {key: row for key in set(keys) - set(rows) if (row := store.read(key)) is not None}
     made = _table_of(table, keys, rows)
@@ -117,6 +124,24 @@ def sweep(
         counted = f"{len(crashed)} of {len(made)} shots crashed, and are run again by the same call"
         warnings.warn(f"{counted}: {crashed['reason'].iloc[0]}", CrashWarning, stacklevel=2)
     return made
+
+
+def _run_or_tell(
+    tasks: Mapping[str, ShotTask], wanted: int, store: RowStore, engine: AbstractContextManager[Submit], progress: bool
+) -> dict[str, Row]:
+    """Run the shots that are missing of those that are wanted; an interrupt tells how many are kept."""
+    store.begin(tasks)
+    try:
+        return _run_all(tasks, store, engine, progress)
+    except KeyboardInterrupt:
+        store.end("interrupted")
+        kept = wanted - sum(store.read(key) is None for key in tasks)
+        told = f"{kept} of {wanted} shots are kept in {store.folder.path}: the same call goes on from there"
+        # How the engine waited is of no use to who interrupts it.
+        raise KeyboardInterrupt(told) from None
+    except BaseException:
+        store.end("failed")
+        raise
 
 
 def _run_all(
@@ -170,69 +195,105 @@ SHOTS = "shots"
 
 
 class RowStore:
-    """Rows of a sweep in its folder, one file for each."""
+    """Rows of a sweep in its folder, one file for each.
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder.resolve()
-        self._rows = self.folder / "rows"
-        self._rows.mkdir(parents=True, exist_ok=True)
+    Parameters
+    ----------
+    folder : SweepFolder
+        Folder of the sweep, which is claimed.
+    keys : sequence of str
+        Names of all rows.
+    """
+
+    def __init__(self, folder: SweepFolder, keys: Sequence[str]) -> None:
+        self.folder = folder
+        folder.claim([*map(_file_of, keys), *_TABLES])
 
     def read(self, key: str) -> Row | None:
-        """Return a row, or None if there is no whole one."""
+        """Return a row, or None if there is no whole one, whose shot is to be run again."""
         try:
-            row: Row = json.loads((self._rows / f"{key}.json").read_text(encoding="utf-8"))
-            return row
+            row = json.loads((self.folder.path / _file_of(key)).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
+        return row if is_row(row) else None
 
     def has_shot(self, key: str, rows: Mapping[str, Row]) -> bool:
         """Return whether the folder of a shot is there, if it has one."""
         name = self.shot_of(key, rows)
-        return name is None or (self.folder / name).is_dir()
+        return name is None or (self.folder.path / name).is_dir()
 
     @staticmethod
     def shot_of(key: str, rows: Mapping[str, Row]) -> str | None:
         """Return the folder of a shot, relative to that of the sweep; one that was refused or crashed has none."""
         return None if rows[key]["status"] in (REFUSED, CRASHED) else f"{SHOTS}/{key}"
 
+    def begin(self, keys: Iterable[str]) -> None:
+        """Begin to write rows."""
+        self.folder.list_files(map(_file_of, keys))
+        self.folder.mark("running")
+
+    def end(self, state: str) -> None:
+        """Record how the sweep ended early, if that can be written."""
+        with suppress(GelfmuError):
+            self.folder.mark(state)
+
     def write(self, key: str, row: Row) -> None:
         """Keep a row, unless the process of its shot died."""
         if row["status"] != CRASHED:
-            write_whole(self._rows / f"{key}.json", json.dumps(row).encode())
+            self.folder.write(_file_of(key), json.dumps(row).encode())
 
     def forget(self, key: str) -> None:
         """Remove a row, whose shot is to be run again."""
-        (self._rows / f"{key}.json").unlink(missing_ok=True)
+        (self.folder.path / _file_of(key)).unlink(missing_ok=True)
 
     def write_tables(self, table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> None:
         """Write the results, and the figures of the clock apart."""
-        write_whole(self.folder / "results.csv", table.to_csv(index_label="index").encode())
         clock = pd.DataFrame([rows[key].get("clock", {}) for key in keys])
-        write_whole(self.folder / "clock.csv", clock.to_csv(index_label="index").encode())
-        try:
+        texts = [made.to_csv(index_label="index").encode() for made in (table, clock)]
+        with suppress(ImportError):
             import pyarrow  # noqa: F401
-        except ImportError:
-            return
-        write_whole(self.folder / "results.parquet", table.to_parquet(engine="pyarrow"))
+
+            texts.append(table.to_parquet(engine="pyarrow"))
+        tables = dict(zip(_TABLES, texts, strict=False))
+        self.folder.list_files(tables)
+        for name, content in tables.items():
+            self.folder.write(name, content)
+        self.folder.mark("complete")
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is there as a whole or not at all."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
-    part.write_bytes(content)
-    part.replace(path)
+_TABLES = ("results.csv", "clock.csv", "results.parquet")
+
+
+def _file_of(key: str) -> str:
+    return f"rows/{key}.json"
+
+
+@contextmanager
+def _packed(scene: Scene, folder: SweepFolder, fidelity: str | int | None, client: Any) -> Iterator[Path]:
+    """Pack the FMU into a new folder that only this user may enter, and remove it in the end.
+
+    The folder is one of this machine; for a client, whose workers may be elsewhere, it is in that of the sweep.
+    """
+    folder.claim()
+    place = tempfile.mkdtemp(prefix=".fmu-", dir=None if client is None else folder.path)
+    try:
+        yield pack(_scene_of_fmu(scene, fidelity), Path(place) / "sweep.fmu")
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def _scene_of_fmu(scene: Scene, fidelity: str | int | None) -> Scene:
+    level = {} if fidelity is None else {"scene.fidelity": fidelity}
+    return scene.with_values({"output.frames": 0, "output.report": False, **level})
 
 
 def _tasks_of(
-    scene: Scene, table: pd.DataFrame, folder: Path, runs: str, fidelity: str | int | None, keep: bool
+    scene: Scene, table: pd.DataFrame, folder: SweepFolder, fmu: Path | None, fidelity: str | int | None, keep: bool
 ) -> list[ShotTask]:
     """Return the task of each row, after a check of the keys."""
-    stamp, options, fmu = binary_stamp(), "" if fidelity is None else f"--fidelity={fidelity}", None
-    if runs == "fmu":
-        level = {} if fidelity is None else {"scene.fidelity": fidelity}
-        scene, options = scene.with_values({"output.frames": 0, "output.report": False, **level}), ""
-        fmu = folder / f"{scene.digest(stamp)}.fmu"
-        fmu = fmu if fmu.exists() else pack(scene, fmu)
+    stamp, options, shots = binary_stamp(), "" if fidelity is None else f"--fidelity={fidelity}", folder.path / SHOTS
+    if fmu is not None:
+        scene, options = _scene_of_fmu(scene, fidelity), ""
         with FmuInstance(fmu) as instance:
             instance.check_names(map(str, table.columns))
     records: list[dict[str, Any]] = [
@@ -241,7 +302,7 @@ def _tasks_of(
     if fmu is None:
         for record in records:
             scene.with_values(record)  # refuses an unknown key before the first shot
-    return [ShotTask(scene, record, stamp, options, fmu, folder / SHOTS if keep else None) for record in records]
+    return [ShotTask(scene, record, stamp, options, fmu, shots if keep else None) for record in records]
 
 
 def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> pd.DataFrame:
@@ -254,6 +315,16 @@ def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row])
     return pd.concat([table.iloc[found], figures], axis=1)
 
 
+def _refuse_settings(runs: Any, workers: Any) -> None:
+    """Refuse settings of a sweep that are none."""
+    if runs not in ("command", "fmu"):
+        remedy = '"command" or "fmu"'
+        raise GelfmuError(f"runs: found {runs!r}, expected {remedy}", key="runs", remedy=remedy)
+    if workers is not None and not is_count(workers, 0):
+        remedy = "a whole number of workers, or 0 for all cores"
+        raise GelfmuError(f"workers: found {workers!r}, expected {remedy}", key="workers", remedy=remedy)
+
+
 def _parse_share(share: str) -> list[int]:
     number, slash, count = share.partition("/")
     if slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count):
@@ -263,9 +334,18 @@ def _parse_share(share: str) -> list[int]:
 
 
 def _shown(shots: Iterable[Any], count: int, progress: bool) -> Iterable[Any]:
-    if not progress or not ("ipykernel" in sys.modules or sys.stderr.isatty()):
+    if not progress:
         return shots
+    if not shows_bars():
+        return _told(shots, count)
     from tqdm.auto import tqdm
 
     bar: Iterable[Any] = tqdm(shots, total=count, desc="shots", unit="shot")
     return bar
+
+
+def _told(shots: Iterable[Any], count: int) -> Iterator[Any]:
+    lines = ProgressLines("shots")
+    for number, shot in enumerate(shots, 1):
+        yield shot
+        lines.tell(f"{number} of {count}", number / count)

@@ -17,6 +17,7 @@ from .binary import binary_stamp, call_binary
 from .errors import GelfmuError
 from .fmu import FmuInstance
 from .scene import Scene
+from .shot import Shot
 from .values import Value, toml_text
 
 Row = dict[str, Any]
@@ -108,9 +109,9 @@ def _run_fmu(task: ShotTask, folder: Path) -> Row:
                     raise
                 return failed_row(REFUSED, str(error))
             instance.step_to_end()
+        return _row_of(Shot.load(place).summary)
     except GelfmuError as error:
         return failed_row(CRASHED, str(error))
-    return _row_of(json.loads((place / "summary.json").read_text(encoding="utf-8")))
 
 
 _SHARED = "shot"
@@ -127,6 +128,9 @@ def _instance_for(task: ShotTask, place: Path) -> Iterator[FmuInstance]:
             yield instance
         return
     with _instance_lock:
+        # The archives of earlier sweeps are gone.
+        for lost in [path for path in _instances if not path.exists()]:
+            _instances.pop(lost).close()
         if task.fmu not in _instances:
             _instances[task.fmu] = FmuInstance(task.fmu, _SHARED)
             atexit.register(_instances[task.fmu].close)
@@ -137,6 +141,17 @@ def _instance_for(task: ShotTask, place: Path) -> Iterator[FmuInstance]:
             # The next shot gets a new one.
             _instances.pop(task.fmu).close()
             raise
+
+
+def is_row(found: Any) -> bool:
+    """Return whether what a file holds is a row with a result, and whole."""
+    return (
+        isinstance(found, dict)
+        and found.get("status") in (COMPLETED, STOPPED, REFUSED)
+        and isinstance(found.get("reason", 0), (str, type(None)))
+        and isinstance(found.get("figures"), dict)
+        and isinstance(found.get("clock", {}), dict)
+    )
 
 
 def failed_row(status: str, reason: str) -> Row:

@@ -1,11 +1,13 @@
 """Sweeps: the same table from any engine, after any end."""
 
+import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
+import traceback
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import pandas as pd
@@ -126,6 +128,52 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_shot(quick, tmp_path
     assert run_task(task)["status"] == "completed"
 
 
+def test_a_foreign_folder_is_refused_and_stays_as_it_was(quick, tmp_path):
+    for name in ("results.csv", "results.parquet", "clock.csv"):
+        (tmp_path / name).write_text("mine")
+    with pytest.raises(bg.GelfmuError, match='has "clock.csv" and no gelfmu.jsonl') as refused:
+        bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path)
+    assert refused.value.remedy == "expected an empty or new folder"
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(
+        ("results.csv", "results.parquet", "clock.csv"), "mine"
+    )
+
+
+@pytest.mark.parametrize("name", ["results.csv", "rows"])
+def test_a_foreign_file_with_the_name_of_a_result_is_refused(quick, tmp_path, name):
+    bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path, share="2/2")
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(bg.GelfmuError, match=f"{name}, which no sweep has made") as refused:
+        bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path)
+    assert "move the file away" in refused.value.remedy and (tmp_path / name).read_text() == "mine"
+    (tmp_path / name).unlink()
+    assert len(bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path)) == 1
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_the_manifest_of_a_sweep_is_one_of_the_command(quick, tmp_path):
+    bg.sweep(quick, {"gel.density": [1000.0, 1010.0]}, tmp_path / "a")
+    lines = [json.loads(line) for line in (tmp_path / "a" / "gelfmu.jsonl").read_text().splitlines()]
+    listed = {line["file"] for line in lines if "file" in line}
+    there = {path.relative_to(tmp_path / "a").as_posix() for path in (tmp_path / "a").rglob("*") if path.is_file()}
+    assert listed == there - {"gelfmu.jsonl"}
+    assert lines[0]["results_of"] == "sweep" and lines[-1] == {"state": "complete"}
+    with pytest.raises(bg.GelfmuError, match="found results of gelfmu sweep"):
+        bg.run(quick, out=tmp_path / "a", force=True)
+    bg.run(quick, out=tmp_path / "b", frames=False, report=False)
+    with pytest.raises(bg.GelfmuError, match="found results of gelfmu run"):
+        bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path / "b")
+
+
+def test_a_file_of_a_row_that_is_no_row_is_run_again(quick, samples, table, tmp_path):
+    bg.sweep(quick, samples, tmp_path)
+    rows = sorted((tmp_path / "rows").iterdir())
+    for row, text in zip(rows, ("[]", "5", "{}", '{"status": "crashed", "reason": "", "figures": {}}'), strict=False):
+        row.write_text(text)
+    assert bg.sweep(quick, samples, tmp_path).equals(table[0])
+
+
 def test_a_share_without_rows_runs_nothing(quick, tmp_path):
     made = bg.sweep(quick, {"gel.density": [1000.0]}, tmp_path, share="2/2")
     assert len(made) == 0 and {"status", "reason"} <= set(made)
@@ -180,6 +228,23 @@ def test_an_unknown_key_is_refused_before_the_first_shot(quick, tmp_path):
         bg.sweep(quick, {"gel.density": [1e3]}, tmp_path, share="3/2")
 
 
+@pytest.mark.parametrize("setting", [{"workers": -5}, {"workers": "all"}, {"runs": "fmuu"}])
+def test_a_setting_that_is_none_is_refused(quick, tmp_path, setting):
+    with pytest.raises(bg.GelfmuError) as refused:
+        bg.sweep(quick, {"gel.density": [1e3]}, tmp_path, **setting)
+    assert refused.value.key == next(iter(setting))
+
+
+def test_a_sweep_without_a_terminal_tells_its_progress(quick, samples, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("ballistic_gel.progress._INTERVAL", 0.0)
+    monkeypatch.setattr("ballistic_gel.sweeping.shows_bars", lambda: False)
+    bg.sweep(quick, samples, tmp_path, progress=False)
+    assert capsys.readouterr().err == ""
+    shutil.rmtree(tmp_path)
+    bg.sweep(quick, samples, tmp_path)
+    assert "shots: 2 of 8, 25 %, 0 s elapsed, " in capsys.readouterr().err
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("kind", [signal.SIGKILL, signal.SIGTERM])
 def test_a_killed_sweep_goes_on_where_it_was(tmp_path, kind):
@@ -191,9 +256,10 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, kind):
     while (not folder.is_dir() or len(list(folder.glob("*.json"))) < 5) and time.monotonic() < until:
         time.sleep(0.01)
     process.send_signal(kind)
-    process.communicate(timeout=20.0)
+    _, said = process.communicate(timeout=20.0)
     kept = {row: row.stat().st_mtime_ns for row in folder.glob("*.json")}
     assert 5 <= len(kept) < 64
+    assert kind != signal.SIGTERM or f"interrupted: {len(kept)} of 64 shots are kept in" in said.decode()
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("64 completed")
     assert all(row.stat().st_mtime_ns == at for row, at in kept.items())
@@ -212,6 +278,25 @@ def test_the_fmu_gives_the_rows_of_the_command(quick, samples, table, tmp_path):
         bg.sweep(quick, {"projectile.velocitee[3]": [1.0]}, tmp_path, runs="fmu")
 
 
+def test_an_archive_in_the_folder_is_never_loaded(quick, tmp_path, monkeypatch):
+    pytest.importorskip("fmpy")
+    scene = quick.with_values({"output.frames": 0, "output.report": False})
+    modes = []
+
+    def pack(scene, path):
+        modes.append((path.parent.stat().st_mode & 0o777, path))
+        return bg.pack(scene, path)
+
+    monkeypatch.setattr("ballistic_gel.sweeping.pack", pack)
+    for client in (None, ThreadPoolExecutor(1)):
+        folder = tmp_path / type(client).__name__
+        bg.sweep(quick, {"mesh.size": [4e-3]}, folder, runs="fmu", share="2/2")
+        (folder / f"{scene.digest(binary_stamp())}.fmu").write_text("foreign")
+        made = bg.sweep(quick, {"mesh.size": [4e-3]}, folder, client=client, runs="fmu")
+        assert made["status"][0] == "completed"
+        assert {mode for mode, _ in modes} == {0o700} and not any(path.parent.exists() for _, path in modes)
+
+
 def test_an_executor_gives_the_rows_of_this_machine(quick, samples, table, tmp_path):
     with ThreadPoolExecutor(2) as executor:
         assert bg.sweep(quick, samples, tmp_path, client=executor).equals(table[0])
@@ -227,8 +312,12 @@ def test_an_interrupt_cancels_what_has_not_begun_and_keeps_what_has_ended(quick,
         raise KeyboardInterrupt
 
     monkeypatch.setattr("ballistic_gel.sweeping.as_completed", interrupted)
-    with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
+    with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt) as told:
         bg.sweep(quick, samples, tmp_path, client=executor)
+    kept = len(list((tmp_path / "rows").iterdir()))
+    assert str(told.value) == f"{kept} of 8 shots are kept in {tmp_path}: the same call goes on from there"
+    assert "interrupted(futures)" not in "".join(traceback.format_exception(told.value)), "no frame of an executor"
+    assert '"interrupted"' in (tmp_path / "gelfmu.jsonl").read_text().splitlines()[-1]
     assert len(begun) == 8 and sum(future.cancelled() for future in begun) >= 5
     ended = sum(not future.cancelled() and future.done() for future in begun)
     assert 1 <= len(list((tmp_path / "rows").iterdir())) <= ended
