@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
+import re
 import shlex
 import sys
 import tomllib
+import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,13 +16,41 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from .errors import GelfmuError, unknown_name
-from .samplers import Distribution, Grid, LatinHypercube, LogNormal, Normal, Sampler, Sobol, Uniform, sample_table
+from .samplers import (
+    Distribution,
+    Grid,
+    LatinHypercube,
+    LogNormal,
+    Normal,
+    Sampler,
+    Sobol,
+    Uniform,
+    is_count,
+    sample_table,
+)
 from .scene import Scene, as_scene
 from .sweeping import sweep
 
-_TABLES = ("scene", "shot", "set", "fidelity", "out", "runs", "workers", "keep", "sampler", "keys")
+# Keys of a study and of its sampler, with their types.
+_TABLES = {
+    "scene": str,
+    "shot": dict,
+    "set": dict,
+    "fidelity": (str, int),
+    "out": str,
+    "runs": str,
+    "workers": int,
+    "keep": bool,
+    "sampler": dict,
+    "keys": dict,
+}
+_SAMPLER = {"kind": str, "file": str, "count": int, "seed": int}
+_KINDS = {str: "a text", int: "a whole number", bool: "true or false", dict: "a table", (str, int): "a level"}
 _DISTRIBUTIONS: dict[str, Callable[..., Distribution]] = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal}
 _SAMPLERS: dict[str, Callable[..., Sampler]] = {"grid": Grid, "latin-hypercube": LatinHypercube, "sobol": Sobol}
+
+# Time limit of a task: minutes, with seconds, hours, or days before a hyphen; or none.
+_TIME = re.compile(r"(\d+-)?\d+(:\d+){0,2}|UNLIMITED", re.ASCII)
 
 _Made = TypeVar("_Made")
 
@@ -52,10 +82,24 @@ class Study:
         [keys]
         "projectile.velocity[3]" = { normal = { mean = -179.8, deviation = 2.0 } }
         "gel.strength_scale" = { lognormal = { median = 1.0, deviation = 0.1 } }
+
+    Raises
+    ------
+    GelfmuError
+        For an unknown key, a value of another type, and a control character in any text or in the path.
     """
 
     path: Path
     content: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        _refuse_control("study", str(self.path))
+        _refuse_values("", self.content)
+        for name in self.content:
+            if name not in _TABLES:
+                raise unknown_name(name, _TABLES, "key of a study")
+        _refuse_types("", self.content, _TABLES)
+        _refuse_types("sampler.", self.content.get("sampler", {}), _SAMPLER)
 
     @classmethod
     def load(cls, path: str | Path) -> Study:
@@ -64,16 +108,13 @@ class Study:
         Raises
         ------
         GelfmuError
-            For a file that is no TOML, or has an unknown table.
+            For a file that is no TOML in UTF-8, or describes no sweep.
         """
         path = Path(path).resolve()
         try:
             content = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, tomllib.TOMLDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise GelfmuError(f"study {path}: {error}", remedy="name a TOML file that describes a sweep") from error
-        for name in content:
-            if name not in _TABLES:
-                raise unknown_name(name, _TABLES, "key of a study")
         return cls(path, content)
 
     @property
@@ -115,7 +156,7 @@ class Study:
     def run(self, share: str | None = None, workers: int | None = None) -> pd.DataFrame:
         """Run the study, or a share of it such as ``"2/8"``, on this machine; see `sweep`."""
         settings = {name: self.content[name] for name in ("runs", "fidelity", "keep") if name in self.content}
-        workers = workers or self.content.get("workers")
+        workers = self.content.get("workers") if workers is None else workers
         return sweep(self.scene(), self.samples(), self.folder, share=share, workers=workers, **settings)
 
     def slurm_script(self, tasks: int, time: str, cores: int) -> str:
@@ -126,10 +167,24 @@ class Study:
         tasks : int
             Number of tasks of the array, at most one for each row.
         time : str
-            Time limit of each, such as ``"02:00:00"``; what is not finished then is left to the next submission.
+            Time limit of each in a form of SLURM, such as ``"02:00:00"``, ``"1-12"`` or ``"UNLIMITED"``; what is not
+            finished then is left to the next submission.
         cores : int
             Cores of each task.
+
+        Raises
+        ------
+        GelfmuError
+            For a number below 1, another form of the time, or a study without rows.
         """
+        for name, number in (("tasks", tasks), ("cores", cores)):
+            if not is_count(number, 1):
+                remedy = "a whole number, 1 or more"
+                raise GelfmuError(f"{name}: found {number!r}, expected {remedy}", key=name, remedy=remedy)
+        if not isinstance(time, str) or not _TIME.fullmatch(time):
+            remedy = "a time limit of SLURM, such as 02:00:00 or 1-12"
+            raise GelfmuError(f"time: found {time!r}, expected {remedy}", key="time", remedy=remedy)
+        _refuse_control("path of Python", sys.executable)
         tasks = min(tasks, len(self.samples()))
         python, study = shlex.quote(sys.executable), shlex.quote(str(self.path))
         return f"""#!/bin/bash
@@ -150,6 +205,39 @@ def _table_in(path: Path) -> pd.DataFrame:
     except (OSError, ValueError) as error:
         key, remedy = "sampler.file", "a CSV file with a column for each key"
         raise GelfmuError(f"{key}: found {error}, expected {remedy}", key=key, remedy=remedy) from error
+
+
+def _refuse_control(place: str, text: str) -> None:
+    """Refuse control characters, such as a line feed, behind which a script or a table would go on otherwise."""
+    if any(unicodedata.category(sign) == "Cc" for sign in text):
+        remedy = "a text without line feeds, tabs and other control characters"
+        raise GelfmuError(f"{place}: found {text!r}, expected {remedy}", remedy=f"expected {remedy}")
+
+
+def _refuse_values(place: str, value: Any) -> None:
+    """Refuse control characters in keys and texts, and values that no scene has, such as a date."""
+    if isinstance(value, str):
+        _refuse_control(place, value)
+    elif isinstance(value, Mapping):
+        for name, part in value.items():
+            _refuse_control(f"key of {place or 'the study'}", name)
+            _refuse_values(f"{place}.{name}" if place else name, part)
+    elif isinstance(value, list):
+        for part in value:
+            _refuse_values(place, part)
+    elif not isinstance(value, (int, float)):
+        remedy = "a number, a text, true, false, a list or a table"
+        raise GelfmuError(f"{place}: found {value}, expected {remedy}", key=place, remedy=remedy)
+
+
+def _refuse_types(prefix: str, table: Mapping[str, Any], types: Mapping[str, Any]) -> None:
+    """Refuse values of another type than their key has."""
+    for name, kind in types.items():
+        value = table.get(name)
+        is_other = isinstance(value, bool) != (kind is bool) or not isinstance(value, kind)
+        if name in table and is_other:
+            key, remedy = f"{prefix}{name}", _KINDS[kind]
+            raise GelfmuError(f"{key}: found {value!r}, expected {remedy}", key=key, remedy=remedy)
 
 
 def _refuse_beside(what: str, others: Sequence[str]) -> None:
@@ -177,4 +265,7 @@ def _made(maker: Callable[..., _Made], arguments: Mapping[str, Any], place: str)
     except TypeError as error:
         remedy = f"give {', '.join(inspect.signature(maker).parameters)}"
         raise GelfmuError(f"{place}: {error}: {remedy}", key=place, remedy=remedy) from None
-    return maker(**arguments)
+    try:
+        return maker(**arguments)
+    except GelfmuError as error:
+        raise GelfmuError(f"{place}: {error}", key=error.key, remedy=error.remedy) from error

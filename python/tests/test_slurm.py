@@ -69,3 +69,22 @@ def test_an_array_that_is_submitted_again_runs_what_is_missing(script, tmp_path)
     times = {row: row.stat().st_mtime_ns for row in rows[1:]}
     assert any(told.startswith("5 completed") for told in submit(script))
     assert rows[0].exists() and all(row.stat().st_mtime_ns == at for row, at in times.items())
+
+
+@pytest.mark.parametrize("name", ["study\ntouch run.toml", "study\r.toml", "tab\t.toml"])
+def test_a_study_whose_name_has_a_control_character_is_refused(tmp_path, name):
+    (tmp_path / name).write_text(STUDY)
+    with pytest.raises(bg.GelfmuError, match="^study: found .*, expected a text without line feeds"):
+        bg.Study.load(tmp_path / name)
+
+
+def test_an_option_that_would_be_run_is_refused(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    study = bg.Study.load(tmp_path / "study.toml")
+    for time in ("01:00:00\ntouch run", "1 --wrap=touch", "soon", 60):
+        with pytest.raises(bg.GelfmuError, match="^time: found .*, expected a time limit of SLURM"):
+            study.slurm_script(3, time, 1)
+    for name, numbers in (("tasks", ("3\ntouch run", 1)), ("cores", (3, "1\ntouch run")), ("cores", (3, -1))):
+        with pytest.raises(bg.GelfmuError, match=f"^{name}: found .*, expected a whole number"):
+            study.slurm_script(numbers[0], "1-12", numbers[1])
+    assert "#SBATCH --time=1-12:30\n" in study.slurm_script(3, "1-12:30", 1)
