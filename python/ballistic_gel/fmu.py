@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import numbers
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
@@ -10,6 +11,8 @@ from ctypes import byref
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+
+import numpy as np
 
 from .binary import CommandResult, call_json
 from .errors import GelfmuError, unknown_name
@@ -153,15 +156,21 @@ class FmuInstance:
         self._call(self._fmu.reset)
 
     def set(self, values: Mapping[str, Value]) -> None:
-        """Set variables by name."""
+        """Set variables by name: a number or a switch in the unit of the variable, or a text.
+
+        Raises
+        ------
+        GelfmuError
+            For an unknown name, a value of another type, or one that the FMU refuses.
+        """
         for name, value in values.items():
             variable = self._variable(name)
-            if isinstance(value, str):
-                self._call(self._fmu.setString, [variable.valueReference], [value])
-            else:
-                setter = {"Real": "setReal", "Boolean": "setBoolean"}.get(variable.type, "setInteger")
-                kind = float if variable.type == "Real" else int
-                self._call(getattr(self._fmu, setter), [variable.valueReference], [kind(value)])
+            kind, setter = _SETTERS.get(variable.type, (int, "setInteger"))
+            if isinstance(value, str) != (kind is str) or not isinstance(value, (str, numbers.Real, np.bool_)):
+                unit = f" in {variable.unit}" if kind is float and variable.unit else ""
+                remedy = "a text" if kind is str else f"a number{unit}"
+                raise GelfmuError(f"{name}: found {value!r}, expected {remedy}", key=name, remedy=remedy)
+            self._call(getattr(self._fmu, setter), [variable.valueReference], [kind(value)])
 
     def check_names(self, names: Iterable[str]) -> None:
         """Refuse names that are no variables, with the nearest one."""
@@ -229,6 +238,8 @@ class FmuInstance:
 
 
 _DISCARD, _FATAL = 2, 4
+# Types of variables and the functions that set them.
+_SETTERS = {"Real": (float, "setReal"), "Boolean": (int, "setBoolean"), "String": (str, "setString")}
 
 
 def _import_fmpy() -> Any:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 import os
-import sys
 import tomllib
 import warnings
 from collections.abc import Mapping
@@ -13,6 +13,7 @@ from typing import Any, Self
 
 from .binary import CommandResult, binary_stamp, call_binary
 from .errors import DoubtWarning, GelfmuError, ShotError
+from .progress import ProgressLines, shows_bars
 from .scene import Scene, as_scene
 from .shot import Shot
 from .values import Value
@@ -30,6 +31,7 @@ def run(
     force: bool = False,
     frames: bool = True,
     report: bool = True,
+    measured: str | Path | None = None,
     threads: int = 0,
     progress: bool = True,
     timeout: float | None = None,
@@ -53,17 +55,20 @@ def run(
         Replace the results of an earlier run in `out`.
     frames, report : bool
         Write meshes for `Shot.frames`, and ``report.html``.
+    measured : str or Path, optional
+        Table of a laboratory, CSV, by time or depth: its curves are compared with those of the run, in the report and
+        in `Shot.measured`.
     threads : int
         Threads, 0 for all cores. Results do not depend on it.
     progress : bool
-        Show a bar in notebooks and terminals.
+        Show a bar in notebooks and terminals, elsewhere a line on standard error every 30 s.
     timeout : float, optional
         Wall-clock seconds after which the run is stopped. What it computed is kept.
 
     Raises
     ------
     GelfmuError
-        If the scene is refused; `key` and `remedy` say why.
+        If the scene, the folder or the table is refused; `key` and `remedy` say why.
     ShotError
         If the run stopped before its end; `shot` has what was computed.
     KeyboardInterrupt
@@ -79,6 +84,7 @@ def run(
     folder = Path(out)
     options += [] if frames else ["--no-frames"]
     options += [] if report else ["--no-report"]
+    options += [] if measured is None else [f"--measured={measured}"]
     options += ["--force"] if force else []
     with scene.source() as name, ProgressBar(folder, scene.name, progress) as bar:
         command = ["run", name, *scene.arguments(), *options, f"--out={folder}", f"--threads={threads}"]
@@ -109,12 +115,13 @@ def shot_of(result: CommandResult, folder: Path) -> Shot:
 
 
 class ProgressBar:
-    """Bar of the simulated time of a run, read from the history that it writes."""
+    """Bar or lines of the simulated time of a run, read from the history that it writes."""
 
     def __init__(self, folder: Path, name: str, wanted: bool) -> None:
         self._folder = folder
         self._name = name
-        self._wanted = wanted and ("ipykernel" in sys.modules or sys.stderr.isatty())
+        self._wanted = wanted
+        self._lines = None if shows_bars() else ProgressLines(name)
         self._bar: Any = None
         self._begun = _modified(folder / "history.csv")
 
@@ -130,14 +137,19 @@ class ProgressBar:
             self._bar.close()
 
     def update(self) -> None:
-        """Move the bar to the last time of the history."""
+        """Move the bar to the last time of the history, or tell it."""
         time = self._time() if self._wanted else None
         if time is None:
+            return
+        if self._lines is not None:
+            end = self._end_time
+            task = f"{1e3 * time:.3f} ms" if end is None else f"{1e3 * time:.3f} of {1e3 * end:.3f} ms"
+            self._lines.tell(task, None if end is None else time / end)
             return
         if self._bar is None:
             from tqdm.auto import tqdm
 
-            end = self._end_time()
+            end = self._end_time
             style = "{desc} {percentage:3.0f} %|{bar}| {n:.3f} of {total:.3f} ms, {elapsed} elapsed, {remaining} left"
             self._bar = tqdm(total=end and 1e3 * end, desc=self._name, bar_format=style if end else None, unit="ms")
         self._bar.update(1e3 * time - self._bar.n)
@@ -155,8 +167,9 @@ class ProgressBar:
         except (ValueError, IndexError):
             return None
 
+    @functools.cached_property
     def _end_time(self) -> float | None:
-        """Return the end time of the scene, s, if it is a number without a unit."""
+        """End time of the scene, s, if it is a number without a unit."""
         with (self._folder / "scene.toml").open("rb") as file:
             end = tomllib.load(file).get("scene", {}).get("end_time")
         return float(end) if isinstance(end, (int, float)) else None

@@ -31,6 +31,30 @@ _FIGURES = (
     ("energy_deposited", "energy given to the gel", 1.0, "J"),
     ("peak_force", "greatest force", 1.0, "N"),
 )
+# Columns of the residuals of measured curves.
+_RESIDUALS = (
+    *("quantity", "column", "by", "unit", "points", "outside"),
+    *("rms", "greatest", "greatest_at", "rms_percent", "greatest_percent"),
+)
+# Figures that each summary has, and their types.
+_EACH = {"scene": str, "completed": bool, "doubts": list, "digest": str, "ended_by": str}
+
+
+def _figures_in(text: str) -> dict[str, Any]:
+    """Return the figures of a summary.
+
+    Raises
+    ------
+    ValueError
+        For a text that is none.
+    """
+    figures = json.loads(text)
+    if not isinstance(figures, dict):
+        raise ValueError(f"{type(figures).__name__} in the place of figures")
+    wrong = [name for name, kind in _EACH.items() if not isinstance(figures.get(name), kind)]
+    if wrong:
+        raise ValueError(f"without {', '.join(wrong)}")
+    return figures
 
 
 class Shot:
@@ -58,7 +82,7 @@ class Shot:
         Raises
         ------
         GelfmuError
-            If the folder holds no finished run.
+            If the folder holds no finished run, or a damaged summary.
         """
         shot = cls(folder)
         shot.summary  # noqa: B018 - refuses a folder without results
@@ -69,10 +93,13 @@ class Shot:
         """Figures of the run: all of ``summary.json``, in SI units."""
         path = self.folder / "summary.json"
         try:
-            return dict(json.loads(path.read_text(encoding="utf-8")))
+            return _figures_in(path.read_text(encoding="utf-8"))
         except FileNotFoundError as error:
             remedy = "name the folder of a run that ended; gelfmu.jsonl in it tells the state"
             raise GelfmuError(f"{path}: found no summary of a run", remedy=remedy) from error
+        except (OSError, ValueError) as error:
+            remedy = "expected the summary that gelfmu writes: run it again"
+            raise GelfmuError(f"{path}: found a damaged summary ({error}), {remedy}", remedy=remedy) from error
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -103,7 +130,27 @@ class Shot:
         path = self.folder / _FILES[name]
         if not path.is_file():
             raise GelfmuError(f"{path}: this run has no such table: {reason}", remedy="Shot.tables lists its tables")
-        return pd.read_csv(path)
+        try:
+            return pd.read_csv(path)
+        except (OSError, ValueError) as error:
+            remedy = "expected the table that gelfmu writes: run it again"
+            raise GelfmuError(f"{path}: found a damaged table ({error}), {remedy}", remedy=remedy) from error
+
+    @property
+    def measured(self) -> pd.DataFrame:
+        """Residuals, computed minus measured, one row for each curve that a table of a laboratory has.
+
+        Columns are ``quantity``, ``column`` of the table, ``by`` (``time`` or ``depth``), ``unit``, ``points`` that
+        are compared, those ``outside`` of the computed curve, ``rms`` and ``greatest`` (in that unit), ``greatest_at``
+        (s or m), ``rms_percent`` and ``greatest_percent`` of the greatest measured value; NaN where nothing is
+        compared. A run without a table has none, which is a `GelfmuError`.
+        """
+        found = self.summary.get("measured")
+        if found is None:
+            remedy = "run with measured=, or Shot.report(measured=)"
+            raise GelfmuError(f"{self.folder}: this run was compared with no table: {remedy}", remedy=remedy)
+        rows = [{**curve, **(curve["residual"] or {})} for curve in found["curves"]]
+        return pd.DataFrame(rows, columns=_RESIDUALS)
 
     @property
     def completed(self) -> bool:

@@ -39,6 +39,9 @@ def test_errors_of_the_fmu_name_the_variable(fmu, tmp_path):
         bg.simulate(fmu, values={"mesh.size": -1.0}, out=tmp_path / "x")
     assert refused.value.key == "mesh.size"
     assert refused.value.remedy == "expected at least 0 m"
+    for name, value in (("mesh.size", "2 mm"), ("mesh.size", None), ("threads", "two"), ("scene", 5)):
+        with pytest.raises(bg.GelfmuError, match=f"^{name}: found {value!r}, expected a (number|text)"):
+            bg.simulate(fmu, values={name: value}, out=tmp_path / "x")
 
 
 def test_a_run_that_stops_is_kept(tmp_path):

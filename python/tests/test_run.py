@@ -46,6 +46,19 @@ def test_a_run_without_a_folder_has_one_of_its_own(quick, tmp_path, monkeypatch)
     assert len(folders) == 2
 
 
+def test_a_run_is_compared_with_the_table_of_a_laboratory(quick, tmp_path):
+    lab = tmp_path / "lab.csv"
+    lab.write_text("time_ms,velocity_m_per_s\n0,1\n0.1,1\n9,1\n", encoding="utf-8")
+    shot = bg.run(quick, out=tmp_path / "a", frames=False, report=False, measured=lab)
+    [row] = shot.measured.to_dict("records")
+    assert (row["quantity"], row["by"], row["unit"], row["points"], row["outside"]) == ("velocity", "time", "m/s", 2, 1)
+    assert abs(row["greatest"]) >= row["rms"] > 0.0
+    with pytest.raises(bg.GelfmuError, match="compared with no table: run with measured="):
+        bg.run(quick, out=tmp_path / "b", frames=False, report=False).measured  # noqa: B018
+    with pytest.raises(bg.GelfmuError, match=r"nowhere\.csv"):
+        bg.run(quick, out=tmp_path / "c", measured=tmp_path / "nowhere.csv")
+
+
 def test_a_run_that_stops_gives_what_it_computed(tmp_path):
     with pytest.raises(bg.ShotError, match="is inverted") as stopped:
         bg.run("ball-square", values={"scene.end_time": 1e-3}, out=tmp_path / "s", frames=False, report=False)
@@ -116,6 +129,20 @@ def test_the_bar_follows_the_history_of_this_run_only(tmp_path):
     (tmp_path / "history.csv").write_text("time_s,depth_m\n0e0,0\n1e-3,2\n2e-")
     os.utime(tmp_path / "history.csv", ns=(1, 1))
     assert bar._time() == 1e-3
+
+
+def test_a_run_without_a_terminal_tells_its_progress(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("ballistic_gel.running.shows_bars", lambda: False)
+    monkeypatch.setattr("ballistic_gel.progress._INTERVAL", 0.0)
+    bars = [ProgressBar(tmp_path, "shot", wanted) for wanted in (True, False)]
+    (tmp_path / "history.csv").write_text("time_s,depth_m\n1e-3,2\n")
+    (tmp_path / "scene.toml").write_text("scene.end_time = 4e-3")
+    for bar in bars:
+        bar.update()
+    assert capsys.readouterr().err.startswith("shot: 1.000 of 4.000 ms, 25 %, 0 s elapsed, 0 s left\n")
+    monkeypatch.setattr("ballistic_gel.progress._INTERVAL", 30.0)
+    bars[0].update()
+    assert capsys.readouterr().err == "", "not before 30 s"
 
 
 def _children_of(process):

@@ -29,6 +29,27 @@ def test_a_table_that_is_missing_says_why(quick, tmp_path):
     assert shot.plot.force().get_xlabel() == "time, ms"
 
 
+@pytest.mark.parametrize(
+    "text, told",
+    [
+        (b"", "Expecting value"),
+        (b"{", "Expecting"),
+        (b"\xff", "utf-8"),
+        (b"[]", "list in the place of figures"),
+        (b"{}", "without scene, completed, doubts, digest, ended_by"),
+    ],
+)
+def test_a_damaged_summary_is_told_with_the_remedy(tmp_path, text, told):
+    (tmp_path / "summary.json").write_bytes(text)
+    with pytest.raises(bg.GelfmuError, match=rf"summary\.json: found a damaged summary \(.*{told}") as damaged:
+        bg.Shot.load(tmp_path)
+    assert damaged.value.remedy.endswith("run it again")
+    (tmp_path / "history.csv").write_bytes(text)
+    if text != b"{" and text != b"[]" and text != b"{}":
+        with pytest.raises(bg.GelfmuError, match="found a damaged table"):
+            bg.Shot(tmp_path).history  # noqa: B018
+
+
 @pytest.mark.parametrize("name", PLOTS)
 def test_each_figure_draws_into_the_axes_that_it_is_given(deep, name):
     import matplotlib.pyplot as plt
@@ -94,6 +115,6 @@ def test_a_report_is_made_afterwards_with_the_curve_of_a_laboratory(deep, tmp_pa
     table = tmp_path / "lab.csv"
     table.write_text("depth_mm,velocity_m_per_s\n0,180\n5,150\n", encoding="utf-8")
     assert "Compared with the laboratory" in deep.report(measured=table).read_text(encoding="utf-8")
-    assert len(deep.summary["measured"]["curves"]) == 1
+    assert len(deep.summary["measured"]["curves"]) == len(deep.measured) == 1
     with pytest.raises(bg.GelfmuError, match=r"nowhere\.csv"):
         deep.report(measured=tmp_path / "nowhere.csv")
