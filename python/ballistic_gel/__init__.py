@@ -11,6 +11,7 @@ from .commands import Calibration, Validation, calibrate, projectiles, scenes, v
 from .errors import CrashWarning, DoubtWarning, FitWarning, GelfmuError, ShotError
 from .fmu import FmuInstance, pack, simulate
 from .frames import Frame, FrameSequence
+from .levels import level_errors
 from .running import run
 from .samplers import Grid, LatinHypercube, LogNormal, Normal, Sobol, Uniform
 from .scene import Scene, SceneCheck
@@ -41,6 +42,7 @@ __all__ = [
     "Validation",
     "calibrate",
     "find_binary",
+    "level_errors",
     "pack",
     "projectiles",
     "run",

@@ -142,11 +142,9 @@ class SweepFolder:
     def write(self, name: str, content: bytes) -> None:
         """Write a listed file so that it is there as a whole or not at all."""
         path = self.path / name
-        part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
         with self._told():
             path.parent.mkdir(exist_ok=True)
-            part.write_bytes(content)
-            part.replace(path)
+            write_whole(path, content)
 
     @contextmanager
     def _journal(self) -> Iterator[tuple[BinaryIO, FolderContents]]:
@@ -216,6 +214,13 @@ class SweepFolder:
             yield
         except OSError as error:
             raise self._refusal(f"{error.strerror or error}", "a folder that can be written") from error
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it is there as a whole or not at all."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
+    part.write_bytes(content)
+    part.replace(path)
 
 
 def _is_no_folder(path: Path) -> bool:

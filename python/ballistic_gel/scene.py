@@ -8,6 +8,7 @@ import os
 import re
 import tempfile
 import tomllib
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from .binary import call_json, file_hash
-from .errors import GelfmuError
+from .errors import DoubtWarning, GelfmuError
 from .schema import check_key
 from .values import Value, toml_text
 
@@ -128,12 +129,16 @@ class Scene:
             Width, height and length along the path, such as ``"15x15x40cm"``, or in m.
         gel : str, optional
             ``"10%"``, ``"20%"``, ``"clear"``, or the name of a preset.
+
+        Warns
+        -----
+        DoubtWarning
+            If the block is too small for the shot, or a level of it cannot be run.
         """
-        if block is not None and not isinstance(block, str):
-            block = "x".join(repr(float(edge)) for edge in block)
-        options = {"speed": speed, "yaw": yaw, "roll": roll, "block": block, "gel": gel}
-        given = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        return cls(call_json(["new", f"--projectile={projectile}", *given])["text"])
+        made = new_shot_values(projectile, speed, yaw=yaw, roll=roll, block=block, gel=gel)
+        for doubt in made["doubts"]:
+            warnings.warn(doubt, DoubtWarning, stacklevel=2)
+        return cls(made["text"])
 
     def with_values(self, values: Mapping[str, Value]) -> Scene:
         """Return a copy with further keys replaced, such as ``{"mesh.size": 2e-3}``."""
@@ -216,6 +221,18 @@ class Scene:
     def __repr__(self) -> str:
         replaced = ", ".join(f"{key}={toml_text(value)}" for key, value in self.values.items())
         return f"<Scene {self.name}{': ' + replaced if replaced else ''}>"
+
+
+def new_shot_values(
+    projectile: str, speed: float | str | None = None, *, block: str | Sequence[float] | None = None, **options: Any
+) -> dict[str, Any]:
+    """Return all that ``gelfmu new --json`` prints: the text of the scene, the shot and the doubts about it."""
+    if block is not None and not isinstance(block, str):
+        block = "x".join(repr(float(edge)) for edge in block)
+    options = {"speed": speed, **options, "block": block}
+    given = [f"--{name}={value}" for name, value in options.items() if value is not None]
+    found: dict[str, Any] = call_json(["new", f"--projectile={projectile}", *given])
+    return found
 
 
 def _texts_in(value: Any) -> Iterator[str]:

@@ -1,7 +1,9 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::preset::{NOTHING, ShotRange};
-use super::{BranchSpec, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, body_name, numbered};
+use super::{
+    BranchSpec, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, block_doubts, body_name, numbered,
+};
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
 
@@ -16,7 +18,7 @@ const MARGIN: f64 = 0.1;
 #[must_use]
 pub fn doubts(scene: &Scene) -> Vec<String> {
     let bodies = (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body));
-    bodies.chain(short_relaxation(scene)).collect()
+    bodies.chain(short_relaxation(scene)).chain(block_doubts(scene)).collect()
 }
 
 /// Doubts about branches that relax within less than a step: the mesh and the step decide what their springs store.

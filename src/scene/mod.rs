@@ -1,5 +1,6 @@
 //! Scene: the user's input file, read, checked and returned with every default filled in.
 
+mod block_fit;
 mod bodies;
 mod builtin;
 mod cavity;
@@ -30,6 +31,7 @@ mod stl;
 mod tables;
 mod validate;
 
+pub use block_fit::{CAVITY_DRAG, CAVITY_MARGIN, GEL_RESISTANCE, block_doubts, cavity_estimate};
 pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
 pub use cavity::{AMBIENT_PRESSURE, CavitySpec};

@@ -24,7 +24,13 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     let cost = simulation.observe().cost;
     let bodies: Vec<Value> = (0..scene.n_bodies()).map(|body| body_json(&scene, &simulation, body)).collect();
     let (modelled, off) = (scene::modelled_physics(&scene), scene::switched_off(&scene));
-    let (preset_facts, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
+    let preset_facts = scene::from_preset(&text);
+    let at_level = |fidelity| {
+        let set: Vec<_> = options.set.iter().cloned().chain([level::level_override(fidelity)]).collect();
+        Ok(source::load(&options.scene, &set)?.scene)
+    };
+    let refused = level::refused_levels(&scene.fidelity, at_level);
+    let doubts = [scene::doubts(&scene), refused].concat();
     let result = json!({
         "scene": scene.scene.name,
         "title": scene.scene.title,

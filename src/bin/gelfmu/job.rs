@@ -2,7 +2,7 @@
 
 use crate::failure::RunError;
 use crate::source::SceneSource;
-use ballistic_gel::fmi2::{self, RoomError};
+use ballistic_gel::fmi2::{self, MemoryReserve, RoomError};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::ops::ControlFlow;
@@ -37,11 +37,16 @@ pub enum RunEnding {
 
 /// Builds the simulation of a scene, after a check that the memory is large enough.
 pub fn build_simulation(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Simulation, RunError> {
-    let _reserve = fmi2::reserve_for_building(scene).map_err(|error| match error {
+    let _reserve = reserve_for_building(scene)?;
+    Ok(Simulation::new(scene, mode, threads)?)
+}
+
+/// Reserves the memory for building a scene, or returns the reason why its mesh is refused.
+pub fn reserve_for_building(scene: &Scene) -> Result<MemoryReserve, RunError> {
+    fmi2::reserve_for_building(scene).map_err(|error| match error {
         RoomError::Build(error) => RunError::Build(error),
         RoomError::Memory(short) => RunError::Memory(short),
-    })?;
-    Ok(Simulation::new(scene, mode, threads)?)
+    })
 }
 
 impl RunJob {

@@ -1,10 +1,11 @@
 //! Choice of a level of `scene.fidelity`, by name or by the wanted accuracy.
 
 use crate::failure::CommandError;
+use crate::job;
 use crate::options::LevelOptions;
 use crate::rounding::rounded;
 use crate::source::{self, SceneSource};
-use ballistic_gel::scene::{FidelityKind, FidelityLevel, Override, Scene};
+use ballistic_gel::scene::{FidelityKind, FidelityLevel, FidelityLevels, Override, Scene};
 
 /// Scene at a level.
 pub struct LeveledScene {
@@ -26,6 +27,23 @@ pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Re
     let expected = source.scene.fidelity.get(fidelity).map_or("nothing was measured".to_owned(), describe_expectation);
     let expectation = Some(format!("fidelity {}: {expected}", fidelity.as_str()));
     Ok(LeveledScene { source, expectation })
+}
+
+/// Doubts about levels that `gelfmu run` refuses, for their mesh or the memory that it needs, without a mesh being built.
+/// `at_level` loads the scene at a level.
+pub fn refused_levels(
+    levels: &FidelityLevels,
+    at_level: impl Fn(FidelityKind) -> Result<Scene, CommandError>,
+) -> Vec<String> {
+    let refusal = |fidelity| match at_level(fidelity) {
+        Ok(scene) => job::reserve_for_building(&scene).err().map(|error| error.to_string()),
+        Err(error) => Some(error.to_string()),
+    };
+    let doubt = |(fidelity, _): (FidelityKind, _)| {
+        let (level, why) = (fidelity.as_str(), refusal(fidelity)?);
+        Some(format!("fidelity.{level}: `gelfmu run --fidelity {level}` will refuse the scene: {why}"))
+    };
+    levels.known().filter_map(doubt).collect()
 }
 
 /// Returns the override that chooses a level.
@@ -74,7 +92,7 @@ pub fn describe_expectation(level: &FidelityLevel) -> String {
     let seconds = level.cpu_seconds.map(|seconds| format!("{seconds} CPU seconds where it was measured"));
     let all: Vec<String> = error.into_iter().chain(updates).chain(seconds).collect();
     if all.is_empty() {
-        "nothing was measured with these values".to_owned()
+        "nothing was measured with these values, or for this kind of shot".to_owned()
     } else {
         format!("expect {}", all.join(", "))
     }

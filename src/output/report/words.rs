@@ -205,12 +205,12 @@ fn expected_error(summary: &RunSummary) -> String {
     match summary.expected_error {
         Some(error) => format!(
             "<p>Expected error of the projectile's motion: <strong>{}</strong>, as the scene gives it for the level \
-             <code>{level}</code>, measured against the limit of refinement for this shot or one of its kind. It is an \
-             error of the discretisation, not of the gel model.</p>\n",
+             <code>{level}</code>, measured against a finer level or the limit of refinement for this shot or one of its \
+             kind. It is an error of the discretisation, not of the gel model.</p>\n",
             percent(error)
         ),
         None => format!(
-            "<p>Expected error: not measured for this scene at the level <code>{level}</code> \
+            "<p>Expected error: not measured for this kind of shot at the level <code>{level}</code> \
              (<code>gelfmu trade</code> measures it).</p>\n"
         ),
     }

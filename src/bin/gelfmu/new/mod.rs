@@ -1,6 +1,7 @@
 //! `gelfmu new`: the scene of a shot with a projectile of the library.
 
 mod block;
+mod level_errors;
 mod options;
 mod shot;
 mod sizes;
@@ -13,6 +14,9 @@ pub use text::scene_text;
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
+use crate::level;
+use ballistic_gel::scene;
+use level_errors::ShotIdentity;
 use serde_json::json;
 use std::fs::File;
 use std::io::{ErrorKind, Write};
@@ -22,8 +26,12 @@ use std::path::Path;
 pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> {
     let shot = Shot::of(options)?;
     let text = scene_text(&shot)?;
+    let (identity, doubts) = (ShotIdentity::of(&shot), doubts_of(&text)?);
+    for doubt in &doubts {
+        console.warning(doubt);
+    }
     let Some(path) = &options.out else {
-        console.document(&json!({ "text": text }), &text);
+        console.document(&json!({ "text": text, "shot": identity, "doubts": doubts }), &text);
         return Ok(());
     };
     write_new(path, &text)?;
@@ -38,8 +46,19 @@ pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> 
         1e3 * shot.projectile.mass,
         shot.speed
     );
-    console.result(&json!({ "file": shown.to_string(), "estimate": estimate }), &told);
+    let result = json!({ "file": shown.to_string(), "estimate": estimate, "shot": identity, "doubts": doubts });
+    console.result(&result, &told);
     Ok(())
+}
+
+/// Doubts about the block of a shot, and about levels that `gelfmu run` refuses.
+fn doubts_of(text: &str) -> Result<Vec<String>, CommandError> {
+    let at_level = |fidelity| {
+        let text = scene::resolve(text, &[level::level_override(fidelity)]);
+        Ok(text.and_then(|text| scene::read(&text)).map_err(RunError::from)?)
+    };
+    let scene = scene::read(text).map_err(RunError::from)?;
+    Ok([scene::block_doubts(&scene), level::refused_levels(&scene.fidelity, at_level)].concat())
 }
 
 fn write_new(path: &Path, text: &str) -> Result<(), CommandError> {

@@ -3,14 +3,13 @@
 use super::block::BlockSize;
 use super::options::NewOptions;
 use crate::failure::CommandError;
-use ballistic_gel::scene::{self, BodyShape, BulletNose, LibraryProjectile, Preset, ProjectileKind};
+use crate::rounding::rounded;
+use ballistic_gel::scene::{
+    self, BodyShape, BulletNose, CAVITY_DRAG, GEL_RESISTANCE, LibraryProjectile, Preset, ProjectileKind,
+};
 
 /// Yaw of a service bullet at the gel where none is given, degrees.
 pub const USUAL_YAW: f64 = 2.0;
-/// Drag coefficient of a sphere with an open cavity behind it (May 1975).
-const DRAG: f64 = 0.30;
-/// Resisting pressure of 10 % gelatin in Poncelet's law, Pa: a BB of 179.8 m/s then stops at 85 mm with this drag.
-const RESISTANCE: f64 = 2.32e6;
 /// Density of gelatin, kg/m³.
 const DENSITY: f64 = 1030.0;
 
@@ -86,8 +85,30 @@ impl Shot {
         }
     }
 
+    /// Shortest way from the path or the entry surface to a face of the meshed block, m.
+    pub fn way_to_face(&self) -> f64 {
+        let BlockSize { width, height, length } = self.block;
+        let side = match self.meshed_part() {
+            MeshedPart::Meridian => rounded(self.block.equivalent_radius()),
+            MeshedPart::Quarter | MeshedPart::Half | MeshedPart::Whole => 0.5 * width.min(height),
+        };
+        side.min(length)
+    }
+
+    /// Number of cells of this edge, m, that fill the meshed part of the block.
+    pub fn n_cells(&self, edge: f64) -> f64 {
+        let BlockSize { width, height, length } = self.block;
+        let part = match self.meshed_part() {
+            MeshedPart::Meridian => return self.block.equivalent_radius() * length / (edge * edge),
+            MeshedPart::Quarter => 0.25,
+            MeshedPart::Half => 0.5,
+            MeshedPart::Whole => 1.0,
+        };
+        part * width * height * length / edge.powi(3)
+    }
+
     /// Returns true if the plane of the yaw is parallel to a side of the block.
-    fn is_square_on(&self) -> bool {
+    pub fn is_square_on(&self) -> bool {
         self.roll.rem_euclid(90.0) == 0.0
     }
 
@@ -126,7 +147,7 @@ impl Shot {
     /// Terms of Poncelet's law for a sphere of the calibre in 10 % gelatin.
     fn poncelet(&self) -> PonceletTerms {
         let area = std::f64::consts::PI * self.radius().powi(2);
-        PonceletTerms { drag: 0.5 * DRAG * DENSITY * area, force: RESISTANCE * area }
+        PonceletTerms { drag: 0.5 * CAVITY_DRAG * DENSITY * area, force: GEL_RESISTANCE * area }
     }
 
     /// Depth at which a sphere of the same calibre and mass stops in 10 % gelatin by Poncelet's law, m; yaw

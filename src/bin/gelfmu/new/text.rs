@@ -1,12 +1,13 @@
 //! Scene text of a shot.
 
+use super::level_errors::LevelErrors;
 use super::shot::{MeshedPart, Shot, USUAL_YAW};
-use super::sizes::LevelSizes;
+use super::sizes::{LevelSizes, STANDARD};
 use crate::failure::CommandError;
 use crate::rounding::rounded;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
-use ballistic_gel::scene::{self, FidelityKind, Preset, ProjectileKind};
+use ballistic_gel::scene::{self, Preset, ProjectileKind};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::fmt::Write;
 
@@ -41,7 +42,7 @@ pub fn scene_text(shot: &Shot) -> Result<String, CommandError> {
 /// Scene text with the centre of mass at this height above the gel, m.
 fn text_at(shot: &Shot, height: f64) -> String {
     let sizes = LevelSizes::of(shot);
-    [header(shot), gel(shot), projectile(shot, height), mesh(shot, &sizes[2]), output(shot), levels(shot, &sizes)]
+    [header(shot), gel(shot), projectile(shot, height), mesh(shot, &sizes[STANDARD]), output(shot), levels(shot, &sizes)]
         .join("\n")
 }
 
@@ -190,12 +191,12 @@ fn projectile(shot: &Shot, height: f64) -> String {
 
 fn mesh(shot: &Shot, sizes: &LevelSizes) -> String {
     let core = rounded(1.37 * shot.radius());
-    let LevelSizes { size, slope, smallest, growth, tip_size, erosion_thickness, .. } = sizes;
+    let LevelSizes { size, coarsest, slope, smallest, growth, tip_size, erosion_thickness, .. } = sizes;
     let (quality, volume) = if shot.meshed_part() == MeshedPart::Meridian { (0.3, 0.5) } else { (0.15, 0.4) };
     let tip = tip_size.map(|size| format!("# At the tip of the nose.\ntip_size = {size:?}\n")).unwrap_or_default();
     format!(
         "# Cells beneath the projectile, by its radius; they grow with the distance.\n[mesh]\nsize = {size:?}\n\
-         element = \"patch\"\ntree = {{ coarsest = 16, core = {core:?}, slope = {slope:?} }}\n\n\
+         element = \"patch\"\ntree = {{ coarsest = {coarsest}, core = {core:?}, slope = {slope:?} }}\n\n\
          # Elements are remade when they are distorted.\n[remesh]\nquality = {quality:?}\nmin_volume_ratio = {volume:?}\n\
          smallest = {smallest:?}\n{tip}curvature_angle = 180.0\ngrowth = {growth:?}\n\
          erosion_thickness = {erosion_thickness:?}\n"
@@ -211,37 +212,14 @@ fn output(shot: &Shot) -> String {
 }
 
 fn levels(shot: &Shot, sizes: &[LevelSizes]) -> String {
-    let errors = level_errors(shot);
-    let levels = sizes.iter().zip(errors.errors).map(|(sizes, error)| {
-        let set: Vec<String> = sizes.overrides().iter().map(|line| format!("\"{line}\"")).collect();
-        let set = if sizes.level == "standard" { String::new() } else { format!("set = [{}]\n", set.join(", ")) };
-        let error = error.map_or(String::new(), |error| format!("error = {error:?}\n"));
-        format!("[fidelity.{}]\n{set}{error}", sizes.level)
+    let errors = LevelErrors::of(shot);
+    let levels = sizes.iter().map(|level| {
+        let set: Vec<String> = level.overrides(&sizes[STANDARD]).iter().map(|line| format!("\"{line}\"")).collect();
+        let set = if level.level == "standard" { String::new() } else { format!("set = [{}]\n", set.join(", ")) };
+        let error = errors.error(level.level).map_or(String::new(), |error| format!("error = {error:?}\n"));
+        format!("[fidelity.{}]\n{set}{error}", level.level)
     });
-    let note = format!("# Errors: {}; `gelfmu trade FILE` measures those of this shot.\n", errors.source);
-    format!("{note}{}", levels.collect::<Vec<_>>().join("\n"))
-}
-
-/// Relative errors of the depth by level, from the cheapest, and where they were measured.
-struct LevelErrors {
-    errors: [Option<f64>; 5],
-    source: &'static str,
-}
-
-/// Errors of the levels as measured for a shot of the same kind (`docs/shots.md`).
-fn level_errors(shot: &Shot) -> LevelErrors {
-    let (errors, source) = match (shot.meshed_part(), shot.projectile.kind) {
-        (MeshedPart::Meridian, ProjectileKind::Recovered) => {
-            ([Some(0.23), Some(0.11), Some(0.02), None, None], "of two recovered shapes against `fine`")
-        }
-        (MeshedPart::Meridian, _) => {
-            let calibration = scene::builtin("fbi-bb").and_then(|text| scene::read(text).ok());
-            let error = |level| calibration.as_ref().and_then(|scene| scene.fidelity.get(level)?.error);
-            (FidelityKind::ALL.map(error), "those of `fbi-bb`, in cells of the same part of the radius")
-        }
-        _ => ([Some(0.22), None, None, None, None], "that of the 9 mm ball with 2° of yaw against `coarse`"),
-    };
-    LevelErrors { errors, source }
+    format!("# Errors: {}.\n{}", errors.note(), levels.collect::<Vec<_>>().join("\n"))
 }
 
 #[cfg(test)]

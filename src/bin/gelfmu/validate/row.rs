@@ -73,3 +73,29 @@ impl CaseRow {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::measured::measured_shots;
+    use super::*;
+    use ballistic_gel::scene::{self, CAVITY_MARGIN, cavity_estimate};
+
+    #[test]
+    fn the_estimate_of_a_cavity_meets_those_that_were_computed() {
+        let rows = csv::Reader::from_reader(include_str!("../../../../docs/shots.csv").as_bytes()).into_deserialize();
+        let rows: Vec<CaseRow> = rows.collect::<Result<_, _>>().unwrap();
+        let mut n_at_rest = 0;
+        for row in &rows {
+            let measured = measured_shots().into_iter().find(|shot| shot.name == row.shot).unwrap();
+            // The estimate does not depend on the level; it knows the end of the runs to a neck.
+            let (ends_early, is_slow) = (measured.measure == MeasuredFigure::Neck, measured.name == "bb-fbi");
+            let case = ShotCase { measured, yaw: row.yaw_deg, roll: row.roll_deg, level: "draft" };
+            let scene = scene::read(&case.scene_text().unwrap()).unwrap();
+            let ratio = cavity_estimate(&scene, 0).unwrap() / row.cavity_m.unwrap();
+            n_at_rest += usize::from(!ends_early && !is_slow);
+            let band = if ends_early { 1.0..3.5 } else { 1.0 - CAVITY_MARGIN..1.0 + CAVITY_MARGIN };
+            assert!(is_slow && ratio < 1.7 || band.contains(&ratio), "{} {}: {ratio}", row.shot, row.level);
+        }
+        assert_eq!((rows.len(), n_at_rest), (47, 26));
+    }
+}
