@@ -38,6 +38,25 @@ fn new_writes_a_scene_that_checks_and_never_over_a_file() {
 }
 
 #[test]
+fn new_and_check_warn_of_a_block_and_a_level_that_do_not_fit() {
+    let folder = folder();
+    let shot = ["new", "--projectile", "45acp-185-silvertip-recovered", "--block", "10x10x10cm", "--out", "small.toml"];
+    let said = gelfmu_in(folder.path(), &shot);
+    assert!(said.err.starts_with("warning: gel.shape: the temporary cavity of projectile"), "{}", said.err);
+    let doubts = |set: &str| {
+        let said = gelfmu_in(folder.path(), &["check", "small.toml", "--set", set, "--json"]);
+        assert_eq!(said.status, Some(0), "{}", said.err);
+        json(&said.out)["doubts"].as_array().unwrap().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    // Cells of `draft` grow up to a size that a narrow block has room for.
+    let all = doubts("scene.fidelity=draft");
+    assert!(all.iter().any(|doubt| doubt.contains("room for 113 mm")), "{all:?}");
+    assert!(!all.iter().any(|doubt| doubt.contains("fidelity")), "{all:?}");
+    let refused = doubts("fidelity.draft.set=[\"mesh.size=0.02\"]");
+    assert!(refused.iter().any(|doubt| doubt.contains("`gelfmu run --fidelity draft` will refuse")), "{refused:?}");
+}
+
+#[test]
 fn a_run_takes_values_with_units() {
     let folder = folder();
     let set = ["--set", "projectile.mass=0.343 g", "--set", "scene.end_time=20 us", "--set", "mesh.size=0.54 mm"];

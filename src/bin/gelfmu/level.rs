@@ -97,3 +97,28 @@ pub fn describe_expectation(level: &FidelityLevel) -> String {
         format!("expect {}", all.join(", "))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::failure::RunError;
+    use ballistic_gel::scene;
+
+    #[test]
+    fn a_level_that_a_run_refuses_is_told_with_the_reason() {
+        let plain = scene::builtin("sphere-block").unwrap().split("\n[fidelity").next().unwrap();
+        let level = |name: &str, size: f64| format!("[fidelity.{name}]\nset = [\"mesh.size={size:?}\"]\n");
+        // The ball has a radius of 10 mm, the block a side of 100 mm.
+        let levels = [level("draft", 20e-3), level("coarse", 7e-3), level("fine", 3e-3), level("reference", 0.1e-3)];
+        let text = format!("{plain}\n{}", levels.concat());
+        let at_level = |fidelity| {
+            let text = scene::resolve(&text, &[level_override(fidelity)]);
+            Ok(text.and_then(|text| scene::read(&text)).map_err(RunError::from)?)
+        };
+        let refused = refused_levels(&scene::read(&text).unwrap().fidelity, at_level);
+        let [draft, reference] = &refused[..] else { panic!("{refused:?}") };
+        assert!(draft.starts_with("fidelity.draft: `gelfmu run --fidelity draft` will refuse the scene: "), "{draft}");
+        assert!(draft.contains("it would slip through the mesh"), "{draft}");
+        assert!(reference.contains("mesh.size: the mesh would have about"), "{reference}");
+    }
+}

@@ -72,3 +72,22 @@ fn write_new(path: &Path, text: &str) -> Result<(), CommandError> {
     let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
     written.map_err(|source| RunError::File { verb: "write", path: path.to_path_buf(), source }.into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ballistic_gel::scene::Preset;
+
+    #[test]
+    fn a_block_that_the_cavity_outgrows_is_doubted() {
+        let doubts = |block: &str| {
+            let projectile = named_projectile("45acp-185-silvertip-recovered").unwrap();
+            let (speed, block) = (projectile.speed, BlockSize::parse(block).unwrap());
+            let shot = Shot { projectile, speed, yaw: 0.0, roll: 0.0, block, gel: Preset::Gelatin10 };
+            doubts_of(&scene_text(&shot).unwrap()).unwrap()
+        };
+        let narrow = doubts("10x10x10cm");
+        assert!(narrow.len() == 1 && narrow[0].contains("cavity of projectile may become 91 to 121 mm"), "{narrow:?}");
+        assert_eq!(doubts("15x15x40cm"), Vec::<String>::new());
+    }
+}

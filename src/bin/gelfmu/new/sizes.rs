@@ -81,9 +81,9 @@ impl LevelSizes {
 
 fn about_axis(ratios: &LevelRatios, shot: &Shot) -> LevelSizes {
     let &LevelRatios { level, cells_per_radius, slope, growth } = ratios;
-    let (radius, coarsest) = (shot.radius(), largest_cells(shot, shot.radius() / cells_per_radius));
-    let size = radius / cells_per_radius;
-    let [size, smallest, erosion_thickness] = [size, 0.5 * size, radius / 109.0].map(rounded);
+    let size = shot.radius() / cells_per_radius;
+    let coarsest = largest_cells(shot, size);
+    let [size, smallest, erosion_thickness] = [size, 0.5 * size, shot.radius() / 109.0].map(rounded);
     LevelSizes { level, size, coarsest, slope, smallest, growth, tip_size: None, erosion_thickness }
 }
 
@@ -130,13 +130,15 @@ mod tests {
     #[test]
     fn every_level_of_a_shot_has_a_mesh_in_any_block() {
         let shots = [("bb", 0.0), ("45acp-185-silvertip-recovered", 0.0), ("fsp-0.16g", 0.0), ("9mm-fmj", 45.0)];
-        for ((name, roll), edges) in shots.into_iter().flat_map(|shot| [[0.044; 3], [0.1; 3], [3.0; 3]].map(|e| (shot, e)))
+        for ((name, roll), edges) in
+            shots.into_iter().flat_map(|shot| [[0.044; 3], [0.1; 3], [3.0; 3]].map(|e| (shot, e)))
         {
             let text = scene_text(&shot(name, roll, edges)).unwrap();
             for level in ["draft", "coarse", "standard", "fine"] {
                 let text = scene::resolve(&text, &[format!("scene.fidelity={level}").parse().unwrap()]).unwrap();
                 let scene = scene::read(&text).unwrap_or_else(|error| panic!("{name} {edges:?} {level}: {error}"));
-                let memory = memory_estimate(&scene).unwrap_or_else(|error| panic!("{name} {edges:?} {level}: {error}"));
+                let memory =
+                    memory_estimate(&scene).unwrap_or_else(|error| panic!("{name} {edges:?} {level}: {error}"));
                 assert!(memory.building < 4_000_000_000, "{name} {edges:?} {level}: {memory:?}");
             }
         }
@@ -144,7 +146,8 @@ mod tests {
 
     #[test]
     fn cells_of_a_usual_block_grow_sixteenfold() {
-        for (name, roll) in [("bb", 0.0), ("45acp-185-silvertip-recovered", 0.0), ("fsp-0.16g", 0.0), ("762-m80", 45.0)] {
+        for (name, roll) in [("bb", 0.0), ("45acp-185-silvertip-recovered", 0.0), ("fsp-0.16g", 0.0), ("762-m80", 45.0)]
+        {
             let sizes = LevelSizes::of(&shot(name, roll, [0.15, 0.15, 0.4]));
             assert!(sizes.iter().all(|level| level.coarsest == USUAL_COARSEST), "{name}: {sizes:?}");
         }

@@ -42,8 +42,15 @@ pub fn scene_text(shot: &Shot) -> Result<String, CommandError> {
 /// Scene text with the centre of mass at this height above the gel, m.
 fn text_at(shot: &Shot, height: f64) -> String {
     let sizes = LevelSizes::of(shot);
-    [header(shot), gel(shot), projectile(shot, height), mesh(shot, &sizes[STANDARD]), output(shot), levels(shot, &sizes)]
-        .join("\n")
+    [
+        header(shot),
+        gel(shot),
+        projectile(shot, height),
+        mesh(shot, &sizes[STANDARD]),
+        output(shot),
+        levels(shot, &sizes),
+    ]
+    .join("\n")
 }
 
 fn header(shot: &Shot) -> String {
