@@ -357,6 +357,104 @@ fn a_mass_comes_from_the_density_where_none_is_given() {
     assert!(rods[0].abs() < 1e-14 && (rods[1] / corner - 1.0).abs() < 1e-3, "{rods:?} {corner}");
 }
 
+/// A scene whose bodies are names of the library, on cells of 1 mm.
+fn named(projectile: &str, fragment: &str) -> String {
+    SPATIAL
+        .replace("shape.sphere.radius = 0.01\nmass = 0.033", &format!("library = \"{projectile}\""))
+        .replace(SIZE, "size = 1e-3")
+        .replace("0.01]", "0.02]")
+        + &format!("[[fragment]]\nlibrary = \"{fragment}\"\nposition = [0.03, 0.0, 0.02]\n")
+}
+
+#[test]
+fn a_name_of_the_library_alone_gives_the_body_of_that_projectile() {
+    for [projectile, fragment] in [["9mm-fmj", "bb"], ["fsp-1.1g", "45acp-fmj"]] {
+        let scene = read(&named(projectile, fragment));
+        for (body, name) in scene.bodies().zip([projectile, fragment]) {
+            let known = scene::LibraryProjectile::named(name).unwrap();
+            assert_eq!((&body.shape, body.mass), (&known.shape, Some(known.mass)), "{name}");
+        }
+        assert_eq!(read(&toml::to_string(&scene).unwrap()), scene, "the scene with its values reads as itself");
+    }
+    let held = named("9mm-fmj", "bb").replace(VELOCITY, "fixed = true");
+    assert_eq!(read(&held).projectile.mass, None, "a body that is held has no mass");
+}
+
+#[test]
+fn the_values_of_the_library_are_written_out_where_the_text_has_none() {
+    let own = named("9mm-fmj", "bb").replace("library = \"bb\"", "library = \"bb\"\nmass = \"0.343 g\"");
+    for text in [named("9mm-fmj", "bb"), own] {
+        let filled = scene::fill_bodies(&text).unwrap();
+        assert_eq!(read(&filled), read(&text));
+        let without_names: String = filled
+            .lines()
+            .filter(|line| !line.starts_with("library"))
+            .fold(String::new(), |text, line| text + line + "\n");
+        let (with, without) = (read(&text), read(&without_names));
+        let shape_and_mass = |scene: &Scene| scene.bodies().map(|b| (b.shape.clone(), b.mass)).collect::<Vec<_>>();
+        assert_eq!(shape_and_mass(&with), shape_and_mass(&without));
+    }
+    assert_eq!(scene::fill_bodies(SPATIAL).unwrap(), SPATIAL);
+}
+
+/// The message of a scene with overrides that is refused, and the overrides at fault.
+#[track_caller]
+fn refused_with(text: &str, changes: &[&str]) -> (String, Vec<String>) {
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    let refused = scene::read_with(text, &changes, &scene::no_files).unwrap_err();
+    (refused.error.to_string(), refused.overrides.into_iter().map(|o| o.key).collect())
+}
+
+#[test]
+fn the_name_of_another_body_is_refused_with_the_keys_to_remove() {
+    let fbi = scene::builtin("fbi-bb").unwrap();
+    let (message, at_fault) = refused_with(fbi, &["projectile.library=45acp-fmj"]);
+    assert!(message.starts_with("projectile.library: found \"45acp-fmj\" beside another body: projectile.mass = 0.000343 (the library has 0.014"), "{message}");
+    assert!(
+        message
+            .contains("remove projectile.mass and projectile.shape for the body of the library, or projectile.library"),
+        "{message}"
+    );
+    assert_eq!(at_fault, ["projectile.library"]);
+    let own_name = scene::resolve(fbi, &["projectile.library=bb".parse().unwrap()]).unwrap();
+    assert_eq!(read(&own_name).projectile.mass, read(fbi).projectile.mass, "its own name is no contradiction");
+    let filled = scene::fill_bodies(&named("9mm-fmj", "bb")).unwrap();
+    let (message, _) = refused_with(&filled, &["fragment[1].library=sphere-4.8mm"]);
+    assert!(message.contains("remove fragment[1].mass and fragment[1].shape"), "{message}");
+    let (message, _) = refused_with(&named("9mm-fmj", "bb"), &["projectile.mass=8 g", "projectile.library=9mm-fmj"]);
+    assert!(message.contains("remove projectile.mass for"), "{message}");
+}
+
+#[test]
+fn another_name_is_refused_where_the_scene_is_chosen_for_the_first_one() {
+    let (message, at_fault) =
+        refused_with(&named("9mm-fmj", "bb"), &["mesh.size=2e-3", "projectile.library=45acp-fmj"]);
+    assert_eq!(at_fault, ["projectile.library"]);
+    assert_eq!(
+        message,
+        "projectile.library: found \"45acp-fmj\" in a scene of \"9mm-fmj\", expected \"9mm-fmj\", for which start, cells \
+         and times of the scene are chosen: `gelfmu new --projectile 45acp-fmj` writes a scene of this one"
+    );
+}
+
+#[test]
+fn an_override_of_a_value_of_the_library_makes_the_body_that_of_the_scene() {
+    let text = named("9mm-fmj", "bb").replace("library = \"bb\"", "library = \"bb\"\nlibrary_version = 1");
+    let library = |name: &str| scene::LibraryProjectile::named(name).unwrap();
+    let with = |changes: &[&str]| {
+        let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+        read(&scene::resolve(&text, &changes).unwrap())
+    };
+    let heavy = with(&["projectile.mass=9 g"]).projectile;
+    assert_eq!((heavy.library, heavy.mass, heavy.shape), (None, Some(9e-3), library("9mm-fmj").shape));
+    let flat = with(&["projectile.shape.bullet.nose=flat"]).projectile;
+    assert_eq!((flat.library, flat.mass), (None, Some(library("9mm-fmj").mass)));
+    let light = with(&["fragment[1].density=2700"]);
+    assert_eq!((&light.fragment[0].library, light.projectile.library.as_deref()), (&None, Some("9mm-fmj")));
+    assert!((light.fragment[0].mass.unwrap() / library("bb").mass - 2700.0 / 7850.0).abs() < 1e-3);
+    assert_eq!(with(&["projectile.velocity[3]=-9"]).projectile.library.as_deref(), Some("9mm-fmj"));
+}
+
 /// Fragment tables that the documents show.
 fn shown(document: &str) -> impl Iterator<Item = &str> {
     let blocks = document.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());

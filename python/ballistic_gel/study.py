@@ -70,7 +70,8 @@ class Study:
     --------
     A study of 64 shots::
 
-        scene = "fbi-bb"            # or a scene file, or a table [shot] with the arguments of Scene.new_shot
+        scene = "fbi-bb"            # or a scene file, or a table [shot] with the arguments of Scene.new_shot; none of
+                                    # them for cartridges: keys projectile, speed, yaw, roll, block and gel
         fidelity = "draft"
         out = "bb-spread"
 
@@ -157,7 +158,14 @@ class Study:
         """Run the study, or a share of it such as ``"2/8"``, on this machine; see `sweep`."""
         settings = {name: self.content[name] for name in ("runs", "fidelity", "keep") if name in self.content}
         workers = self.content.get("workers") if workers is None else workers
-        return sweep(self.scene(), self.samples(), self.folder, share=share, workers=workers, **settings)
+        scene, samples = None, self.samples()
+        if "projectile" in samples:
+            _refuse_beside("cartridges", [name for name in ("scene", "shot") if name in self.content])
+            same = {key: [value] * len(samples) for key, value in self.content.get("set", {}).items()}
+            samples = samples.assign(**same)
+        else:
+            scene = self.scene()
+        return sweep(scene, samples, self.folder, share=share, workers=workers, **settings)
 
     def slurm_script(self, tasks: int, time: str, cores: int) -> str:
         """Return a script for SLURM: an array of tasks, each of which runs a share of the rows.

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import pandas as pd
 
 from .binary import binary_stamp
+from .cartridges import cartridge_scenes
 from .engines import Submit, open_engine
 from .errors import CrashWarning, GelfmuError
 from .fmu import FmuInstance, pack
@@ -27,7 +28,7 @@ from .values import Value
 
 
 def sweep(
-    scene: Scene | str | Path,
+    scene: Scene | str | Path | None,
     samples: Mapping[str, Sequence[Value]] | pd.DataFrame | Sampler,
     out: str | Path,
     *,
@@ -46,12 +47,14 @@ def sweep(
 
     Parameters
     ----------
-    scene : Scene, str or Path
-        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``.
+    scene : Scene, str or Path, or None
+        Scene, the name of a built-in one, or the path of a file that ends with ``.toml``; None for cartridges.
     samples : mapping, DataFrame or sampler
         Keys and their values, of which all combinations are run; a table with a column for each key; or a `Grid`,
         `LatinHypercube` or `Sobol`. Keys are those of the scene, also of a component, such as
-        ``projectile.velocity[3]``; with ``runs="fmu"`` they are parameters of the FMU.
+        ``projectile.velocity[3]``; with ``runs="fmu"`` they are parameters of the FMU. Cartridges have a column
+        ``projectile``, and may have ``speed``, ``yaw``, ``roll``, ``block`` and ``gel``: each row makes its own scene
+        with these arguments, as `Scene.new_shot`, and an empty cell stands for the usual value.
     out : str or Path
         New or empty folder, or that of an earlier sweep, for the rows, ``results.csv`` and, with pyarrow,
         ``results.parquet``; wall-clock figures are in ``clock.csv``, so that the results are the same bits each time.
@@ -84,7 +87,7 @@ def sweep(
     Raises
     ------
     GelfmuError
-        For an unknown key, a folder that no sweep has made, a foreign file with the name of a result, or if no further
+        For an unknown key, a row that makes no scene, a folder that no sweep has made, a foreign file with the name of a result, or if no further
         shot can be run: a worker has another `gelfmu`, or died.
     KeyboardInterrupt
         If it was interrupted; its message tells how many shots are kept.
@@ -94,11 +97,12 @@ def sweep(
     CrashWarning
         If the `gelfmu` of a shot died or could not write: such a row is not kept, and is run again by the same call.
     """
-    scene = as_scene(scene)
+    scene = None if scene is None else as_scene(scene)
     table, folder = sample_table(samples), SweepFolder(out)
     _refuse_settings(runs, workers)
+    _refuse_cartridges(scene, table, runs)
     number, count = (1, 1) if share is None else _parse_share(share)
-    with _packed(scene, folder, fidelity, client) if runs == "fmu" else nullcontext() as fmu:
+    with nullcontext() if scene is None or runs != "fmu" else _packed(scene, folder, fidelity, client) as fmu:
         tasks = _tasks_of(scene, table, folder, fmu, fidelity, keep)
         keys = [task.key() for task in tasks]
         store = RowStore(folder, keys)
@@ -253,7 +257,10 @@ class RowStore:
         with suppress(ImportError):
             import pyarrow  # noqa: F401
 
-            texts.append(table.to_parquet(engine="pyarrow"))
+            # A column of numbers and texts, such as speeds with and without a unit, is one of texts there.
+            mixed = [name for name in table if table[name].dropna().map(type).nunique() > 1]
+            columns = {str(name): table[name].map(str, na_action="ignore") for name in mixed}
+            texts.append(table.assign(**columns).to_parquet(engine="pyarrow"))
         tables = dict(zip(_TABLES, texts, strict=False))
         self.folder.list_files(tables)
         for name, content in tables.items():
@@ -288,21 +295,38 @@ def _scene_of_fmu(scene: Scene, fidelity: str | int | None) -> Scene:
 
 
 def _tasks_of(
-    scene: Scene, table: pd.DataFrame, folder: SweepFolder, fmu: Path | None, fidelity: str | int | None, keep: bool
+    scene: Scene | None,
+    table: pd.DataFrame,
+    folder: SweepFolder,
+    fmu: Path | None,
+    fidelity: str | int | None,
+    keep: bool,
 ) -> list[ShotTask]:
     """Return the task of each row, after a check of the keys."""
-    stamp, options, shots = binary_stamp(), "" if fidelity is None else f"--fidelity={fidelity}", folder.path / SHOTS
-    if fmu is not None:
+    stamp, options = binary_stamp(), "" if fidelity is None else f"--fidelity={fidelity}"
+    if scene is not None and fmu is not None:
         scene, options = _scene_of_fmu(scene, fidelity), ""
         with FmuInstance(fmu) as instance:
             instance.check_names(map(str, table.columns))
-    records: list[dict[str, Any]] = [
-        dict(zip(map(str, table), row, strict=True)) for row in table.itertuples(index=False)
-    ]
+    scenes, keys = cartridge_scenes(table) if scene is None else ([scene] * len(table), table)
+    # The index comes first: without further keys there are rows nevertheless.
+    records: list[dict[str, Any]] = [dict(zip(map(str, keys), row[1:], strict=True)) for row in keys.itertuples()]
+    shots = list(zip(scenes, records, strict=True))
     if fmu is None:
-        for record in records:
-            scene.with_values(record)  # refuses an unknown key before the first shot
-    return [ShotTask(scene, record, stamp, options, fmu, shots if keep else None) for record in records]
+        for own, record in shots:
+            own.with_values(record)  # refuses an unknown key before the first shot
+    kept = folder.path / SHOTS if keep else None
+    return [ShotTask(own, record, stamp, options, fmu, kept) for own, record in shots]
+
+
+def _refuse_cartridges(scene: Scene | None, table: pd.DataFrame, runs: str) -> None:
+    """Refuse cartridges as FMUs, and beside a scene."""
+    if scene is None and runs == "fmu":
+        remedy = 'runs="command": each cartridge has a scene of its own'
+        raise GelfmuError(f'runs: found "fmu" for cartridges, expected {remedy}', key="runs", remedy=remedy)
+    if scene is not None and "projectile" in table and any(isinstance(name, str) for name in table["projectile"]):
+        remedy = "None as the scene: each cartridge makes its own"
+        raise GelfmuError(f"projectile: found cartridges beside a scene, expected {remedy}", remedy=remedy)
 
 
 def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> pd.DataFrame:

@@ -94,6 +94,35 @@ def test_the_reason_of_a_refused_shot_has_no_path(tmp_path):
         scene.with_values({"mesh.size": -1.0}).check()
 
 
+def test_shots_of_a_table_of_cartridges_equal_shots_of_new(tmp_path):
+    cartridges = pd.DataFrame({"projectile": ["bb", "sphere-4.8mm"], "speed": [300, "300 m/s"], "yaw": [None, 0.0]})
+    cartridges["block"], cartridges["scene.end_time"] = "10x10x20cm", 1e-4
+    made = bg.sweep(None, cartridges, tmp_path, fidelity="draft")
+    for row, name in enumerate(cartridges["projectile"]):
+        new = bg.Scene.new_shot(name, 300, block="10x10x20cm").with_values({"scene.end_time": 1e-4})
+        assert made["digest"][row] == bg.run(new, fidelity="draft", out=tmp_path / name).digest
+    assert list(made["projectile"]) == ["bb", "sphere-4.8mm"] and made["digest"].is_unique
+    refused = bg.sweep(bg.Scene.new_shot("bb", 300), {"projectile.library": ["sphere-4.8mm"]}, tmp_path / "keys")
+    assert refused["status"][0] == "refused" and "gelfmu new --projectile sphere-4.8mm" in refused["reason"][0]
+
+
+@pytest.mark.parametrize(
+    "scene, columns, message",
+    [
+        (None, {"projectile": ["bb"], "sped": [180]}, "unknown column of cartridges `sped` .did you mean `speed`"),
+        (None, {"projectile": ["bb"], "mesh.sizee": [1e-3]}, "did you mean `mesh.size`"),
+        (None, {"speed": [180]}, "scene: found none, expected a scene, or a column projectile"),
+        (None, {"projectile": ["bb", None]}, "row 1: projectile: found nothing"),
+        (None, {"projectile": ["bb", "bbb"]}, "row 1: .*bbb"),
+        (None, {"projectile": ["bb"], "yaw": [2.0]}, "row 0: --yaw 2: a sphere has no axis"),
+        ("fbi-bb", {"projectile": ["bb"]}, "found cartridges beside a scene, expected None"),
+    ],
+)
+def test_a_table_of_cartridges_that_makes_no_shots_is_refused(tmp_path, scene, columns, message):
+    with pytest.raises(bg.GelfmuError, match=message):
+        bg.sweep(scene, pd.DataFrame(columns), tmp_path)
+
+
 def test_a_process_that_dies_is_a_row_that_is_repeated(quick, tmp_path, monkeypatch):
     if sys.platform == "win32":
         pytest.skip("the program is a shell script")

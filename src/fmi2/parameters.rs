@@ -293,6 +293,21 @@ mod tests {
     }
 
     #[test]
+    fn a_parameter_replaces_a_value_of_the_library_and_its_name() {
+        let own = "shape.sphere.radius = 2.185e-3\nmass = 0.343e-3";
+        let text = scene::builtin("fbi-bb").unwrap();
+        assert!(text.contains(own));
+        let text = text.replace(own, "library = \"bb\"");
+        let starts = table_of(&scene::read(&text).unwrap());
+        let packed = PackedScene { text, starts, ..PackedScene::default() };
+        let resolve = |mass| packed.resolve("", &ScalarValues::from([(30, mass)]), &mut CallLog::new(false));
+        let heavy = resolve(0.35e-3).unwrap().scene.projectile;
+        assert_eq!((heavy.library, heavy.mass), (None, Some(0.35e-3)));
+        let start = resolve(0.343e-3).unwrap().scene.projectile;
+        assert_eq!((start.library.as_deref(), start.mass), (Some("bb"), Some(0.343e-3)));
+    }
+
+    #[test]
     fn a_path_must_be_absolute() {
         let mut settings = RunSettings::default();
         assert!(settings.set_text(Setting::Scene, "a.toml").unwrap_err().to_string().contains("absolute"));

@@ -2,7 +2,8 @@
 
 use super::preset::{NOTHING, ShotRange};
 use super::{
-    BranchSpec, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, block_doubts, body_name, numbered,
+    BranchSpec, DifferingValue, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, block_doubts,
+    body_name, numbered,
 };
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
@@ -18,7 +19,21 @@ const MARGIN: f64 = 0.1;
 #[must_use]
 pub fn doubts(scene: &Scene) -> Vec<String> {
     let bodies = (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body));
-    bodies.chain(short_relaxation(scene)).chain(block_doubts(scene)).collect()
+    let changed = scene.bodies().enumerate().flat_map(|(i, body)| {
+        let projectile = body.library.as_deref().and_then(LibraryProjectile::named);
+        projectile.map_or_else(Vec::new, |projectile| changed_values(&body_name(i), body, &projectile))
+    });
+    bodies.chain(changed).chain(short_relaxation(scene)).chain(block_doubts(scene)).collect()
+}
+
+/// Values of a body that the library has changed since the version that the scene states.
+fn changed_values(table: &str, body: &ProjectileSpec, projectile: &LibraryProjectile) -> Vec<String> {
+    let Some(version) = body.library_version.filter(|version| *version < projectile.since) else { return vec![] };
+    let told = |DifferingValue { key, values: [own, known] }: DifferingValue| {
+        let LibraryProjectile { name, since, .. } = projectile;
+        format!("{table}.{key} is {own}, of version {version} of the library: {name} has {known} since version {since}")
+    };
+    projectile.differences(body).into_iter().map(told).collect()
 }
 
 /// Doubts about branches that relax within less than a step: the mesh and the step decide what their springs store.
@@ -201,6 +216,20 @@ mod tests {
             let told = found.iter().filter(|doubt| !part.is_empty() && doubt.contains(part)).count();
             assert_eq!(told, usize::from(!part.is_empty()), "{change}: {found:?}");
             assert!(!part.is_empty() || found.is_empty(), "{change}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn values_that_the_library_has_changed_since_the_stated_version_are_doubted() {
+        let mut scene = read(builtin("fbi-bb").unwrap()).unwrap();
+        let named = LibraryProjectile::named("bb").unwrap();
+        let changed = LibraryProjectile { since: 3, mass: 0.35e-3, ..named };
+        for (version, expected) in [(None, 0), (Some(3), 0), (Some(2), 1)] {
+            scene.projectile.library_version = version;
+            let found = changed_values("projectile", &scene.projectile, &changed);
+            assert_eq!(found.len(), expected, "{found:?}");
+            let told = "projectile.mass is 0.000343, of version 2 of the library: bb has 0.00035 since version 3";
+            assert!(found.iter().all(|doubt| doubt == told), "{found:?}");
         }
     }
 

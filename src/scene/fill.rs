@@ -1,8 +1,9 @@
-//! Fills the keys of a gel that the text does not set: those of the preset, and derived moduli.
+//! Fills the keys that the text does not set: those of a preset, derived moduli, and bodies of the library.
 
 use super::former_keys::rename_keys;
+use super::named_body::NamedBody;
 use super::preset::{Preset, PresetValue};
-use super::{ConstantsSpec, TermSpec};
+use super::{ConstantsSpec, LibraryValue, TermSpec};
 use crate::constitutive::{MooneyRivlin, Ogden, OgdenTerm};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
@@ -42,6 +43,22 @@ pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a st
     given
 }
 
+/// Writes values of the library into bodies that name it, each with the source location of the name.
+pub(super) fn fill_named<'a>(scene: &mut DeTable<'a>, named: &NamedBody, values: &'a [LibraryValue]) {
+    let table = match named.body {
+        0 => scene.get_mut("projectile"),
+        number => match scene.get_mut("fragment").map(Spanned::get_mut) {
+            Some(DeValue::Array(fragments)) => fragments.get_mut(number - 1),
+            _ => None,
+        },
+    };
+    let Some(body) = as_table(table) else { return };
+    for LibraryValue { key, value, .. } in values {
+        let path: Vec<&str> = key.split('.').collect();
+        insert_at_path(body, &path, value, named.place.clone());
+    }
+}
+
 /// Shear modulus that follows from the constants of a gel, as text; `None` if the scene sets it.
 pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
     let gel = scene.get("gel")?.get_ref().as_table()?;
@@ -66,7 +83,7 @@ fn value_of<T: for<'de> Deserialize<'de>>(table: &DeTable<'_>, key: &str) -> Opt
 }
 
 /// Writes a value at a path below a table, unless the table has one; returns true if the value was written.
-fn insert_at_path<'a>(table: &mut DeTable<'a>, path: &[&'static str], value: &'a str, place: Range<usize>) -> bool {
+fn insert_at_path<'a>(table: &mut DeTable<'a>, path: &[&'a str], value: &'a str, place: Range<usize>) -> bool {
     let (first, rest) = path.split_first().expect("a key has a name");
     let name = || Spanned::new(place.clone(), Cow::Borrowed(*first));
     if rest.is_empty() {

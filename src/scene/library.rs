@@ -5,6 +5,9 @@ use super::{BodyShape, ProjectileSpec, SceneError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Version of the library. It rises whenever a value of a body changes, with `since` of its projectile.
+pub const LIBRARY_VERSION: u32 = 1;
+
 /// Kind of a projectile of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -39,8 +42,47 @@ pub struct LibraryProjectile {
     /// Behaviour of the real projectile that a rigid one does not have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_modelled: Option<String>,
+    /// Version of the library from which on the body has these values.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub since: u32,
     /// Source of each value by its key, or by the beginning of several keys.
     pub source: BTreeMap<String, String>,
+}
+
+fn first() -> u32 {
+    1
+}
+
+fn is_first(version: &u32) -> bool {
+    *version == first()
+}
+
+/// Value of a body of the library.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LibraryValue {
+    /// Dotted key in the table of the body, such as `shape.sphere.radius`.
+    pub key: String,
+    /// Value as TOML, SI units.
+    pub value: String,
+    /// Source.
+    pub source: String,
+}
+
+impl LibraryValue {
+    /// Key of the table of a body that the value belongs to: `mass`, `shape` or `inertia`.
+    #[must_use]
+    pub fn quantity(&self) -> &str {
+        self.key.split('.').next().unwrap_or_default()
+    }
+}
+
+/// Value of a body that differs from that of its projectile of the library.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DifferingValue {
+    /// Key in the table of the body: `mass`, `shape` or `inertia`.
+    pub key: &'static str,
+    /// Value of the body, and value of the library.
+    pub values: [String; 2],
 }
 
 /// Reads the files of the library at compile time, by their names.
@@ -119,36 +161,38 @@ impl LibraryProjectile {
         Ok(projectile)
     }
 
-    /// Lines of a `[projectile]` table with the shape and the inertia, SI, each behind its source.
+    /// Values of the body: mass, shape, and the inertia if the library has one.
     #[must_use]
-    pub fn table_lines(&self) -> Vec<String> {
+    pub fn values(&self) -> Vec<LibraryValue> {
         let text = library().find(|(known, _)| *known == self.name).map_or("", |(_, text)| text);
         let text = si_text(text).unwrap_or_default();
         let before_sources = text.lines().take_while(|line| !line.starts_with("[source]"));
-        let lines = before_sources.filter(|line| ["shape.", "mass", "inertia"].iter().any(|key| line.starts_with(key)));
-        let with_source = |line: &str| {
-            let key = line.split(" = ").next().unwrap_or_default();
-            [self.source_of(key).map(|source| format!("# {source}")), Some(line.to_owned())]
-        };
-        lines.flat_map(with_source).flatten().collect()
+        let values = before_sources.filter_map(|line| {
+            let (key, value) = line.split_once(" = ")?;
+            let source = self.source_of(key).unwrap_or_default().to_owned();
+            Some(LibraryValue { key: key.to_owned(), value: value.to_owned(), source })
+        });
+        values.filter(|value| ["mass", "shape", "inertia"].contains(&value.quantity())).collect()
     }
 
-    /// Sources of the values of a body of this projectile by their keys in the table of the body; none of a value that
-    /// differs from that of the library.
+    /// Values of a body that are those of this projectile.
     #[must_use]
-    pub fn sources_of(&self, body: &ProjectileSpec) -> Vec<(String, &str)> {
-        let mut found = vec![];
-        if body.mass == Some(self.mass) {
-            found.extend(self.source_of("mass").map(|source| ("mass".to_owned(), source)));
-        }
-        if body.shape == self.shape {
-            let of_shape = self.source.iter().filter(|(key, _)| key.starts_with("shape"));
-            found.extend(of_shape.map(|(key, source)| (key.clone(), source.as_str())));
-        }
-        if body.inertia.is_some() && body.inertia == self.inertia {
-            found.extend(self.source_of("inertia").map(|source| ("inertia".to_owned(), source)));
-        }
-        found
+    pub fn values_of(&self, body: &ProjectileSpec) -> Vec<LibraryValue> {
+        let own = self.differences(body);
+        let is_own = |value: &LibraryValue| own.iter().any(|differing| differing.key == value.quantity());
+        let is_absent = |value: &LibraryValue| value.key == "mass" && body.mass.is_none();
+        self.values().into_iter().filter(|value| !is_own(value) && !is_absent(value)).collect()
+    }
+
+    /// Values of a body that differ from those of this projectile.
+    #[must_use]
+    pub fn differences(&self, body: &ProjectileSpec) -> Vec<DifferingValue> {
+        let mass = body.mass.filter(|mass| *mass != self.mass);
+        let mass = mass.map(|mass| ("mass", [format!("{mass:?}"), format!("{:?}", self.mass)]));
+        let shape = (body.shape != self.shape).then(|| ("shape", [shape_text(&body.shape), shape_text(&self.shape)]));
+        let inertia = body.inertia.zip(self.inertia).filter(|(own, known)| own != known);
+        let inertia = inertia.map(|(own, known)| ("inertia", [format!("{own:?}"), format!("{known:?}")]));
+        [mass, shape, inertia].into_iter().flatten().map(|(key, values)| DifferingValue { key, values }).collect()
     }
 
     /// Source of the value of a key: that of the key, or of the longest beginning of it.
@@ -162,9 +206,14 @@ impl LibraryProjectile {
     }
 }
 
+/// Shape as TOML in one line.
+fn shape_text(shape: &BodyShape) -> String {
+    toml::Value::try_from(shape).map_or_else(|error| error.to_string(), |shape| shape.to_string())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{LibraryProjectile, ProjectileKind, library};
+    use super::{LIBRARY_VERSION, LibraryProjectile, LibraryValue, ProjectileKind, library};
     use crate::scene::{builtin, read};
     use toml::{Table, Value};
 
@@ -215,6 +264,19 @@ mod tests {
                 assert!((7600.0..11_400.0).contains(&density), "{name}: {density} kg/m3");
             }
         }
+    }
+
+    #[test]
+    fn a_changed_value_of_the_library_needs_another_version() {
+        let values = library().flat_map(|(name, _)| {
+            let values = LibraryProjectile::named(name).unwrap().values();
+            values.into_iter().map(move |LibraryValue { key, value, .. }| format!("{name} {key} = {value}\n"))
+        });
+        let digest = xxhash_rust::xxh3::xxh3_64(values.collect::<String>().as_bytes());
+        // A further projectile needs the new digest alone; a changed value also a LIBRARY_VERSION one higher, and that
+        // as `since` in the file of the projectile.
+        assert_eq!((LIBRARY_VERSION, digest), (1, 541_096_188_808_392_350));
+        assert!(library().all(|(name, _)| LibraryProjectile::named(name).unwrap().since <= LIBRARY_VERSION));
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Overrides: single values written over those of a scene text.
 
 use super::former_keys::{key_in_document, present_key};
+use super::named_body::{NamedBody, named_bodies};
 use super::quantity::begins_like_number;
-use super::{FidelityKind, FidelityLevel, Scene, SceneError, explain};
+use super::{FidelityKind, FidelityLevel, LibraryProjectile, LibraryValue, Scene, SceneError, explain};
 use std::str::FromStr;
+use toml::de::DeTable;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
 /// Override of one value: dotted key and TOML value.
@@ -87,15 +89,90 @@ pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError>
     edit_document(text, overrides, write_override)
 }
 
+/// Writes the values that the library gives into the bodies that name it, so that the text holds them under any version
+/// of the library.
+///
+/// # Errors
+/// [`SceneError`] if the text is not TOML, or states a version of the library in which a body had other values.
+pub fn fill_bodies(text: &str) -> Result<String, SceneError> {
+    let mut document = parse_document(text)?;
+    for named in bodies_of_library(text) {
+        write_values(&mut document, &named, &named.missing_values()?)?;
+    }
+    Ok(document.to_string())
+}
+
 fn edit_document(
     text: &str,
     overrides: &[Override],
     each: impl Fn(&mut DocumentMut, &Override) -> Result<(), SceneError>,
 ) -> Result<String, SceneError> {
-    let parsed = text.parse::<DocumentMut>();
-    let mut document = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
+    let mut document = parse_document(text)?;
+    for named in bodies_of_library(text) {
+        refuse_other_name(&named, overrides)?;
+        release_body(&mut document, &named, overrides)?;
+    }
     overrides.iter().try_for_each(|override_| each(&mut document, override_))?;
     Ok(document.to_string())
+}
+
+fn parse_document(text: &str) -> Result<DocumentMut, SceneError> {
+    text.parse().map_err(|error: toml_edit::TomlError| explain::syntax_error(text, error.span(), error.message()))
+}
+
+/// Bodies that name a projectile of the library; none in a text that [`read()`](super::read()) refuses for a name.
+fn bodies_of_library(text: &str) -> Vec<NamedBody> {
+    DeTable::parse(text).ok().and_then(|scene| named_bodies(scene.get_ref()).ok()).unwrap_or_default()
+}
+
+fn write_values(document: &mut DocumentMut, named: &NamedBody, values: &[LibraryValue]) -> Result<(), SceneError> {
+    let key = |value: &LibraryValue| format!("{}.{}", named.key(), value.key);
+    values.iter().try_for_each(|v| write_override(document, &Override { key: key(v), value: v.value.clone() }))
+}
+
+/// Refuses another name for a body that the name alone describes: start, cells and times of the scene stay those of the
+/// first one.
+fn refuse_other_name(named: &NamedBody, overrides: &[Override]) -> Result<(), SceneError> {
+    let key = format!("{}.library", named.key());
+    let own = &named.projectile.name;
+    let values = overrides.iter().filter(|o| plain_key(&o.key) == plain_key(&key)).filter_map(|o| parse_value(o).ok());
+    let other = values.filter_map(|value| value.as_str().and_then(LibraryProjectile::named)).find(|p| p.name != *own);
+    let Some(LibraryProjectile { name, .. }) = other.filter(|_| !named.has_own_values()) else { return Ok(()) };
+    let expected = format!(
+        "{own:?}, for which start, cells and times of the scene are chosen: `gelfmu new --projectile {name}` writes a \
+         scene of this one"
+    );
+    Err(SceneError::value(&key, format!("{name:?} in a scene of {own:?}"), expected))
+}
+
+/// Writes out a body of the library of which an override replaces a value, and removes its name: the body is then that
+/// of the scene.
+fn release_body(document: &mut DocumentMut, named: &NamedBody, overrides: &[Override]) -> Result<(), SceneError> {
+    let replaces = |quantity: &str| {
+        let key = plain_key(&format!("{}.{quantity}", named.key()));
+        overrides.iter().any(|o| keys_overlap(&plain_key(&o.key), &key))
+    };
+    if !["mass", "density", "shape", "inertia"].into_iter().any(replaces) {
+        return Ok(());
+    }
+    let mut values = named.missing_values()?;
+    // A mass takes precedence over the density.
+    values.retain(|value| value.quantity() != "mass" || !replaces("density"));
+    write_values(document, named, &values)?;
+    let body = match named.body {
+        0 => document.get_mut("projectile").and_then(Item::as_table_like_mut),
+        number => document.get_mut("fragment").and_then(|list| table_at(list, &number.to_string()).ok()),
+    };
+    if let Some(body) = body {
+        body.remove("library");
+        body.remove("library_version");
+    }
+    Ok(())
+}
+
+/// Dotted TOML key: `fragment.1.mass` of `fragment[1].mass`.
+fn plain_key(key: &str) -> String {
+    key.replace('[', ".").replace(']', "")
 }
 
 /// Keys that change neither results nor cost, and the keys of the levels themselves.
@@ -132,9 +209,8 @@ fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), S
     let value = parse_value(change)?;
     let broken =
         |_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size or fragment[1].mass");
-    // `fragment[1].mass` is the TOML key `fragment.1.mass`.
     let key = key_in_document(document, &change.key);
-    let path = Key::parse(&key.replace('[', ".").replace(']', "")).map_err(broken)?;
+    let path = Key::parse(&plain_key(&key)).map_err(broken)?;
     let Some((last, tables)) = path.split_last() else {
         return Err(SceneError::value(&change.key, "no key", "a dotted key, such as mesh.size"));
     };

@@ -9,9 +9,10 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct ProjectileSpec {
-    /// Shape, in the frame of the body.
+    /// Shape, in the frame of the body; that of the `library` projectile if absent.
     pub shape: BodyShape,
-    /// Mass, kg; in `planar` that of the gel's thickness. Computed from `density` if absent; not needed when `fixed`.
+    /// Mass, kg; in `planar` that of the gel's thickness. That of the `library` projectile, or computed from `density`,
+    /// if absent; not needed when `fixed`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
     /// Mass density, kg/m3; gives the mass where `mass` is absent.
@@ -33,10 +34,15 @@ pub struct ProjectileSpec {
     /// Angular velocity at the start, world frame, rad/s.
     #[serde(default)]
     pub angular_velocity: [f64; 3],
-    /// Name of the projectile of the library whose values these are: `gelfmu check` and the report give their sources,
-    /// and what the real projectile does and a rigid one does not. It sets no value.
+    /// Name of the projectile of the library that gives shape and mass where the table has none. Values beside the name
+    /// must be those of the library. `gelfmu check` and the report give the sources, and what the real projectile does
+    /// and a rigid one does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub library: Option<String>,
+    /// Version of the library that the body is from, as `gelfmu new` writes it; the present one if absent. Values of an
+    /// earlier version are kept, and `gelfmu check` reports those that have changed since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub library_version: Option<u32>,
     /// True for a body that is held in place.
     #[serde(default)]
     pub fixed: bool,

@@ -1,6 +1,7 @@
 //! Reads a scene text into a checked scene.
 
 use super::former_keys::{refuse_removed_keys, rename_keys};
+use super::named_body::{NamedBody, named_bodies};
 use super::overrides::{Override, apply_level, keys_overlap, level_error};
 use super::places::{KeyLocations, join, numbered};
 use super::quantity::si_text;
@@ -125,19 +126,22 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
     let parsed = parse_table(text);
     let table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     let places = KeyLocations::of(text, table.get_ref());
-    refuse_removed_keys(table.get_ref()).map_err(|error| SceneError { line: places.line_of(&error.key), ..error })?;
+    let at_its_line = |error: SceneError| SceneError { line: places.line_of(&error.key), ..error };
+    refuse_removed_keys(table.get_ref()).map_err(at_its_line)?;
     let shear_modulus = fill::shear_modulus(table.get_ref());
+    let bodies = named_bodies(table.get_ref()).map_err(at_its_line)?;
+    let values: Result<Vec<_>, SceneError> = bodies.iter().map(NamedBody::missing_values).collect();
+    let values = values.map_err(at_its_line)?;
     let mut whole = table.clone();
     fill::fill_gel(whole.get_mut(), shear_modulus.as_deref());
+    bodies.iter().zip(&values).for_each(|(body, values)| fill::fill_named(whole.get_mut(), body, values));
     let scene = Scene::deserialize(Deserializer::from(whole));
     let mut scene = scene.map_err(|error| explain::content_error(text, &places, &error))?;
     let checked = check_lengths(table.get_ref(), &scene)
         .and_then(|()| files::attach_files(&mut scene, files))
         .and_then(|()| validate(&scene));
-    match checked {
-        Ok(()) => Ok(scene.with_masses()),
-        Err(error) => Err(SceneError { line: places.line_of(&error.key), ..error }),
-    }
+    checked.map_err(at_its_line)?;
+    Ok(scene.with_masses())
 }
 
 /// Refuses lists that serde read only in part, and lists where a table is expected.

@@ -15,6 +15,8 @@ pub fn schema() -> Value {
     let mut schema = schemars::schema_for!(Scene).to_value();
     // A preset may supply all other keys of a gel.
     schema["$defs"]["GelSpec"]["required"] = json!(["shape"]);
+    // The library may supply the shape of a body.
+    schema["$defs"]["ProjectileSpec"]["required"] = json!(["position"]);
     allow_units(&mut schema);
     schema
 }

@@ -5,6 +5,7 @@ mod cavity;
 mod domain;
 mod gel;
 mod hyperelastic;
+mod library;
 mod load;
 mod motion;
 mod output;
@@ -23,6 +24,7 @@ use domain::{CheckResult, finite, positive, require, within};
 /// Refuses the first invalid value of the scene.
 pub(super) fn validate(scene: &Scene) -> CheckResult {
     check_header(&scene.scene)?;
+    library::check(scene)?;
     gel::check(scene)?;
     load::check(scene)?;
     cavity::check(scene)?;

@@ -28,12 +28,19 @@ fn new_writes_a_scene_that_checks_and_never_over_a_file() {
     let scene = scene::read(&text).unwrap();
     assert_eq!(scene.projectile.velocity, [0.0, 0.0, -350.52]);
     assert_eq!(text, gelfmu(&shot).out);
+    assert!(text.contains("\nlibrary = \"9mm-fmj\"\nlibrary_version = 1\n# mass = 0.00803506484 # [R: "), "{text}");
+    assert!(!text.contains("\nmass = ") && !text.contains("\nshape.bullet"), "{text}");
     let again = gelfmu_in(folder.path(), &with_file);
     assert_eq!(again.status, Some(2));
     assert!(again.err.contains("which is not replaced"), "{}", again.err);
     assert_eq!(fs::read_to_string(folder.path().join("my.toml")).unwrap(), text);
     let checked = gelfmu_in(folder.path(), &["check", "my.toml", "--set", "scene.fidelity=draft"]);
     assert!(checked.out.contains("The scene is valid"), "{}{}", checked.out, checked.err);
+    assert!(checked.out.contains("from the library, version 1: 9mm-fmj, 9 mm Luger"), "{}", checked.out);
+    assert!(checked.out.contains("projectile.mass = 0.00803506484: [R: "), "{}", checked.out);
+    let other = gelfmu_in(folder.path(), &["check", "my.toml", "--set", "projectile.library=45acp-fmj"]);
+    assert_eq!(other.status, Some(2));
+    assert!(other.err.contains("`gelfmu new --projectile 45acp-fmj` writes a scene of this one"), "{}", other.err);
     refused(&["new", "--projectile", "bb", "--yaw", "2"], "--yaw 2: a sphere has no axis that could yaw; leave it out");
 }
 

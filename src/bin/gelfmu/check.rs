@@ -9,7 +9,9 @@ use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{self, AmountOfMemory};
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
-use ballistic_gel::scene::{self, LibraryProjectile, Preset, PresetValue, Scene};
+use ballistic_gel::scene::{
+    self, LIBRARY_VERSION, LibraryProjectile, LibraryValue, Preset, PresetValue, ProjectileSpec, Scene, body_name,
+};
 use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, Simulation, memory_estimate};
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde_json::{Value, json};
@@ -46,6 +48,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         "preset": scene.gel.preset.map(Preset::name),
         "fitted_to": scene.gel.preset.map(|preset| preset.shots().fitted),
         "validated_on": scene.gel.preset.map(|preset| preset.shots().validated),
+        "from_library": library_values(&scene),
         "from_preset": preset_facts.iter().map(|fact| fact_json(fact)).collect::<Vec<_>>(),
         "fidelity": scene.fidelity,
         "doubts": doubts,
@@ -110,13 +113,24 @@ fn body_json(scene: &Scene, simulation: &Simulation, body: usize) -> Value {
     value
 }
 
-/// Lists the sources of the projectile's values; empty for a projectile that is not of the library.
+/// Returns the values of the bodies that are those of the library, with their dotted keys.
+fn library_values(scene: &Scene) -> Vec<LibraryValue> {
+    let values = |(i, body): (usize, &ProjectileSpec)| {
+        let projectile = body.library.as_deref().and_then(LibraryProjectile::named);
+        let values = projectile.map_or_else(Vec::new, |projectile| projectile.values_of(body));
+        values.into_iter().map(move |value| LibraryValue { key: format!("{}.{}", body_name(i), value.key), ..value })
+    };
+    scene.bodies().enumerate().flat_map(values).collect()
+}
+
+/// Lists the values of the library with their sources; empty if no body is of the library.
 fn library_section(scene: &Scene, console: &Console) -> String {
-    let Some(name) = &scene.projectile.library else { return String::new() };
-    let Some(projectile) = LibraryProjectile::named(name) else { return String::new() };
-    let sources = projectile.sources_of(&scene.projectile);
-    let lines: Vec<String> = sources.iter().map(|(key, source)| format!("projectile.{key}: {source}")).collect();
-    section(&format!("from the library: {name}, {}", projectile.title), &lines, console)
+    let titles = scene.bodies().filter_map(|body| LibraryProjectile::named(body.library.as_deref()?));
+    let titles: Vec<String> = titles.map(|projectile| format!("{}, {}", projectile.name, projectile.title)).collect();
+    let values = library_values(scene).into_iter();
+    let lines: Vec<String> =
+        values.map(|LibraryValue { key, value, source }| format!("{key} = {value}: {source}")).collect();
+    section(&format!("from the library, version {LIBRARY_VERSION}: {}", titles.join("; ")), &lines, console)
 }
 
 /// Lists the values of a preset with their sources; empty without a preset.

@@ -58,8 +58,8 @@ fn applicable_facts(scene: &Scene) -> Vec<&'static PresetValue> {
 fn library_sources(scene: &Scene) -> Vec<(String, String)> {
     let of_body = |(i, body): (usize, &ProjectileSpec)| {
         let projectile = body.library.as_deref().and_then(LibraryProjectile::named);
-        let sources = projectile.iter().flat_map(|known| known.sources_of(body));
-        let keyed = sources.map(|(key, source)| (format!("{}.{key}", scene::body_name(i)), source.to_owned()));
+        let values = projectile.iter().flat_map(|known| known.values_of(body));
+        let keyed = values.map(|value| (format!("{}.{}", scene::body_name(i), value.key), value.source));
         keyed.collect::<Vec<_>>()
     };
     scene.bodies().enumerate().flat_map(of_body).collect()

@@ -4,12 +4,11 @@ use super::domain::{CheckResult, all_finite, positive, require};
 use super::shape;
 use crate::geometry::SignedDistance;
 use crate::math::{Tensor3, Vector3};
-use crate::scene::{BodyShape, GelShape, ProjectileSpec, Scene, SceneError, did_you_mean, library};
+use crate::scene::{BodyShape, GelShape, ProjectileSpec, Scene, SceneError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 pub(super) fn check(scene: &Scene) -> CheckResult {
     let body = &scene.projectile;
-    check_library(body.library.as_deref())?;
     shape::check(&body.shape, scene.scene.dimension)?;
     all_finite("projectile.position", &body.position)?;
     all_finite("projectile.velocity", &body.velocity)?;
@@ -27,14 +26,6 @@ pub(super) fn check(scene: &Scene) -> CheckResult {
 pub(super) fn rotation(body: &ProjectileSpec) -> UnitQuaternion<f64> {
     let [w, x, y, z] = body.orientation;
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
-fn check_library(name: Option<&str>) -> CheckResult {
-    let Some(name) = name else { return Ok(()) };
-    let names = || library().map(|(known, _)| known);
-    let expected = || format!("a projectile of the library: {}", names().collect::<Vec<_>>().join(", "));
-    let found = || format!("{name:?}{}", did_you_mean(name, names()));
-    require(names().any(|known| known == name), "projectile.library", found, &expected())
 }
 
 fn check_orientation(q: [f64; 4]) -> CheckResult {

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// Scene text and the files that it names, for one folder.
 pub struct SceneResources {
-    /// Scene text with the names below.
+    /// Scene text with the names below, and with the bodies that the library gives written out.
     pub text: String,
     /// Bytes of each file by its name relative to the folder.
     pub files: BTreeMap<String, Vec<u8>>,
@@ -31,7 +31,7 @@ pub fn collect(source: &SceneSource) -> Result<SceneResources, RunError> {
         packed.insert(inner, bytes);
     }
     let text = if changes.is_empty() { source.text.clone() } else { scene::written(&source.text, &changes)? };
-    Ok(SceneResources { text, files: packed })
+    Ok(SceneResources { text: scene::fill_bodies(&text)?, files: packed })
 }
 
 /// Returns the name with `/` between its folders if it leads down, else its last part; a character that a system
@@ -154,6 +154,16 @@ mod tests {
         ] {
             assert_eq!(free_name(name, &[1], &BTreeMap::new()), expected);
         }
+    }
+
+    #[test]
+    fn the_scene_of_a_folder_or_an_archive_holds_the_body_of_the_library() {
+        let text = "[projectile]\nlibrary = \"bb\"\nposition = [0, 0, 0]\n".to_owned();
+        let scene = scene::read(scene::builtin("fbi-bb").unwrap()).unwrap();
+        let source = SceneSource { text, folder: PathBuf::new(), scene };
+        let kept: toml::Table = collect(&source).unwrap().text.parse().unwrap();
+        assert_eq!(kept["projectile"]["mass"].as_float(), Some(0.343e-3));
+        assert_eq!(kept["projectile"]["shape"]["sphere"]["radius"].as_float(), Some(2.185e-3));
     }
 
     #[test]
