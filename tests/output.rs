@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 64] = [
+const KEYS: [&str; 65] = [
     "ended_by",
     "perforated",
     "exit_velocity",
@@ -67,6 +67,7 @@ const KEYS: [&str; 64] = [
     "greatest_cavity_diameter",
     "time_of_greatest_cavity",
     "final_cavity_diameter",
+    "cavity_still_opening",
     "rest_depth",
     "time_of_rest",
     "neck_length",
@@ -364,7 +365,10 @@ fn a_slice_without_thickness_says_per_metre_and_one_with_a_thickness_does_not() 
     scene.gel.thickness = None;
     let per_metre = page("per-metre", &scene);
     assert!(per_metre.contains(" N per metre of thickness (mean over"), "the sentence");
-    assert!(per_metre.contains("<dt>peak force</dt>") && per_metre.contains("N per metre of thickness</dd>"));
+    assert!(
+        per_metre.contains("<dt>peak force, mean over 100 µs</dt>")
+            && per_metre.contains("N per metre of thickness</dd>")
+    );
     scene.gel.thickness = Some(0.1);
     assert!(!page("thick", &scene).contains("per metre of thickness"));
 }

@@ -133,7 +133,8 @@ class ProgressBar:
     ) -> None:
         if self._bar is not None:
             if kind is None and self._bar.total is not None:
-                self._bar.update(self._bar.total - self._bar.n)
+                # A run that ended by the exit or the rest of the projectile is over before the latest end.
+                self._bar.total = self._bar.n
             self._bar.close()
 
     def update(self) -> None:
@@ -150,7 +151,7 @@ class ProgressBar:
             from tqdm.auto import tqdm
 
             end = self._end_time
-            style = "{desc} {percentage:3.0f} %|{bar}| {n:.3f} of {total:.3f} ms, {elapsed} elapsed, {remaining} left"
+            style = "{desc} {percentage:3.0f} %|{bar}| {n:.3f} of at most {total:.3f} ms, {elapsed} elapsed"
             self._bar = tqdm(total=end and 1e3 * end, desc=self._name, bar_format=style if end else None, unit="ms")
         self._bar.update(1e3 * time - self._bar.n)
 

@@ -29,7 +29,7 @@ _FIGURES = (
     ("greatest_track_diameter", "permanent track, greatest diameter", 1e3, "mm"),
     ("neck_length", "length of the neck", 1e3, "mm"),
     ("energy_deposited", "energy given to the gel", 1.0, "J"),
-    ("peak_force", "greatest force", 1.0, "N"),
+    ("peak_force", "peak force", 1.0, "N"),
 )
 # Columns of the residuals of measured curves.
 _RESIDUALS = (
@@ -198,9 +198,22 @@ class Shot:
         return Path(made["file"])
 
     def figures(self) -> dict[str, float]:
-        """Return the key figures that this shot has, by caption with unit."""
-        found = ((f"{caption}, {unit}", factor, self.summary.get(key)) for key, caption, factor, unit in _FIGURES)
+        """Return the key figures that this shot has, by caption with unit.
+
+        The caption of the peak force names the window of its mean, that of a cavity that grew until the end says so.
+        """
+        found = (
+            (f"{caption}{self._condition(key)}, {unit}", factor, self.summary.get(key))
+            for key, caption, factor, unit in _FIGURES
+        )
         return {caption: factor * value for caption, factor, value in found if value is not None}
+
+    def _condition(self, key: str) -> str:
+        """Return the condition on which a figure depends, as the end of its caption."""
+        if key == "peak_force":
+            return f", mean over {1e6 * self.summary['force_window']:.4g} µs"
+        is_open = key == "greatest_cavity_diameter" and self.summary.get("cavity_still_opening")
+        return ", still opening" if is_open else ""
 
     def __repr__(self) -> str:
         figures = "; ".join(f"{caption}: {value:.4g}" for caption, value in self.figures().items())

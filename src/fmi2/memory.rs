@@ -92,12 +92,13 @@ pub fn reserve_for_building(scene: &Scene) -> Result<MemoryReserve, RoomError> {
     Ok(reserve_memory(MemoryPhase::Building, memory_estimate(scene)?.building)?)
 }
 
-/// Reserves the memory of a step beyond the present allocation: a second mesh, if remeshing is on.
+/// Reserves the memory of a step beyond the present allocation: a second mesh, if remeshing is on, or a look at the
+/// cavity.
 ///
 /// # Errors
 /// [`MemoryShortage`] if less is available; no step was made then.
 pub fn reserve_for_step(simulation: &Simulation) -> Result<Option<MemoryReserve>, MemoryShortage> {
-    reserve_large(MemoryPhase::Stepping, simulation.memory_of_remeshing())
+    reserve_large(MemoryPhase::Stepping, simulation.memory_of_remeshing().max(simulation.memory_of_looks()))
 }
 
 /// Reserves memory for a phase, unless the standing reserve of all instances suffices.

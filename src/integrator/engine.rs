@@ -157,13 +157,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail.
     pub fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<AdvanceOutcome, StepError> {
+        self.advance_part(t, t, exchanges)
+    }
+
+    /// Processes the ticks up to time `until`, s, of an exchange that ends at time `end`, s; see
+    /// [`Engine::advance_to`].
+    ///
+    /// # Panics
+    /// Unless every body has its exchange.
+    ///
+    /// # Errors
+    /// [`StepError`] when the mesh or the numbers fail.
+    pub fn advance_part(
+        &mut self,
+        until: f64,
+        end: f64,
+        exchanges: &mut [ImpulseExchange],
+    ) -> Result<AdvanceOutcome, StepError> {
         let system = &mut self.system;
         assert_eq!(exchanges.len(), system.model.bodies.len(), "every body has its exchange");
         // The whole loop runs on the pool, so that its threads are entered once and not at every tick.
-        let shares = !system.is_at_rest() && system.is_worth_sharing() && super::events::has_tick_until(system, t);
+        let shares = !system.is_at_rest() && system.is_worth_sharing() && super::events::has_tick_until(system, until);
         let reached = match system.pool.clone().filter(|_| shares) {
-            Some(pool) => pool.lead(|| process_ticks(system, t, exchanges)),
-            None => process_ticks(system, t, exchanges),
+            Some(pool) => pool.lead(|| process_ticks(system, until, end, exchanges)),
+            None => process_ticks(system, until, end, exchanges),
         };
         history_rows::store_history(system);
         reached
@@ -217,6 +234,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Sets the exit rule of the gel.
     pub fn set_exits(&mut self, exits: Option<ExitRule>) {
         self.system.clock.ends.exits = exits;
+    }
+
+    /// Sets the time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
+    pub fn set_rest_after(&mut self, time: f64) {
+        if let Some(rule) = &mut self.system.clock.ends.exits {
+            rule.rest_after = time;
+        }
     }
 
     /// Returns true if a body at this state no longer meets the gel.

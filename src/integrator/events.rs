@@ -28,13 +28,14 @@ pub(super) fn has_tick_until<const D: usize, P: Potential<D>>(system: &DiscreteS
     next.is_some_and(|next| next <= system.model.grid.last_tick(t))
 }
 
-/// Processes all events up to time `t`, s, or until the mesh ends.
+/// Processes all events up to time `until`, s, or until the mesh ends. The exchanges end at time `t`, s.
 pub(super) fn process_ticks<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
+    until: f64,
     t: f64,
     exchanges: &mut [ImpulseExchange],
 ) -> Result<AdvanceOutcome, StepError> {
-    let end = system.model.grid.last_tick(t);
+    let end = system.model.grid.last_tick(until);
     if system.is_at_rest() {
         return advance_bodies(system, end);
     }

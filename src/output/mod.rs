@@ -41,7 +41,9 @@ pub use picture::{OpaquePicture, model_picture};
 #[cfg(feature = "cli")]
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 #[cfg(feature = "cli")]
-pub use report::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison, report_page};
+pub use report::{
+    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison, peak_force_label, report_page,
+};
 #[cfg(feature = "cli")]
 pub use saved_run::SavedRunError;
 pub use sensors::{DentFigures, SensorFigures};

@@ -41,8 +41,10 @@ pub struct FinalState<'a> {
 pub enum EndCause {
     /// The run reached `scene.end_time`.
     EndTime,
-    /// The projectile left the gel, `scene.stop_after_exit` before the end.
+    /// The projectile left the gel: `scene.stop_after_exit` has passed since, and the cavity has turned.
     Exit,
+    /// The projectile rests in the gel (`scene.stop_at_rest`).
+    Rest,
     /// The simulation failed.
     Failure,
     /// The user or the importer ended the run.
@@ -54,6 +56,7 @@ impl EndCause {
         match ending.observation {
             _ if ending.failure.is_some() => Self::Failure,
             observation if observation.time >= end_time * (1.0 - 1e-9) => Self::EndTime,
+            observation if observation.is_over && observation.projectile().exit.is_none() => Self::Rest,
             observation if observation.is_over => Self::Exit,
             _ => Self::Interrupt,
         }
@@ -73,8 +76,7 @@ pub struct RunSummary {
     pub fidelity: FidelityKind,
     /// Greatest relative error of the projectile motion measured at this fidelity, for an unmodified scene.
     pub expected_error: Option<f64>,
-    /// True if the run reached the end time of the scene, or `scene.stop_after_exit` after the exit of the
-    /// projectile.
+    /// True if the run reached the end time of the scene, or its end after the exit or the rest of the projectile.
     pub completed: bool,
     /// Cause of the end.
     pub ended_by: EndCause,
@@ -157,6 +159,8 @@ pub struct RunSummary {
     pub time_of_greatest_cavity: Option<f64>,
     /// Greatest diameter of the cavity at the end, m, without the hole that the projectile fills.
     pub final_cavity_diameter: Option<f64>,
+    /// True if the greatest diameter of the cavity is that of the end: the cavity still opens, and is to be greater.
+    pub cavity_still_opening: Option<bool>,
     /// Rest of the projectile, course of the cavity and permanent track.
     #[serde(flatten)]
     pub wound: WoundFigures,
@@ -318,7 +322,7 @@ impl RunSummary {
             interface: run.interface,
             fidelity: run.scene.scene.fidelity,
             expected_error: run.expected_error(),
-            completed: matches!(ended_by, EndCause::EndTime | EndCause::Exit),
+            completed: matches!(ended_by, EndCause::EndTime | EndCause::Exit | EndCause::Rest),
             ended_by,
             end_time: *time,
             wall_seconds: run.wall_seconds(),
@@ -349,6 +353,7 @@ impl RunSummary {
             greatest_cavity_diameter: greatest_cavity.map(|greatest| greatest.diameter),
             time_of_greatest_cavity: greatest_cavity.map(|greatest| greatest.time),
             final_cavity_diameter: penetration.and_then(|shot| shot.cavity.last_diameter),
+            cavity_still_opening: greatest_cavity.map(|greatest| greatest.time == *time && greatest.diameter > 0.0),
             wound: WoundFigures::default(),
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),

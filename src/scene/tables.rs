@@ -61,15 +61,29 @@ pub struct SceneHeader {
     /// Latest end of the run, s.
     pub end_time: f64,
     /// Time from the exit of the projectile at the back face of a block or cylinder to the end of the run, s, or
-    /// "never". From that end on the gel is at rest. The run continues while another body moves in the gel.
+    /// "never". From that end on the gel is at rest. The run continues while another body moves in the gel, and while
+    /// the cavity opens (`await_cavity`).
     #[serde(default)]
     pub stop_after_exit: StopAfterExit,
+    /// Wait of the end after an exit for the cavity: it has turned once its greatest diameter has fallen by 5 %.
+    /// Without it `stop_after_exit` alone counts.
+    #[serde(default = "default_await_cavity")]
+    pub await_cavity: bool,
+    /// End of the run when the projectile rests in the gel: for 2 ms it has moved by less than 0.05 mm, and the cavity
+    /// has kept its diameter.
+    #[serde(default)]
+    pub stop_at_rest: bool,
     /// Communication step: interval at which kinematics and impulse are exchanged, s.
     pub communication_step: f64,
     /// Accuracy level, and with it the cost: a level other than `standard` writes the values of its `fidelity` table
     /// over the scene.
     #[serde(default)]
     pub fidelity: FidelityKind,
+}
+
+/// Default of `scene.await_cavity`.
+fn default_await_cavity() -> bool {
+    true
 }
 
 /// Time that a run continues after the projectile has left the gel at its back face.
@@ -106,8 +120,8 @@ impl StopAfterExit {
 impl Default for StopAfterExit {
     /// Default of 2 ms, about the time in which a service bullet passes 400 mm.
     ///
-    /// By then the cavity has opened along the whole path, and the report says where it still widens. In `gelatin-10`
-    /// the cavity of a 9 mm bullet of 350 m/s widens for more than 5 ms: 68 mm at the exit, 95 mm after 2 ms.
+    /// By then the cavity has opened along the whole path. It still widens: in `gelatin-10` that of a 9 mm bullet of
+    /// 350 m/s for more than 5 ms, 68 mm at the exit and 95 mm after 2 ms. `scene.await_cavity` waits for it.
     fn default() -> Self {
         Self::After(2e-3)
     }

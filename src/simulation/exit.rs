@@ -1,5 +1,6 @@
 //! Perforation of the gel: exits, the end of a run after them, and bodies that return to a gel at rest.
 
+use super::end_watch::EndSample;
 use super::kinematics::StepInputs;
 use super::observe::ExitReport;
 use super::run::Simulation;
@@ -9,6 +10,8 @@ use crate::scene::{CouplingMode, GelBox};
 
 /// Fraction of the exit speed of the projectile below which another body counts as at rest in the gel.
 const RESTING_SPEED: f64 = 0.01;
+/// Speed below which another body counts as at rest beside a projectile that rests, m/s: it moves by 0.1 mm in 1 ms.
+const SLOW: f64 = 0.1;
 /// Straight segments in which the path of a body over a step is checked.
 const PATH_SEGMENTS: u32 = 16;
 
@@ -41,19 +44,62 @@ impl Simulation {
         contact.exit.map_or(-contact.work, |exit| exit.energy_deposited) + 0.0
     }
 
-    /// Returns true if `scene.stop_after_exit` has passed since the projectile's exit, and every other body has left
-    /// the gel or come to rest.
+    /// Returns true if the run is over by the exit or, with `scene.stop_at_rest`, by the rest of the projectile.
     ///
+    /// By the exit: `scene.stop_after_exit` has passed since, the cavity has turned (`scene.await_cavity`), and every
+    /// other body has left the gel or come to rest.
     /// `gelfmu run` ends at the first communication point after that. Where all bodies have left, the gel is at rest
     /// from a tick on, so that the state does not depend on that point.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() };
+        let rests = self.constants.end_rules.stops_at_rest && self.watch.rests();
+        let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() || rests };
         let is_away = |body: &usize| !self.now(*body).active || self.model.is_away(*body, &self.now(*body));
         let is_still = |body: usize| self.now(body).velocity.norm() < RESTING_SPEED * exit.velocity.norm();
         let mut inside = (1..self.n_bodies()).filter(|body| !is_away(body)).peekable();
-        let is_late = self.time - exit.time >= self.constants.stop_after_exit && is_away(&0);
+        let is_late = self.time - exit.time >= self.constants.end_rules.rest_after(&self.watch) && is_away(&0);
         is_late && inside.peek().is_some() && inside.all(is_still)
+    }
+
+    /// Returns the time of the next look of the watch over the end, s; `None` if there is nothing to wait for.
+    pub(super) fn next_look(&self) -> Option<f64> {
+        self.constants.end_rules.next_look(self.time).filter(|_| !self.is_at_rest())
+    }
+
+    /// Looks at projectile and cavity for the watch over the end.
+    pub(super) fn look(&mut self) {
+        let has_left = self.exit(0).is_some();
+        if has_left || self.constants.end_rules.stops_at_rest {
+            let (time, depth, diameter) = (self.time, self.depth(0), self.cavity_diameter());
+            self.watch.add(EndSample { time, depth, diameter, has_left, may_rest: self.may_rest() });
+            self.apply_watch();
+        }
+    }
+
+    /// Lets the gel be put to rest as the watch has found.
+    pub(super) fn apply_watch(&mut self) {
+        self.model.set_rest_after(self.constants.end_rules.rest_after(&self.watch));
+    }
+
+    /// Greatest diameter of the cavity behind the projectile, m, below one width of the projectile; 0 without one.
+    fn cavity_diameter(&self) -> f64 {
+        let (fixed, now) = (self.model.body(0).0, self.now(0));
+        let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(&now, &side)).iter().sum::<f64>();
+        let fills = now.active && fixed.depth(&now) > 0.0;
+        let rear = if fills { -fixed.rear(&now) } else { f64::INFINITY };
+        let facets = || self.model.facet_corners(self.time).into_iter();
+        self.constants.end_rules.line.map_or(0.0, |line| line.diameter(facets(), width, rear))
+    }
+
+    /// Returns true if the projectile is in the gel, and every other body is away or slow.
+    fn may_rest(&self) -> bool {
+        let (fixed, contact) = (self.model.body(0).0, &self.model.record().contacts[0]);
+        let is_inside = fixed.motion != BodyMotion::Fixed && self.now(0).active && self.depth(0) > 0.0;
+        let is_done = |body: usize| {
+            let now = self.now(body);
+            !now.active || self.model.is_away(body, &now) || now.velocity.norm() < SLOW
+        };
+        is_inside && contact.touched.is_some() && contact.exit.is_none() && (1..self.n_bodies()).all(is_done)
     }
 
     /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, and all

@@ -36,6 +36,8 @@ const RESTORING: f64 = 1.5;
 /// Bytes of the pictures of a frame and of the report for any mesh, and per element: 28 MB and 270 were measured.
 const PICTURES: f64 = 32e6;
 const WRITING: f64 = 400.0;
+/// Bytes of a look at the cavity per element: the corners of a facet, and two sections of it at depths.
+const LOOKING: f64 = 200.0;
 /// Bytes of a field of a frame per element, at most: 30 of its values and their compressed copy, and 32 that the fields
 /// have in common.
 const FIELD: f64 = 64.0;
@@ -92,6 +94,11 @@ impl MeshSize {
     /// Additional bytes at most of a frame of the results, or of the final report.
     pub fn writing(self) -> f64 {
         PICTURES + self.elements * (WRITING + FIELD * self.fields as f64)
+    }
+
+    /// Additional bytes at most of the sections of the surface at a look at the cavity.
+    pub fn looking(self) -> f64 {
+        self.elements * LOOKING
     }
 
     fn bytes(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {

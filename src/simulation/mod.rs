@@ -2,14 +2,17 @@
 //!
 //! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
 //! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
-//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them; `rest`: rest depth from reports.
+//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them; `rest`: rest depth from reports;
+//!   `end_watch`: the end of a run, with the `opening` of the cavity in its `cross_section`s.
 //! - `saved`: a state as a value and as bytes; `memory`: bytes needed, before they are.
 //!
 //! Nothing here reads a file, the environment or the clock.
 
 mod build;
 mod build_error;
+mod cross_section;
 mod doubts;
+mod end_watch;
 mod exit;
 mod fields;
 mod gel;
@@ -19,6 +22,7 @@ mod loads;
 mod memory;
 mod model;
 mod observe;
+mod opening;
 mod report_queries;
 mod rest;
 mod run;
@@ -29,13 +33,16 @@ pub use crate::adapt::{FailedRemesh, PreviewMesh, RemeshRecord, RemeshRefusal, R
 pub use crate::contact::{DomeMotion, ImpulseExchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build_error::BuildError;
+pub use cross_section::signed_area;
 pub use doubts::doubts;
+pub use end_watch::{EndSample, EndWatch};
 pub use kinematics::{BodyKinematics, StepInputs};
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
     BalanceReport, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, FrameCells, FrameField,
     MeshFrame, Observation, RemeshPreview, SensorReport,
 };
+pub use opening::{DepthGrid, GelSection, void_radii};
 pub use rest::{PeakDepth, RestDepth, RestDetector};
 pub use run::Simulation;
 pub use saved::{SavedSimulation, SavedState};

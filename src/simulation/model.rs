@@ -44,7 +44,8 @@ pub(super) struct StepRange {
 
 /// Gel independent of its dimension, as the simulation drives and observes it.
 pub(super) trait ErasedModel: Send {
-    fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError>;
+    /// Advances to time `until`, s, within a communication step that ends at `end`, s.
+    fn advance_part(&mut self, until: f64, end: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError>;
     /// Advances to the first remeshing from time `from` on and returns its preview, or to time `t` if there is none.
     fn preview_remesh(
         &mut self,
@@ -64,6 +65,8 @@ pub(super) trait ErasedModel: Send {
     fn record(&self) -> &RunRecord;
     /// Returns true if the gel is no longer integrated.
     fn is_at_rest(&self) -> bool;
+    /// Sets the time from the exit of the projectile until the gel is put to rest, s.
+    fn set_rest_after(&mut self, time: f64);
     /// Returns true if a body at this state no longer meets the gel.
     fn is_away(&self, i: usize, at: &BodyState) -> bool;
     fn totals(&self, t: f64) -> BalanceTotals;
@@ -86,6 +89,8 @@ pub(super) trait ErasedModel: Send {
     fn steps(&self) -> StepRange;
     fn synchronous_updates(&self, t: f64) -> f64;
     fn frame(&self, t: f64) -> MeshFrame;
+    /// Corners of the boundary facets at time `t`, outward oriented, `dimension` used.
+    fn facet_corners(&self, t: f64) -> Vec<[Vector3; 3]>;
     /// Reports of the sensors at time `t`.
     fn sensors(&self, t: f64) -> Vec<SensorReport>;
     /// Writes the state over another one, reusing its memory if it is of the same dimension.
@@ -214,8 +219,8 @@ where
     DynamicState<D>: EraseDimension,
     AdaptiveGel<D>: RemeshDriver,
 {
-    fn advance_to(&mut self, t: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError> {
-        while self.gel.engine.advance_to(t, exchanges)? == AdvanceOutcome::MeshEnded {
+    fn advance_part(&mut self, until: f64, end: f64, exchanges: &mut [ImpulseExchange]) -> Result<(), StepError> {
+        while self.gel.engine.advance_part(until, end, exchanges)? == AdvanceOutcome::MeshEnded {
             self.remesh()?;
         }
         Ok(())
@@ -273,6 +278,10 @@ where
 
     fn is_at_rest(&self) -> bool {
         self.gel.engine.is_at_rest()
+    }
+
+    fn set_rest_after(&mut self, time: f64) {
+        self.gel.engine.set_rest_after(time);
     }
 
     fn is_away(&self, i: usize, at: &BodyState) -> bool {
@@ -347,6 +356,12 @@ where
 
     fn synchronous_updates(&self, t: f64) -> f64 {
         self.gel.engine.synchronous_updates(t)
+    }
+
+    fn facet_corners(&self, t: f64) -> Vec<[Vector3; 3]> {
+        let time = self.gel.engine.time_in_gel(t);
+        let corner = |node: NodeId| embed(&self.gel.engine.position_at(node, time));
+        self.gel.facets.iter().map(|nodes| nodes.map(corner)).collect()
     }
 
     fn frame(&self, t: f64) -> MeshFrame {

@@ -28,7 +28,8 @@ pub struct Observation {
     pub angular_momentum_error: f64,
     /// Cost of the run.
     pub cost: CostReport,
-    /// True if `scene.stop_after_exit` ends the run: the projectile has left the gel, and no other body moves in it.
+    /// True if the run is over: the projectile has left the gel, and no other body moves in it, or it rests
+    /// ([`Simulation::is_over`](super::Simulation::is_over)).
     pub is_over: bool,
 }
 
@@ -278,6 +279,13 @@ pub struct MeshFrame {
     pub fields: Vec<FrameField>,
     /// Projectile, then the fragments.
     pub bodies: Vec<BodyPose>,
+}
+
+impl MeshFrame {
+    /// Returns the corners of the boundary facets, outward oriented; in two dimensions the third one has no meaning.
+    pub fn facet_corners(&self) -> impl Iterator<Item = [Vector3; 3]> + '_ {
+        self.cells.facets.iter().map(|nodes| nodes.map(|node| self.points[node as usize]))
+    }
 }
 
 /// Field of the gel in a [`MeshFrame`], by element and by node.

@@ -169,6 +169,14 @@ impl Simulation {
         if self.model.can_remesh() && !self.is_at_rest() { self.model.mesh_size().remeshing() as u64 } else { 0 }
     }
 
+    /// Additional bytes of a look at the cavity at most; 0 while the end of the run does not depend on it.
+    #[must_use]
+    pub fn memory_of_looks(&self) -> u64 {
+        let is_near = || self.constants.gel_box.is_some_and(|gel| self.depth(0) > -gel.lower.z);
+        let looks = self.next_look().is_some() && (self.constants.end_rules.stops_at_rest || is_near());
+        if looks { self.model.mesh_size().looking() as u64 } else { 0 }
+    }
+
     /// Additional bytes of a frame of the results, or of the final report, at most.
     #[must_use]
     pub fn memory_of_writing(&self) -> u64 {

@@ -2,6 +2,7 @@
 
 use super::build::{build, orientation};
 use super::build_error::BuildError;
+use super::end_watch::{EndRules, EndWatch};
 use super::gel::build_material;
 use super::kinematics::{BodyKinematics, StepInputs};
 use super::model::ErasedModel;
@@ -33,6 +34,7 @@ pub struct Simulation {
     pub(super) time: f64,
     pub(super) exchanges: Vec<ImpulseExchange>,
     failure: Option<StepError>,
+    pub(super) watch: EndWatch,
     /// Kinematics of the bodies at the start of the current step; kept to reuse its memory.
     before: Vec<BodyKinematics>,
 }
@@ -53,8 +55,7 @@ pub(super) struct SceneConstants {
     pub(super) shear_torque: f64,
     /// Bounding box of the gel at rest; `None` for a shape without a back face.
     pub(super) gel_box: Option<GelBox>,
-    /// Time from the exit of the projectile to the end of the run, s.
-    pub(super) stop_after_exit: f64,
+    pub(super) end_rules: EndRules,
 }
 
 impl SceneConstants {
@@ -69,7 +70,7 @@ impl SceneConstants {
             energy_round_off: model.energy_round_off(),
             shear_torque: model.shear_torque(),
             gel_box: scene.gel.shape.bounding_box(),
-            stop_after_exit: scene.scene.stop_after_exit.time(),
+            end_rules: EndRules::of(scene),
         }
     }
 }
@@ -83,7 +84,11 @@ impl Simulation {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
         let (constants, exchanges) =
             (SceneConstants::of(scene, mode, &*model), vec![ImpulseExchange::default(); model.n_bodies()]);
-        Ok(Self { model, mode, constants, time: 0.0, exchanges, failure: None, before: vec![] })
+        let watch = EndWatch::default();
+        let mut simulation =
+            Self { model, mode, constants, time: 0.0, exchanges, failure: None, watch, before: vec![] };
+        simulation.apply_watch();
+        Ok(simulation)
     }
 
     /// Time since the start, s.
@@ -173,7 +178,7 @@ impl Simulation {
             self.before.push(now);
         }
         self.exchanges.fill(ImpulseExchange { duration: end - self.time, ..ImpulseExchange::default() });
-        let result = self.model.advance_to(end, &mut self.exchanges);
+        let result = self.advance(end);
         self.time = match &result {
             Ok(()) => end,
             Err(failure) => failure.time().clamp(self.time, end),
@@ -183,6 +188,16 @@ impl Simulation {
         }
         self.failure = result.clone().err();
         result
+    }
+
+    /// Advances to `end`, s, with the looks of the watch on the way.
+    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        while let Some(look) = self.next_look().filter(|look| *look <= end) {
+            self.model.advance_part(look, end, &mut self.exchanges)?;
+            self.time = look;
+            self.look();
+        }
+        self.model.advance_part(end, end, &mut self.exchanges)
     }
 
     /// Advances with unchanged inputs to the first remeshing from time `from` on, s, and returns its preview; to
@@ -399,6 +414,7 @@ impl Simulation {
         (saved.origin, saved.time) = (self.constants.origin, self.time);
         saved.exchanges.clone_from(&self.exchanges);
         saved.failure.clone_from(&self.failure);
+        saved.watch = self.watch;
         self.model.save(&mut saved.state);
     }
 
@@ -417,6 +433,8 @@ impl Simulation {
         self.time = saved.time;
         self.exchanges.clone_from(&saved.exchanges);
         self.failure.clone_from(&saved.failure);
+        self.watch = saved.watch;
+        self.apply_watch();
         Ok(())
     }
 

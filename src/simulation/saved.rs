@@ -1,5 +1,6 @@
 //! State of a simulation as a value and as bytes.
 
+use super::end_watch::EndWatch;
 use crate::contact::ImpulseExchange;
 use crate::integrator::StepError;
 use crate::state::DynamicState;
@@ -25,12 +26,14 @@ pub struct SavedSimulation {
     pub exchanges: Vec<ImpulseExchange>,
     /// Error that ended the simulation, if any.
     pub failure: Option<StepError>,
+    /// Findings of the watch over the end of the run.
+    pub watch: EndWatch,
     /// Gel, bodies, ledger and record.
     pub state: SavedState,
 }
 
-/// Header of the bytes: origin, time, exchanges, failure and dimension.
-type StateHeader = (u64, f64, Vec<ImpulseExchange>, Option<StepError>, u8);
+/// Header of the bytes: origin, time, exchanges, failure, watch and dimension.
+type StateHeader = (u64, f64, Vec<ImpulseExchange>, Option<StepError>, EndWatch, u8);
 
 impl SavedState {
     /// Empty state of a gel of this dimension; `None` for other dimensions than 2 and 3.
@@ -117,7 +120,8 @@ impl SavedSimulation {
     /// Empty state, to be written over.
     #[must_use]
     pub fn empty() -> Self {
-        Self { origin: 0, time: 0.0, exchanges: vec![], failure: None, state: SavedState::Solid(DynamicState::empty()) }
+        let state = SavedState::Solid(DynamicState::empty());
+        Self { origin: 0, time: 0.0, exchanges: vec![], failure: None, watch: EndWatch::default(), state }
     }
 
     /// Hash of the stored state, as [`Simulation::digest`](super::Simulation::digest).
@@ -138,7 +142,7 @@ impl SavedSimulation {
     }
 
     fn head(&self) -> Vec<u8> {
-        let head = (self.origin, self.time, &self.exchanges, &self.failure, self.state.dimension());
+        let head = (self.origin, self.time, &self.exchanges, &self.failure, &self.watch, self.state.dimension());
         postcard::to_stdvec(&head).expect("a state is plain values")
     }
 
@@ -168,7 +172,7 @@ impl SavedSimulation {
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
         let Ok((head, rest)) = postcard::take_from_bytes::<StateHeader>(bytes) else { return false };
-        let (origin, time, exchanges, failure, dimension) = head;
+        let (origin, time, exchanges, failure, watch, dimension) = head;
         if dimension == self.state.dimension() {
             if !self.state.read(rest) {
                 return false;
@@ -181,6 +185,7 @@ impl SavedSimulation {
             self.state = state;
         }
         (self.origin, self.time, self.exchanges, self.failure) = (origin, time, exchanges, failure);
+        self.watch = watch;
         true
     }
 }
@@ -197,6 +202,7 @@ mod tests {
             time: 0.5,
             exchanges: vec![ImpulseExchange::default()],
             failure,
+            watch: EndWatch::default(),
             state: SavedState::Flat(state),
         }
     }

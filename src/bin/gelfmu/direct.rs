@@ -1,6 +1,7 @@
 //! Run by direct calls of the library, without the FMU.
 
 use crate::failure::RunError;
+use crate::forecast::RunPoint;
 use crate::job::{self, ProgressCallback, RunEnding, RunJob};
 use ballistic_gel::fmi2;
 use ballistic_gel::output::{DriverInterface, ResultFolder, RunRecorder};
@@ -29,8 +30,7 @@ fn step_to_end(
     job: &RunJob,
     progress: &mut ProgressCallback<'_>,
 ) -> Result<RunEnding, RunError> {
-    let end_time = job.source.scene.scene.end_time;
-    if progress(0.0, end_time).is_break() {
+    if progress(point_of(simulation)).is_break() {
         return Ok(RunEnding::Interrupted);
     }
     for time in job.times() {
@@ -43,9 +43,14 @@ fn step_to_end(
         if simulation.is_over() {
             return Ok(RunEnding::Completed);
         }
-        if progress(time, end_time).is_break() {
+        if progress(point_of(simulation)).is_break() {
             return Ok(RunEnding::Interrupted);
         }
     }
     Ok(RunEnding::Completed)
+}
+
+/// Returns the state of the projectile for the progress.
+fn point_of(simulation: &Simulation) -> RunPoint {
+    RunPoint { time: simulation.time(), depth: simulation.depth(0), exit: simulation.exit(0).map(|exit| exit.time) }
 }

@@ -1,6 +1,7 @@
 //! Run of a scene: job, ending and errors.
 
 use crate::failure::RunError;
+use crate::forecast::RunPoint;
 use crate::source::SceneSource;
 use ballistic_gel::fmi2::{self, MemoryReserve, RoomError};
 use ballistic_gel::scene::Scene;
@@ -21,13 +22,13 @@ pub struct RunJob {
     pub threads: usize,
 }
 
-/// Callback after each communication step with the time reached and the end time, s; it may ask the run to stop.
-pub type ProgressCallback<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
+/// Callback after each communication step; it may ask the run to stop.
+pub type ProgressCallback<'a> = dyn FnMut(RunPoint) -> ControlFlow<()> + 'a;
 
 /// Ending of a run.
 #[derive(Debug, PartialEq, Eq)]
 pub enum RunEnding {
-    /// The run reached its end time, or the end after the exit of the projectile.
+    /// The run reached its end time, or the end after the exit or the rest of the projectile.
     Completed,
     /// The run stopped early; the diagnosis.
     Stopped(String),

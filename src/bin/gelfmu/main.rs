@@ -7,6 +7,7 @@ mod completions;
 mod console;
 mod direct;
 mod failure;
+mod forecast;
 mod interrupt;
 mod job;
 mod level;

@@ -35,9 +35,9 @@ impl ProgressDisplay {
         Self { bar, heartbeat }
     }
 
-    /// Shows the time reached and the end time, s.
-    pub fn show(&self, time: f64, end: f64) {
-        self.update(format!("{:.3} of {:.3} ms", time * 1e3, end * 1e3), time / end);
+    /// Shows the time reached and the latest end, s, and the completed fraction of the run by wall time.
+    pub fn show(&self, time: f64, latest: f64, fraction: f64) {
+        self.update(format!("{:.3} of at most {:.3} ms", time * 1e3, latest * 1e3), fraction);
     }
 
     /// Shows the current task and the completed fraction of all tasks.

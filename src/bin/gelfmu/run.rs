@@ -2,6 +2,7 @@
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
+use crate::forecast::{RunForecast, RunPoint};
 use crate::job::{RunEnding, RunJob};
 use crate::level::{self, LeveledScene};
 use crate::options::{DEFAULT_SCENE, RunOptions};
@@ -15,6 +16,7 @@ use ballistic_gel::output::{FolderClaim, ResultFolder};
 use ballistic_gel::scene::{self, CouplingMode, MOST_STEPS, Override, Scene};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Answer to the first Ctrl-C. A communication step is never cut: its row in the results would be at a different time.
 const WAITING: &str =
@@ -111,8 +113,11 @@ fn run_with_progress(
         console.note(&format!("Ctrl-C will not keep partial results: {error}"));
     }
     let bar = ProgressDisplay::new(console);
-    let mut progress = |time, end| {
-        bar.show(time, end);
+    let (mut forecast, began) = (RunForecast::new(&job.source.scene), Instant::now());
+    let end_time = job.source.scene.scene.end_time;
+    let mut progress = |point: RunPoint| {
+        let fraction = forecast.add(point, began.elapsed().as_secs_f64());
+        bar.show(point.time, end_time, fraction);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let ending = if is_direct {

@@ -1,5 +1,6 @@
 //! Table of the figures in `summary.json` for the console.
 
+use ballistic_gel::output::peak_force_label;
 use comfy_table::{Table, presets};
 use serde_json::Value;
 use std::path::Path;
@@ -9,13 +10,14 @@ pub fn describe(summary: &Value, folder: &Path) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
     let shot = [cavity_row(summary), course_row(summary), track_row(summary), neck_row(summary), overlap_row(summary)];
-    for (name, text) in summary_rows(summary).into_iter().chain(shot.into_iter().flatten()) {
+    let peak_force = peak_force_label(summary["force_window"].as_f64().unwrap_or(f64::NAN));
+    for (name, text) in summary_rows(summary, &peak_force).into_iter().chain(shot.into_iter().flatten()) {
         table.add_row([name, &text]);
     }
     format!("{table}\n{}", list_files(folder))
 }
 
-fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
+fn summary_rows<'a>(s: &Value, peak_force: &'a str) -> Vec<(&'a str, String)> {
     vec![
         ("end", format!("{} at {}", describe_completion(s), format_quantity(&s["end_time"], "s"))),
         ("mesh", format!("{} elements, {} nodes", format_count(&s["elements"]), format_count(&s["nodes"]))),
@@ -31,10 +33,7 @@ fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
         ("rebound velocity", describe_rebound(s)),
         ("energy deposited", format_quantity(&s["energy_deposited"], "J")),
         ("contact duration", format_quantity(&s["contact_duration"], "s")),
-        (
-            "peak force",
-            format!("{} over {}", format_quantity(&s["peak_force"], "N"), format_quantity(&s["force_window"], "s")),
-        ),
+        (peak_force, format_quantity(&s["peak_force"], "N")),
         ("total impulse", format_quantity(&s["total_impulse"], "N s")),
         (
             "energy",
@@ -56,8 +55,7 @@ fn cavity_row(s: &Value) -> Option<(&'static str, String)> {
     let [greatest, last] =
         ["greatest_cavity_diameter", "final_cavity_diameter"].map(|key| format_quantity(&s[key], "m"));
     let time = format_quantity(&s["time_of_greatest_cavity"], "s");
-    let widens = s["time_of_greatest_cavity"].as_f64() == s["end_time"].as_f64();
-    let still = if widens { ", still widening" } else { "" };
+    let still = if s["cavity_still_opening"] == Value::Bool(true) { ", still opening" } else { "" };
     let place =
         s["depth_of_greatest_cavity"].as_f64().map_or(String::new(), |depth| format!(" {:.0} mm deep", 1e3 * depth));
     Some(("cavity", format!("{greatest} wide{place} at {time}, {last} at the end{still}")))
@@ -96,6 +94,7 @@ fn overlap_row(s: &Value) -> Option<(&'static str, String)> {
 fn describe_completion(s: &Value) -> &'static str {
     match (s["completed"].as_bool(), s["ended_by"].as_str()) {
         (Some(true), Some("exit")) => "reached, after the exit of the projectile,",
+        (Some(true), Some("rest")) => "reached, with the projectile at rest,",
         (Some(true), _) => "reached",
         _ => "stopped early",
     }

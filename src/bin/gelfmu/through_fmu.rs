@@ -1,6 +1,7 @@
 //! Run of a scene through the packed FMU, as an importer does it.
 
 use crate::failure::RunError;
+use crate::forecast::RunPoint;
 use crate::interrupt;
 use crate::job::{ProgressCallback, RunEnding, RunJob};
 use crate::pack::{LIBRARY_PATH, PackedInterface, own_platform, write_fmu};
@@ -22,6 +23,14 @@ pub struct FmuImporter {
     ports: VariablePorts,
     /// Folder of the unpacked archive; removed after the instance.
     _folder: ScratchFolder,
+}
+
+/// Value references of the variables that the progress needs.
+struct PointReferences {
+    /// Depth of the projectile and time of its exit.
+    numbers: [u32; 2],
+    /// Perforation of the gel.
+    perforated: u32,
 }
 
 /// Coupling mode in which the FMU needs no inputs.
@@ -70,10 +79,10 @@ impl FmuImporter {
 
     /// Steps to the end, to a step that cannot be completed, or until `progress` asks to stop.
     fn advance(&self, job: &RunJob, progress: &mut ProgressCallback<'_>) -> Result<RunEnding, RunError> {
-        let (mut now, end_time) = (0.0, job.source.scene.scene.end_time);
+        let (mut now, references) = (0.0, self.point_references()?);
         // Warnings about the scene are no diagnosis of a step; they stand in the summary.
         drop(self.fmu.take_messages());
-        if progress(now, end_time).is_break() {
+        if progress(self.point(now, &references)?).is_break() {
             return Ok(RunEnding::Interrupted);
         }
         for end in job.times() {
@@ -86,19 +95,35 @@ impl FmuImporter {
             if self.is_over()? {
                 return Ok(RunEnding::Completed);
             }
-            if progress(now, end_time).is_break() {
+            if progress(self.point(now, &references)?).is_break() {
                 return Ok(RunEnding::Interrupted);
             }
         }
         Ok(RunEnding::Completed)
     }
 
-    /// Returns true if `scene.stop_after_exit` ends the run.
+    /// Returns true if the exit or the rest of the projectile ends the run.
     fn is_over(&self) -> Result<bool, RunError> {
         let mut is_over = false;
         let reference = self.reference("scene.is_over")?;
         self.check("fmi2GetBoolean", self.fmu.get_boolean(reference, &mut is_over))?;
         Ok(is_over)
+    }
+
+    /// Returns the state of the projectile at a time, s, for the progress.
+    fn point(&self, time: f64, references: &PointReferences) -> Result<RunPoint, RunError> {
+        let mut values = [0.0; 2];
+        self.check("fmi2GetReal", self.fmu.get_reals(&references.numbers, &mut values))?;
+        let mut has_left = false;
+        self.check("fmi2GetBoolean", self.fmu.get_boolean(references.perforated, &mut has_left))?;
+        let [depth, exit] = values;
+        Ok(RunPoint { time, depth, exit: has_left.then_some(exit) })
+    }
+
+    /// Returns the references of the variables that the progress needs.
+    fn point_references(&self) -> Result<PointReferences, RunError> {
+        let numbers = [self.reference("projectile.depth")?, self.reference("projectile.exit_time")?];
+        Ok(PointReferences { numbers, perforated: self.reference("projectile.perforated")? })
     }
 
     /// Returns the value references of all Real outputs.

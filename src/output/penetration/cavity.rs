@@ -1,11 +1,10 @@
 //! Cavity behind a projectile: radius against time and depth.
 
 use super::course::{CavityCourse, CavityCoursePoint};
-use super::opening::{DepthGrid, GelSection, void_radii};
 use super::shot_line::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
 use crate::output::files::format_cell;
 use crate::scene::Scene;
-use crate::simulation::MeshFrame;
+use crate::simulation::{DepthGrid, GelSection, MeshFrame, void_radii};
 use std::fmt::Write;
 
 /// Cavity profile: radius against depth at one time.
@@ -44,7 +43,7 @@ impl CavityProfile {
         let depths = DepthGrid { n: (line.gel_depth * per_metre) as usize, per_metre };
         let gel = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
         let rear = ShotLine::rear_depth(scene, frame);
-        Self { time: frame.time, per_metre, rear, radii: void_radii(gel, frame, &line.origin, depths) }
+        Self { time: frame.time, per_metre, rear, radii: void_radii(gel, frame.facet_corners(), &line.origin, depths) }
     }
 
     /// Returns the part of the void behind the projectile, from the entry to the first depth closed by gel. The part

@@ -1,11 +1,10 @@
 //! Permanent track of a shot: damaged gel by depth.
 
-use super::cross_section::signed_area;
 use super::shot_line::{ShotLine, depths_per_metre};
 use crate::math::Vector3;
 use crate::output::files::format_cell;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::MeshFrame;
+use crate::simulation::{MeshFrame, signed_area};
 use std::f64::consts::PI;
 use std::fmt::Write;
 

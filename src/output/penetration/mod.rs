@@ -3,10 +3,8 @@
 
 mod cavity;
 mod course;
-mod cross_section;
 mod damage_track;
 mod gauge;
-mod opening;
 mod shot_line;
 mod track;
 

@@ -27,6 +27,15 @@ pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
     }
 }
 
+/// Returns the label of a peak force with the window of its mean, s: the figure depends on it.
+#[must_use]
+pub fn peak_force_label(window: f64) -> String {
+    let width = quantity(window, "s");
+    let (digits, unit) = width.split_once(' ').unwrap_or((&width, ""));
+    let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+    format!("peak force, mean over {digits} {unit}").trim_end().to_owned()
+}
+
 /// Formats a value with unit in three significant digits and the prefix of the end of its scale.
 pub(in crate::output) fn format_tick(value: f64, end: f64, unit: &str) -> String {
     if value.is_finite() && value.abs() < LARGEST {

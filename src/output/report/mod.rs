@@ -15,6 +15,7 @@ mod wound_profile;
 
 pub use compared::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison};
 pub(super) use film::speed_pictures;
+pub use format::peak_force_label;
 pub(super) use format::{escape, format_tick, quantity, ratio};
 
 use super::history::HistoryRow;

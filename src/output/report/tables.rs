@@ -1,6 +1,6 @@
 //! Tables of the report.
 
-use super::format::{count, escape, percent, quantity, ratio};
+use super::format::{count, escape, peak_force_label, percent, quantity, ratio};
 use crate::math::Vector3;
 use crate::output::summary::{FragmentFigures, RunSummary};
 use crate::scene::{body_name, numbered};
@@ -16,13 +16,14 @@ pub(super) fn fragments(summary: &RunSummary) -> String {
         let cells = fragment_cells(fragment);
         row(&mut rows, &body_name(i + 1), &cells.each_ref().map(String::as_str));
     }
+    let peak_force = peak_force_label(summary.force_window);
     let heads = [
         "fragment",
         "state at the end",
         "greatest depth",
         "depth at the end",
         "speed at the end",
-        "peak force",
+        &peak_force,
         "impulse",
     ];
     format!("<section><h2>Fragments</h2>\n{}</section>\n", table("Fragments at the end of the run", &heads, &rows))

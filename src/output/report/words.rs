@@ -1,6 +1,6 @@
 //! Summary of the run in sentences.
 
-use super::format::{escape, percent, quantity};
+use super::format::{escape, peak_force_label, percent, quantity};
 use crate::math::Vector3;
 use crate::output::summary::{DriverInterface, RunSummary};
 use crate::scene::{Dimension, Scene};
@@ -175,13 +175,13 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
             ("rebound speed", known(summary.rebound_velocity, "m/s")),
         ],
     };
+    let peak_force = peak_force_label(summary.force_window);
     let rest = [
         ("contact duration", known(summary.contact_duration, "s")),
-        ("peak force", quantity(summary.peak_force, "N") + per_thickness(scene)),
+        (&*peak_force, quantity(summary.peak_force, "N") + per_thickness(scene)),
     ];
     let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
-        let widens = summary.time_of_greatest_cavity == Some(summary.end_time);
-        let still = if widens { ", still widening" } else { "" };
+        let still = if summary.cavity_still_opening == Some(true) { ", still opening" } else { "" };
         let place = summary.wound.depth_of_greatest_cavity;
         let place = place.map_or(String::new(), |depth| format!(", {} deep", quantity(depth, "m")));
         [("temporary cavity", quantity(greatest, "m") + &place + still), ("cavity at the end", quantity(last, "m"))]

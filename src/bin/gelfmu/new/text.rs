@@ -70,6 +70,8 @@ fn header(shot: &Shot) -> String {
          \n[scene]\nname = \"{}\"\ntitle = \"{title}\"\ndimension = \"{dimension}\"\n\
          # {reason} After an exit the run ends earlier.\n\
          end_time = {end_time:?}\n\
+         # The run ends when projectile and cavity stand still; without this line it goes on to the end time.\n\
+         stop_at_rest = true\n\
          # The projectile flies about its radius in it.\n\
          communication_step = {:?}\n\
          # fidelity = \"draft\" # or coarse, standard, fine; or `gelfmu run FILE --fidelity draft`\n",

@@ -109,7 +109,8 @@ fn closed_loops(segments: &[SectionSegment]) -> Vec<Vec<Vector2<f64>>> {
 }
 
 /// Returns the area within a loop, m², positive if it runs counter-clockwise: around gel, and not around a void.
-pub(super) fn signed_area(points: &[Vector2<f64>]) -> f64 {
+#[must_use]
+pub fn signed_area(points: &[Vector2<f64>]) -> f64 {
     let ends = points.iter().zip(points.iter().cycle().skip(1));
     0.5 * ends.map(|(a, b)| a.perp(b)).sum::<f64>()
 }

@@ -3,7 +3,6 @@
 use super::cross_section::{CrossSection, SectionSegment, VoidWall, crosses_ray};
 use crate::math::Vector3;
 use crate::scene::{Dimension, GelSymmetry};
-use crate::simulation::MeshFrame;
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
@@ -19,20 +18,20 @@ struct SurfacePiece {
 
 /// Dimension and symmetry of the computed gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct GelSection {
+pub struct GelSection {
     /// Dimension of the scene.
-    pub(super) dimension: Dimension,
+    pub dimension: Dimension,
     /// Symmetry that reduces the computed part of the gel.
-    pub(super) symmetry: GelSymmetry,
+    pub symmetry: GelSymmetry,
 }
 
 /// Equally spaced depths below z = 0; the first depth is one interval.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct DepthGrid {
+pub struct DepthGrid {
     /// Number of depths.
-    pub(super) n: usize,
+    pub n: usize,
     /// Number of depths per metre.
-    pub(super) per_metre: f64,
+    pub per_metre: f64,
 }
 
 /// Vertical component of the unit normal that separates the back face from the cavity wall (45°). A wall with a
@@ -47,11 +46,20 @@ const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// direction across the line. In space the void is followed where a projectile that turned over has left the line: where
 /// gel lies on the line, the void is the one that overlaps the void above. The outer surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
 /// left out, up to the first void that ends at a cavity wall.
-pub(super) fn void_radii(gel: GelSection, frame: &MeshFrame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
+///
+/// `facets` are the corners of the surface, outward oriented; a plane or axisymmetric facet has two.
+#[must_use]
+pub fn void_radii(
+    gel: GelSection,
+    facets: impl Iterator<Item = [Vector3; 3]>,
+    line: &Vector3,
+    at: DepthGrid,
+) -> Vec<Option<f64>> {
+    let n_corners = if gel.dimension == Dimension::Spatial { 3 } else { 2 };
     let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
-    for nodes in &frame.cells.facets {
-        let corners = nodes.map(|node| frame.points[node as usize] - line);
-        add_intersections(&corners[..frame.dimension], line.z, at.per_metre, &mut depths);
+    for facet in facets {
+        let corners = facet.map(|corner| corner - line);
+        add_intersections(&corners[..n_corners], line.z, at.per_metre, &mut depths);
     }
     let mut above = None;
     let mut voids: Vec<Option<VoidOpening>> =
@@ -158,7 +166,6 @@ mod tests {
     use super::{DepthGrid, GelSection, PI, void_radii};
     use crate::math::Vector3;
     use crate::scene::{Dimension, GelSymmetry};
-    use crate::simulation::{FrameCells, MeshFrame};
 
     fn section(dimension: Dimension) -> GelSection {
         GelSection { dimension, symmetry: GelSymmetry::None }
@@ -169,28 +176,9 @@ mod tests {
         DepthGrid { n, per_metre: 1e3 }
     }
 
-    /// Returns a frame whose surface has these facets.
-    fn frame(dimension: usize, facets: &[&[[f64; 3]]]) -> MeshFrame {
-        let corners = facets.iter().flat_map(|facet| facet.iter().map(|corner| Vector3::from(*corner)));
-        let facet = |i: usize| [0, 1, 2 * (dimension - 2)].map(|k| (dimension * i + k) as u32);
-        MeshFrame {
-            time: 0.0,
-            dimension,
-            mass: 1.0,
-            points: corners.collect(),
-            velocities: vec![],
-            displacements: vec![],
-            cells: FrameCells {
-                nodes: vec![],
-                step: vec![],
-                jacobian: vec![],
-                energy_density: vec![],
-                damage: vec![],
-                facets: (0..facets.len()).map(facet).collect(),
-            },
-            fields: vec![],
-            bodies: vec![],
-        }
+    /// Returns the corners of facets as the gel has them: a third one that a flat facet does not use.
+    fn facets<const N: usize>(facets: &[[[f64; 3]; N]]) -> impl Iterator<Item = [Vector3; 3]> {
+        facets.iter().map(|facet| std::array::from_fn(|i| Vector3::from(facet[i.min(N - 1)])))
     }
 
     /// Returns a wall at x from above the entry down to a depth, m.
@@ -203,7 +191,7 @@ mod tests {
         let cone = [[0.004, 0.0, 0.0], [0.0, 0.0, -0.004]];
         let found = void_radii(
             section(Dimension::Axisymmetric),
-            &frame(2, &[&cone, &wall(0.01, 0.1)]),
+            facets(&[cone, wall(0.01, 0.1)]),
             &Vector3::zeros(),
             millimetres(5),
         );
@@ -215,13 +203,12 @@ mod tests {
     #[test]
     fn in_the_plane_it_is_half_of_what_is_open() {
         let walls = [wall(-0.02, 0.1), wall(-0.001, 0.0025), wall(0.006, 0.0025), wall(0.02, 0.1)];
-        let walls: Vec<&[[f64; 3]]> = walls.iter().map(|wall| &wall[..]).collect();
         let line = Vector3::new(0.002, 0.0, 0.01);
-        let found = void_radii(section(Dimension::Planar), &frame(2, &walls), &line, millimetres(4));
+        let found = void_radii(section(Dimension::Planar), facets(&walls), &line, millimetres(4));
         assert!((found[0].unwrap() - 0.0035).abs() < 1e-15, "{found:?}");
         assert_eq!((found[2], found[3]), (Some(0.0), Some(0.0)));
-        let sides = frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]);
-        let one_side = void_radii(section(Dimension::Planar), &sides, &line, millimetres(1));
+        let sides = facets(&[wall(0.02, 0.1), wall(0.03, 0.1)]);
+        let one_side = void_radii(section(Dimension::Planar), sides, &line, millimetres(1));
         assert_eq!(one_side, [None]);
     }
 
@@ -239,9 +226,8 @@ mod tests {
     fn in_space_it_is_the_circle_of_the_same_area() {
         let outer = shaft(0.02, 0.1).into_iter().map(|[p, q, r]| [q, p, r]);
         let surface: Vec<[[f64; 3]; 3]> = outer.chain(shaft(0.005, 0.0035)).collect();
-        let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
         let line = Vector3::new(0.001, 0.0005, 0.0);
-        let found = void_radii(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(4));
+        let found = void_radii(section(Dimension::Spatial), facets(&surface), &line, millimetres(4));
         for opening in &found[..3] {
             assert!((opening.unwrap() - (0.0001 / PI).sqrt()).abs() < 1e-15, "{found:?}");
         }
@@ -258,9 +244,8 @@ mod tests {
         let leaning = shaft(0.005, 0.0052).into_iter().map(below);
         let deeper = shaft(0.002, 0.003).into_iter().map(|facet| facet.map(|[x, y, z]| [x + 0.01, y, z - 0.0102]));
         let surface: Vec<[[f64; 3]; 3]> = outer.chain(upper).chain(leaning).chain(deeper).collect();
-        let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
         let line = Vector3::new(0.001, 0.0005, 0.0);
-        let found = void_radii(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(12));
+        let found = void_radii(section(Dimension::Spatial), facets(&surface), &line, millimetres(12));
         let whole = (0.0001 / PI).sqrt();
         assert!(found[..8].iter().all(|found| (found.unwrap() - whole).abs() < 1e-12), "{found:?}");
         assert_eq!(found[8..], [Some(0.0); 4], "{found:?}");
@@ -278,9 +263,7 @@ mod tests {
     #[test]
     fn what_is_open_below_the_back_face_is_no_cavity() {
         let open = |hole: &[[f64; 2]]| {
-            let facets = dished(hole);
-            let facets: Vec<&[[f64; 3]]> = facets.iter().map(|facet| &facet[..]).collect();
-            void_radii(section(Dimension::Axisymmetric), &frame(2, &facets), &Vector3::zeros(), millimetres(14))
+            void_radii(section(Dimension::Axisymmetric), facets(&dished(hole)), &Vector3::zeros(), millimetres(14))
         };
         // A straight hole: the back face around the hole, up to 48 mm off the line, is no part of the cavity wall.
         let found = open(&[[0.005, -0.0095]]);
@@ -303,10 +286,8 @@ mod tests {
             sides.flat_map(|ends| [wall(ends[0], ends[1]), back(ends[0], ends[1])]).collect()
         };
         let open = |symmetry: GelSymmetry, corners: &[[f64; 2]]| {
-            let walls = around(corners);
-            let facets: Vec<&[[f64; 3]]> = walls.iter().map(|facet| &facet[..]).collect();
             let gel = GelSection { dimension: Dimension::Spatial, symmetry };
-            void_radii(gel, &frame(3, &facets), &Vector3::zeros(), millimetres(5))
+            void_radii(gel, facets(&around(corners)), &Vector3::zeros(), millimetres(5))
         };
         let half = [[0.004, 0.0], [0.004, 0.006], [-0.004, 0.006], [-0.004, 0.0]];
         let whole = [&half[..], &[[-0.004, -0.006], [0.004, -0.006], [0.004, 0.0]]].concat();
