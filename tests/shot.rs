@@ -169,6 +169,7 @@ fn the_cavity_is_as_wide_as_the_bore() {
     assert!((figure("greatest_cavity_diameter") - 0.02).abs() < 1e-12);
     assert!((figure("time_of_greatest_cavity") - 0.8 * END).abs() < 1e-12);
     assert!((figure("final_cavity_diameter") - 0.017).abs() < 1e-12);
+    assert_eq!(summary["cavity_still_opening"], false);
     assert!((2.0 * BALL..=2.0 * BALL + 0.0011).contains(&figure("depth_of_greatest_cavity")));
     let course = summary["cavity_course"].as_array().unwrap();
     for point in course {
@@ -180,6 +181,19 @@ fn the_cavity_is_as_wide_as_the_bore() {
     for absent in ["time_of_cavity_collapse", "cavity_pulsation_diameter", "rest_depth", "time_of_rest"] {
         assert!(summary[absent].is_null(), "{absent}: {}", summary[absent]);
     }
+}
+
+#[test]
+fn a_cavity_that_grows_until_the_end_is_marked_as_still_opening() {
+    let (scene, folder, step) = (scene(), folder("opening"), 35);
+    let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
+    record(&mut recorder, &scene, 0..=step, 1.0);
+    let t = END * step as f64 / STEPS as f64;
+    let (last, frame) = (observation(&scene, t, 1.0), frame(&scene, t, 1.0));
+    recorder.conclude(&FinalState { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    assert_eq!(summary(&folder)["cavity_still_opening"], true);
+    let page = page_of(&folder);
+    assert!(page.contains(" deep, still opening</dd>"), "{page}");
 }
 
 #[test]

@@ -109,6 +109,15 @@ def test_a_notebook_shows_the_key_figures(deep):
     assert "temporary cavity" in page and deep.digest in page
 
 
+def test_the_caption_of_a_figure_names_what_it_depends_on(deep):
+    captions = list(deep.figures())
+    assert f"peak force, mean over {1e6 * deep.summary['force_window']:.4g} µs, N" in captions
+    assert any("still opening" in caption for caption in captions) == deep.summary["cavity_still_opening"]
+    deep.summary["cavity_still_opening"] = True
+    assert "temporary cavity, greatest diameter, still opening, mm" in deep.figures()
+    deep.__dict__.pop("summary")
+
+
 def test_a_report_is_made_afterwards_with_the_curve_of_a_laboratory(deep, tmp_path):
     assert not (deep.folder / "report.html").exists()
     assert "Compared with the laboratory" not in deep.report().read_text(encoding="utf-8")

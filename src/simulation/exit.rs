@@ -70,7 +70,7 @@ impl Simulation {
     pub(super) fn look(&mut self) {
         let has_left = self.exit(0).is_some();
         if has_left || self.constants.end_rules.stops_at_rest {
-            let (time, depth, diameter) = (self.time, self.depth(0), self.cavity_diameter());
+            let (time, depth, diameter) = (self.time, self.depth_in_block(), self.cavity_diameter());
             self.watch.add(EndSample { time, depth, diameter, has_left, may_rest: self.may_rest() });
             self.apply_watch();
         }

@@ -13,6 +13,7 @@ fn thin_scene() -> String {
     let changes = [
         "scene.end_time=1e-3",
         "scene.stop_after_exit=5e-5",
+        "scene.await_cavity=false",
         "gel.shape.cylinder={radius=0.03,height=0.012}",
         "gel.supports.z_min=free",
         "mesh.size=7e-4",

@@ -248,6 +248,18 @@ mod tests {
     }
 
     #[test]
+    fn a_peak_force_names_its_window_and_a_cavity_that_grows_says_so() {
+        let summary = json!({
+            "peak_force": 133.0, "force_window": 24e-6, "ended_by": "rest", "completed": true,
+            "greatest_cavity_diameter": 0.0954, "cavity_still_opening": true,
+        });
+        let text = describe(&summary, Path::new("nowhere"));
+        assert!(text.contains("peak force, mean over 24 µs") && text.contains("133.0 N"), "{text}");
+        assert!(text.contains("95.400 mm wide") && text.contains("still opening"), "{text}");
+        assert!(text.contains("reached, with the projectile at rest, at"), "{text}");
+    }
+
+    #[test]
     fn a_projectile_that_perforated_the_gel_left_at_the_back() {
         let summary = json!({
             "completed": true, "ended_by": "exit", "end_time": 4e-3, "perforated": true, "contact_duration": 2e-3,

@@ -119,6 +119,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_label_of_a_peak_force_names_its_window() {
+        let windows = [24e-6, 24.35e-6, 1e-4, 0.0].map(|window| peak_force_label(window));
+        let expected = ["24 µs", "24.35 µs", "100 µs", "0 s"].map(|width| format!("peak force, mean over {width}"));
+        assert_eq!(windows, expected);
+    }
+
+    #[test]
     fn quantities_carry_the_prefix_that_suits_them() {
         assert_eq!(quantity(0.01405, "m"), "14.05 mm");
         assert_eq!(quantity(1e-3, "s"), "1.000 ms");
