@@ -78,16 +78,16 @@ fn files_without_end_are_refused_at_once() {
         fs::File::create(at("huge.stl")).unwrap().set_len(1 << 37).unwrap();
         let set = format!("projectile.shape={{stl={{file=\"{file}\", scale=1e-3}}}}");
         refused(&gelfmu(folder.path(), &["check", "sphere-block", "--set", &set]), &[file, words]);
-        let trade = ["trade", "ball-square", "--set", "mesh.size=1e-2", "--with", file, "--out", "curve"];
-        if file != "huge.stl" {
-            continue;
+        for (command, option) in [
+            (["trade", "ball-square"].as_slice(), "--with"),
+            (&["run", "sphere-block"], "--measured"),
+            (&["calibrate"], "--shots"),
+        ] {
+            let said = gelfmu(folder.path(), &[command, &[option, file, "--quiet"]].concat());
+            refused(&said, &[&format!("{option} {file}"), words]);
         }
-        let said = gelfmu(
-            folder.path(),
-            &[trade.as_slice(), &["--set=scene.end_time=4e-5", "--only=cfl", "--finer=1"]].concat(),
-        );
-        refused(&said, &["--with huge.stl", "137438953472 bytes"]);
     }
+    assert!(!at("gelfmu-out").exists(), "refused before anything is computed");
     assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
 }
 
@@ -147,6 +147,21 @@ fn a_limit_of_file_sizes_is_an_error_in_words() {
     assert_eq!(said.status.code(), Some(1), "{} {}", said.status, err(&said));
     assert!(err(&said).contains("cannot write out/history.csv: File too large"), "{}", err(&said));
     assert!(fs::read_to_string(folder.path().join("out/gelfmu.jsonl")).unwrap().ends_with("{\"state\":\"failed\"}\n"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_nothing_of_a_new_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let new = ["new", "--projectile", "bb", "--out", "bb.toml"];
+    let mut limited = Command::new("bash");
+    limited.args(["-c", "ulimit -f 1; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_gelfmu")]).args(new);
+    let said = limited.current_dir(folder.path()).output().unwrap();
+    assert_eq!(said.status.code(), Some(1), "{}", err(&said));
+    assert!(err(&said).contains("cannot write bb.toml: File too large"), "{}", err(&said));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    assert_eq!(gelfmu(folder.path(), &new).status.code(), Some(0), "the repeat");
+    refused(&gelfmu(folder.path(), &new), &["--out bb.toml: found a file of this name, which is not replaced"]);
 }
 
 #[test]

@@ -54,9 +54,11 @@ fn measured_curves_stand_in_summary_and_report() {
 fn an_unreadable_table_is_refused_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("bad.csv"), "time_s,velocity\n0,1\n1,fast\n").unwrap();
+    fs::write(folder.path().join("huge.csv"), "time_s,force_kN\n0,1e308\n").unwrap();
     let refusals = [
         ("none.csv", "found no readable file"),
         ("bad.csv", "line 3: column `velocity`: found \"fast\", expected a number with a decimal point"),
+        ("huge.csv", "line 2: column `force_kN`: found \"1e308\", expected a number that is finite in N"),
     ];
     for (file, words) in refusals {
         let said = run_with(folder.path(), &["--measured", file]);
@@ -82,6 +84,17 @@ fn a_film_is_a_gif_or_without_ffmpeg_left_as_pictures() {
     let picture = fs::read(folder.path().join("shot.frames/00002.png")).unwrap();
     assert!(picture.starts_with(b"\x89PNG"));
     assert!(err(&film()).contains("expected a new name, or --force"), "an earlier film stays");
+    let scene = folder.path().join("shot/scene.toml");
+    let own = fs::read_to_string(&scene).unwrap();
+    fs::write(&scene, own.replacen("title = \"", "title = \"Mine: ", 1)).unwrap();
+    assert_eq!(gelfmu(folder.path(), &["movie", "shot", "--force"]).status.code(), Some(0), "another title");
+    fs::write(&scene, own.replacen("-179.8]", "-150.0]", 1)).unwrap();
+    for (command, code) in [(["movie", "shot", "--force"].as_slice(), 2), (&["report", "shot"], 1)] {
+        let said = gelfmu(folder.path(), command);
+        assert_eq!(said.status.code(), Some(code), "{}", err(&said));
+        let words = "shot/scene.toml: found another scene (fbi-bb) than that of these results, expected the file as the run wrote";
+        assert!(err(&said).contains(words), "{}", err(&said));
+    }
     let said = gelfmu(folder.path(), &["movie", "nothing"]);
     assert_eq!(said.status.code(), Some(2));
     assert!(err(&said).contains("found no scene.toml in nothing, expected a folder written by gelfmu run"));
@@ -110,6 +123,12 @@ fn a_report_is_made_of_the_files_of_a_run_and_with_a_laboratorys_curve_afterward
     let summary: Value =
         serde_json::from_slice(&fs::read(place("shot/summary.json")).unwrap()).expect("one key for the comparison");
     assert_eq!(summary["measured"]["curves"].as_array().map(Vec::len), Some(1));
+    // A tool that sorts the keys leaves `measured` among the others.
+    fs::write(place("shot/summary.json"), format!("{summary:#}")).unwrap();
+    assert!(gelfmu(folder.path(), &["report", "shot", "--measured", "lab.csv"]).status.success());
+    let again: Value = serde_json::from_slice(&fs::read(place("shot/summary.json")).unwrap()).unwrap();
+    assert_eq!(again, summary);
+    assert!(gelfmu(folder.path(), &["report", "shot"]).status.success());
 
     let said = gelfmu(folder.path(), &["report", "nowhere"]);
     assert_eq!(said.status.code(), Some(2));

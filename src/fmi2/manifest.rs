@@ -5,7 +5,7 @@
 //! GUID and therefore never confuse two archives. The library never reads `modelDescription.xml`, because importers
 //! may rewrite it.
 
-use super::reading::{MOST_FILE_BYTES, read_limited};
+use crate::output::{MOST_FILE_BYTES, read_limited};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;

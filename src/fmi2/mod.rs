@@ -17,7 +17,6 @@ mod memory;
 mod model;
 mod parameters;
 mod ports;
-mod reading;
 mod recording;
 mod scalar;
 mod snapshot;
@@ -39,7 +38,6 @@ pub use memory::{
 };
 pub use parameters::most_threads;
 pub use ports::VariablePorts;
-pub use reading::{read_limited_text, read_scene_text, scene_file_reader};
 pub use recording::instance_folder_name;
 pub use scalar::{ScalarVariable, table_of};
 pub use status::CallStatus;

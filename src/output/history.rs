@@ -1,6 +1,8 @@
 //! `history.csv`: one row per communication step, complete on disk after each row.
 
 use super::files::{OutputError, format_cell, parse_cell, with_path};
+#[cfg(feature = "cli")]
+use super::reading::{MOST_RESULT_BYTES, read_limited_text};
 use crate::scene::Scene;
 use crate::simulation::{BodyReport, Observation, SensorReport};
 use std::fs::{File, OpenOptions};
@@ -242,7 +244,7 @@ impl HistoryFile {
 /// Reads at most `limit` rows of the history of a scene, evenly spaced by number, the last row included.
 #[cfg(feature = "cli")]
 pub(super) fn read_thinned(path: &Path, scene: &Scene, limit: usize) -> io::Result<Vec<HistoryRow>> {
-    let text = std::fs::read_to_string(path)?;
+    let text = read_limited_text(path, MOST_RESULT_BYTES)?;
     let columns = column_names(scene.fragment.len(), scene.sensor.len()).split(',').count();
     let lines: Vec<&str> = text.lines().skip(1).collect();
     let (stride, last) = (lines.len().div_ceil(limit).max(1), lines.len().saturating_sub(1));

@@ -14,12 +14,14 @@ mod penetration;
 #[cfg(feature = "cli")]
 mod picture;
 mod placeholder;
+mod reading;
 #[cfg(feature = "cli")]
 mod remesh_pictures;
 #[cfg(feature = "cli")]
 mod report;
 #[cfg(feature = "cli")]
 mod saved_run;
+mod scene_digest;
 mod sensors;
 mod summary;
 #[cfg(feature = "cli")]
@@ -27,7 +29,7 @@ mod view;
 mod vtu;
 mod wound;
 
-use crate::scene::{Dimension, FidelityLevels, Scene};
+use crate::scene::{Dimension, FidelityKind, FidelityLevels, Scene};
 use crate::simulation::{MeshFrame, Observation, Simulation};
 use std::path::Path;
 
@@ -38,6 +40,8 @@ pub use movie::movie_pictures;
 pub use penetration::{CavityCoursePoint, CavityGauge};
 #[cfg(feature = "cli")]
 pub use picture::{OpaquePicture, model_picture};
+pub(crate) use reading::{MOST_FILE_BYTES, read_limited};
+pub use reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited_text, read_scene_text, scene_file_reader};
 #[cfg(feature = "cli")]
 pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
 #[cfg(feature = "cli")]
@@ -53,6 +57,7 @@ pub use wound::WoundFigures;
 use frames::FrameSeries;
 use history::HistoryFile;
 use penetration::{CavityProfile, PenetrationRecord, PermanentTrack, ShotLine};
+use scene_digest::scene_digest;
 use summary::RunInfo;
 
 /// Recorder of one run: writes the result folder while the run advances.
@@ -63,6 +68,8 @@ use summary::RunInfo;
 pub struct RunRecorder {
     folder: ResultFolder,
     run: RunInfo,
+    /// Digest of the scene, for the manifest of the folder.
+    scene_digest: String,
     history: HistoryFile,
     frames: FrameSeries,
     /// Shot line of the projectile; absent before the first record, and in a scene without a shot.
@@ -92,10 +99,11 @@ pub fn result_names(scene: &Scene) -> Vec<String> {
     [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::frame_file_names(scene)).collect()
 }
 
-/// Returns the text of a scene whose file no command has written. Its values are those of the run, so its level has
-/// nothing left to set.
+/// Returns the text of a scene whose file no command has written. Its values are those of the run, so it is `standard`
+/// and its levels have nothing left to set.
 fn scene_text(scene: &Scene) -> String {
     let mut scene = scene.clone();
+    scene.scene.fidelity = FidelityKind::Standard;
     let FidelityLevels { draft, coarse, standard, fine, reference } = &mut scene.fidelity;
     [draft, coarse, standard, fine, reference].into_iter().flatten().for_each(|level| level.set.clear());
     let text = toml::to_string(&scene).expect("a scene consists of tables, numbers and text");
@@ -134,6 +142,7 @@ impl RunRecorder {
         }
         Ok(Self {
             run: RunInfo::start(scene, interface, threads),
+            scene_digest: scene_digest(scene),
             history: HistoryFile::create(&history, scene)?,
             frames: FrameSeries::create(&mut folder, scene)?,
             shot_line: None,
@@ -176,6 +185,7 @@ impl RunRecorder {
     /// Moves the first results to their final place in the folder.
     fn begin_results(&mut self) -> Result<(), OutputError> {
         self.folder.begin()?;
+        self.folder.record_scene(&self.scene_digest)?;
         self.history.set_path(self.folder.place(HISTORY));
         Ok(())
     }
@@ -274,7 +284,7 @@ impl RunRecorder {
 
 #[cfg(test)]
 mod tests {
-    use super::scene_text;
+    use super::{scene_digest, scene_text};
     use crate::scene;
 
     #[test]
@@ -284,7 +294,22 @@ mod tests {
             run.mesh.size *= 1.5;
             let again = scene::read(&scene_text(&run)).unwrap_or_else(|error| panic!("{name}: {error}"));
             assert_eq!(again.mesh, run.mesh, "{name}");
+            assert_eq!(scene_digest(&again), scene_digest(&run), "{name}");
             assert_eq!((again.gel, again.projectile), (run.gel, run.projectile), "{name}");
         }
+    }
+
+    #[test]
+    fn the_digest_of_a_scene_is_that_of_its_values_also_at_a_level() {
+        let text = scene::builtin("sphere-block").unwrap();
+        let read = |set: &str| scene::read(&scene::resolve(text, &[set.parse().unwrap()]).unwrap()).unwrap();
+        let run = read("scene.fidelity=draft");
+        let again = scene::read(&scene_text(&run)).expect("the scene of a run at a level is one that can be read");
+        assert_eq!(again.mesh, run.mesh);
+        let [own, written, standard, titled, faster] =
+            [run, again, scene::read(text).unwrap(), read("scene.title=mine"), read("projectile.velocity=[0, 0, -7]")]
+                .map(|scene| scene_digest(&scene));
+        assert!(own == written && own != standard);
+        assert!(titled == standard && faster != standard);
     }
 }

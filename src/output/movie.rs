@@ -14,7 +14,7 @@ const MOVIE_SIZE: [usize; 2] = [960, 800];
 /// # Errors
 /// [`SavedRunError`] if a file is missing or is not one of a run.
 pub fn movie_pictures(folder: &Path, scene: &Scene) -> Result<Vec<OpaquePicture>, SavedRunError> {
-    let run = SavedRun { folder, scene };
+    let run = SavedRun::open(folder, scene)?;
     let mut camera: Option<Camera> = None;
     let picture = |frame| {
         let frame = frame?;

@@ -31,6 +31,7 @@ mod source;
 mod summary;
 mod through_fmu;
 mod trade;
+mod user_table;
 mod validate;
 
 use clap::{CommandFactory, FromArgMatches};

@@ -73,12 +73,27 @@ fn is_foreign_file(file: &Path) -> bool {
 pub fn replace(file: &Path, bytes: &[u8]) -> Result<(), RunError> {
     // A link stays; its target is replaced.
     let place = fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf());
-    let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(&place);
     let written = |path: &Path, source: io::Error| RunError::File { verb: "write", path: path.to_path_buf(), source };
     fs::create_dir_all(folder).map_err(|error| written(folder, error))?;
-    let made = create_part_file(folder).and_then(|mut whole| whole.write_all(bytes).map(|()| whole));
-    let whole = made.map_err(|error| written(file, error))?;
+    let whole = write_part_file(folder, bytes).map_err(|error| written(file, error))?;
     whole.persist(&place).map(drop).map_err(|error| written(file, error.error))
+}
+
+/// Creates a file that does not exist, whole or not at all: a full disk leaves nothing of it.
+pub fn create(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    let whole = write_part_file(folder_of(file), bytes)?;
+    whole.as_file().sync_all()?;
+    whole.persist_noclobber(file).map(drop).map_err(|error| error.error)
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Writes a temporary file; it is removed unless it is given its name.
+fn write_part_file(folder: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
+    create_part_file(folder).and_then(|mut whole| whole.as_file_mut().write_all(bytes).map(|()| whole))
 }
 
 /// Creates a temporary file with the permissions of any new file; an unfinished one is removed.
@@ -102,6 +117,16 @@ mod tests {
         replace(&file, b"PK\x03\x04 two").unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"PK\x03\x04 two");
         assert_eq!(fs::read_dir(file.parent().unwrap()).unwrap().count(), 1, "nothing is left beside it");
+    }
+
+    #[test]
+    fn a_new_file_takes_the_place_of_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.toml");
+        create(&file, b"one").unwrap();
+        assert_eq!(create(&file, b"two").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(fs::read(&file).unwrap(), b"one");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
     }
 
     #[test]

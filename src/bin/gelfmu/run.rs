@@ -61,7 +61,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     } else if let Some(table) = &measured {
         console.notes(&measured::compare(table, &job.folder)?.residuals);
     }
-    let summary = SummaryFile::read(&job.folder)?;
+    let summary = PrintedSummary::read(&job.folder)?;
     console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.folder));
     let doubts = summary.value["doubts"].as_array();
     doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
@@ -133,17 +133,17 @@ fn run_with_progress(
     Ok(ending?)
 }
 
-/// Content of `summary.json`.
-struct SummaryFile {
+/// Text of `summary.json`, and its value.
+struct PrintedSummary {
     text: String,
     value: serde_json::Value,
 }
 
-impl SummaryFile {
+impl PrintedSummary {
     fn read(folder: &Path) -> Result<Self, RunError> {
         let path: PathBuf = folder.join("summary.json");
-        let read =
-            std::fs::read_to_string(&path).and_then(|text| Ok(Self { value: serde_json::from_str(&text)?, text }));
+        let text = output::read_limited_text(&path, output::MOST_TABLE_BYTES);
+        let read = text.and_then(|text| Ok(Self { value: serde_json::from_str(&text)?, text }));
         read.map_err(|source| RunError::File { verb: "read", path, source })
     }
 }

@@ -1,7 +1,7 @@
 //! Loading of scenes: built-in scenes and scene files, with overrides.
 
 use crate::failure::CommandError;
-use ballistic_gel::fmi2;
+use ballistic_gel::output;
 use ballistic_gel::scene::{self, OverriddenScene, Override, OverrideError, Scene};
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ pub struct SceneSource {
 fn read_original(name: &str) -> Result<String, CommandError> {
     match scene::builtin(name) {
         Some(text) => Ok(text.to_owned()),
-        None => fmi2::read_scene_text(Path::new(name)).map_err(|error| unreadable_scene(name, &error)),
+        None => output::read_scene_text(Path::new(name)).map_err(|error| unreadable_scene(name, &error)),
     }
 }
 
@@ -28,7 +28,7 @@ fn read_original(name: &str) -> Result<String, CommandError> {
 pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let original = read_original(name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    match scene::read_with(&original, overrides, &fmi2::scene_file_reader(folder)) {
+    match scene::read_with(&original, overrides, &output::scene_file_reader(folder)) {
         Ok(OverriddenScene { text, scene }) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
         Err(OverrideError { overrides, error }) => {
             Err(CommandError::Scene { place: describe_place(name, &overrides), error })
@@ -41,15 +41,15 @@ pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, C
     let source = load(name, overrides)?;
     let bad_input = |error| CommandError::Scene { place: describe_place(name, &[]), error: Box::new(error) };
     let text = scene::rebase_scene(&read_original(name)?, overrides).map_err(bad_input)?;
-    let scene = scene::read_with_files(&text, &fmi2::scene_file_reader(&source.folder)).map_err(bad_input)?;
+    let scene = scene::read_with_files(&text, &output::scene_file_reader(&source.folder)).map_err(bad_input)?;
     Ok(SceneSource { text, scene, ..source })
 }
 
 /// Loads a scene file whose relative file names start from a given folder.
 pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, CommandError> {
     let name = path.display().to_string();
-    let text = fmi2::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
-    let read = scene::read_with_files(&text, &fmi2::scene_file_reader(folder));
+    let text = output::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
+    let read = scene::read_with_files(&text, &output::scene_file_reader(folder));
     read.map_err(|error| CommandError::Scene { place: describe_place(&name, &[]), error: Box::new(error) })
 }
 

@@ -1,5 +1,6 @@
 //! `gelfmu.jsonl`: manifest and lock of a result folder. The manifest is a journal with one JSON object per line.
 
+use crate::output::reading::expect_regular;
 use same_file::Handle;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -56,6 +57,9 @@ struct JournalLine {
     /// File no longer listed.
     #[serde(skip_serializing_if = "Option::is_none")]
     removed: Option<String>,
+    /// Digest of the scene of the results from now on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<String>,
 }
 
 /// Contents of a manifest.
@@ -69,6 +73,8 @@ pub(super) struct FolderContents {
     pub(super) process: Option<u32>,
     /// Listed files.
     pub(super) files: BTreeSet<String>,
+    /// Digest of the scene of the results.
+    pub(super) scene: Option<String>,
 }
 
 /// Open manifest; holds the lock, if acquired, until it is dropped.
@@ -133,7 +139,9 @@ impl FolderManifest {
     /// A manifest without a first line belongs to a process about to write it, or killed before; the call waits a
     /// moment for the line.
     pub(super) fn open(folder: &Path) -> Result<(Self, LockOutcome), JournalError> {
-        let file = OpenOptions::new().read(true).write(true).open(folder.join(MANIFEST))?;
+        let place = folder.join(MANIFEST);
+        expect_regular(&fs::metadata(&place)?)?;
+        let file = OpenOptions::new().read(true).write(true).open(place)?;
         let mut manifest = Self { file, contents: FolderContents::default() };
         let mut outcome = try_lock(&manifest.file);
         for attempt in 1..=LOCK_ATTEMPTS {
@@ -228,6 +236,16 @@ impl FolderManifest {
         Ok(())
     }
 
+    /// Records the digest of the scene of the results.
+    pub(super) fn record_scene(&mut self, digest: &str) -> io::Result<()> {
+        if self.contents.scene.as_deref() == Some(digest) {
+            return Ok(());
+        }
+        self.append(&JournalLine { scene: Some(digest.to_owned()), ..JournalLine::default() })?;
+        self.contents.scene = Some(digest.to_owned());
+        Ok(())
+    }
+
     /// Appends a line, whole or not at all.
     fn append(&mut self, line: &JournalLine) -> io::Result<()> {
         let text = serde_json::to_string(line)? + "\n";
@@ -267,6 +285,7 @@ impl FolderContents {
         if let Some(removed) = line.removed {
             self.files.remove(&removed);
         }
+        self.scene = line.scene.or(self.scene.take());
         Some(())
     }
 
@@ -278,9 +297,16 @@ impl FolderContents {
 
 /// Returns true if this process has claimed the folder for its FMU, to replace an earlier run.
 pub(super) fn is_staging_handed_over(folder: &Path) -> bool {
-    let Ok(file) = File::open(folder.join(STAGING).join(MANIFEST)) else { return false };
-    let mut manifest = FolderManifest { file, contents: FolderContents::default() };
-    manifest.read().is_ok() && manifest.contents.is_handed_over()
+    read_contents(&folder.join(STAGING)).is_ok_and(|contents| contents.is_handed_over())
+}
+
+/// Reads the manifest of a folder without its lock.
+pub(super) fn read_contents(folder: &Path) -> Result<FolderContents, JournalError> {
+    let place = folder.join(MANIFEST);
+    expect_regular(&fs::metadata(&place)?)?;
+    let mut manifest = FolderManifest { file: File::open(place)?, contents: FolderContents::default() };
+    manifest.read()?;
+    Ok(manifest.contents)
 }
 
 /// Returns true if a name stays inside the folder.
@@ -337,6 +363,17 @@ mod tests {
         ] {
             assert!(matches!(journal(&text), Err(JournalError::Line(found)) if found == line), "{text}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_manifest_without_end_is_refused_before_it_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink("/dev/zero", folder.path().join(MANIFEST)).unwrap();
+        let refused =
+            |error| matches!(error, JournalError::Io(error) if error.to_string().contains("a device or a pipe"));
+        assert!(FolderManifest::open(folder.path()).is_err_and(refused));
+        assert!(read_contents(folder.path()).is_err_and(refused));
     }
 
     #[test]

@@ -243,6 +243,11 @@ impl ResultFolder {
         self.manifest.mark(state).map_err(with_path(&self.path.join(MANIFEST)))
     }
 
+    /// Records the digest of the scene of the results, which have begun.
+    pub(super) fn record_scene(&mut self, digest: &str) -> Result<(), OutputError> {
+        self.manifest.record_scene(digest).map_err(with_path(&self.path.join(MANIFEST)))
+    }
+
     /// Lets the FMU in this process adopt the claim. Before the first results of the FMU, dropping this claim
     /// restores the previous contents.
     ///
@@ -274,6 +279,19 @@ impl Drop for ResultFolder {
             }
             ClaimStage::Begun | ClaimStage::Adopted => {}
             ClaimStage::Fresh => self.withdraw(),
+        }
+    }
+}
+
+/// Reads the digest of the scene of the results in a folder; `None` if its manifest has none.
+#[cfg(feature = "cli")]
+pub(super) fn read_scene_digest(folder: &Path) -> io::Result<Option<String>> {
+    match manifest::read_contents(folder) {
+        Ok(contents) => Ok(contents.scene),
+        Err(JournalError::Io(error)) => Err(error),
+        Err(JournalError::Line(line)) => {
+            let found = format!("found line {line} that is none of a manifest, expected the manifest of a run");
+            Err(io::Error::new(io::ErrorKind::InvalidData, found))
         }
     }
 }

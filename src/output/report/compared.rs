@@ -90,10 +90,12 @@ impl ComparedCurve {
         };
         let residuals: Vec<CurvePoint> = self.measured.iter().filter_map(difference).collect();
         let greatest = residuals.iter().copied().reduce(|a, b| if b.value.abs() > a.value.abs() { b } else { a })?;
-        let square_sum: f64 = residuals.iter().map(|point| point.value * point.value).sum();
-        let rms = (square_sum / residuals.len() as f64).sqrt();
+        // Squares of a fraction of the greatest do not overflow.
+        let size = greatest.value.abs().max(f64::MIN_POSITIVE);
+        let square_sum: f64 = residuals.iter().map(|point| (point.value / size).powi(2)).sum();
+        let rms = size * (square_sum / residuals.len() as f64).sqrt();
         let scale = self.measured.iter().map(|point| point.value.abs()).fold(0.0, f64::max);
-        let in_percent = |value: f64| (scale > 0.0).then(|| 100.0 * value / scale);
+        let in_percent = |value: f64| (scale > 0.0).then(|| 100.0 * (value / scale));
         Some(CurveResidual {
             points: residuals.len(),
             outside: self.measured.len() - residuals.len(),
@@ -207,6 +209,8 @@ mod tests {
         assert!((residual.rms - 12.5f64.sqrt()).abs() < 1e-12 && (residual.greatest - 4.0).abs() < 1e-12);
         assert!(residual.greatest_at == 0.05 && (residual.greatest_percent.unwrap() - 400.0 / 103.0).abs() < 1e-12);
         assert_eq!(compared(&[[0.2, 1.0]]).residual(), None);
+        let huge = compared(&[[0.0, 1e305], [0.05, -1e305]]).residual().unwrap();
+        assert_eq!((huge.rms, huge.rms_percent), (1e305, Some(100.0)), "squares would overflow");
     }
 
     #[test]

@@ -57,7 +57,7 @@ struct ReportData {
 /// # Errors
 /// [`SavedRunError`] if a file is missing or is not one of a run.
 pub fn report_page(folder: &Path, scene: &Scene) -> Result<String, SavedRunError> {
-    let run = SavedRun { folder, scene };
+    let run = SavedRun::open(folder, scene)?;
     let summary = run.summary()?;
     let mut data =
         ReportData { rows: run.history(PLOT_POINTS)?, shot: run.shot(&summary)?, pictures: vec![], views: vec![] };

@@ -5,6 +5,7 @@ use super::table::CsvTable;
 use crate::contact::DomeMotion;
 use crate::math::{Vector, Vector3};
 use crate::mesh::{self, NodeId, Simplex};
+use crate::output::reading::MOST_RESULT_BYTES;
 use crate::scene::{OutputField, Scene};
 use crate::simulation::{BodyKinematics, BodyPose, FrameCells, FrameField, MeshFrame};
 
@@ -25,10 +26,18 @@ impl KnownBoundary {
     }
 }
 
-/// Reads a frame from the bytes of its grid file; `None` if it is not one of this crate.
-pub(super) fn read(bytes: &[u8], scene: &Scene, history: &CsvTable, boundary: &mut KnownBoundary) -> Option<MeshFrame> {
+/// Reads a frame from the bytes of its grid file.
+///
+/// # Errors
+/// The content found instead of a frame of this crate.
+pub(super) fn read(
+    bytes: &[u8],
+    scene: &Scene,
+    history: &CsvTable,
+    boundary: &mut KnownBoundary,
+) -> Result<MeshFrame, String> {
     let names: Vec<&str> = scene.output.fields.iter().map(|field| field.name()).collect();
-    Some(mesh_frame(grid::parse(bytes, &names)?, scene, history, boundary))
+    Ok(mesh_frame(grid::parse(bytes, &names, MOST_RESULT_BYTES)?, scene, history, boundary))
 }
 
 /// Returns the pose of the body whose columns begin with `prefix`.

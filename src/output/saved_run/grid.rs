@@ -2,6 +2,7 @@
 
 use crate::math::Vector3;
 use flate2::read::ZlibDecoder;
+use std::cell::Cell;
 use std::io::Read;
 
 /// Marker between the header of a file and its arrays.
@@ -29,13 +30,28 @@ pub(super) struct GelGrid {
 struct GridFile<'a> {
     header: String,
     arrays: &'a [u8],
+    /// Bytes that its arrays may still have when inflated; `None` once they had more.
+    left: Cell<Option<u64>>,
 }
 
-/// Parses a file of the gel with these fields; `None` if it is not one of this crate.
-pub(super) fn parse(bytes: &[u8], fields: &[&str]) -> Option<GelGrid> {
-    let start = bytes.windows(APPENDED.len()).position(|window| window == APPENDED)?;
+/// Parses a file of the gel with these fields, whose arrays have at most `most` bytes when inflated.
+///
+/// # Errors
+/// The content found instead of a file of this crate.
+pub(super) fn parse(bytes: &[u8], fields: &[&str], most: u64) -> Result<GelGrid, String> {
+    let no_grid = || "no grid of a gel".to_owned();
+    let start = bytes.windows(APPENDED.len()).position(|window| window == APPENDED).ok_or_else(no_grid)?;
     let header = String::from_utf8_lossy(&bytes[..start]).into_owned();
-    let file = GridFile { header, arrays: &bytes[start + APPENDED.len()..] };
+    let file = GridFile { header, arrays: &bytes[start + APPENDED.len()..], left: Cell::new(Some(most)) };
+    let grid = read_grid(&file, fields);
+    match file.left.get() {
+        Some(_) => grid.ok_or_else(no_grid),
+        None => Err(format!("arrays that inflate to more than {most} bytes")),
+    }
+}
+
+/// Reads the grid of a file; `None` if an array is missing, cut short or too long.
+fn read_grid(file: &GridFile, fields: &[&str]) -> Option<GelGrid> {
     let doubles = |name: &str| file.numbers(name, |bytes: [u8; 8]| f64::from_le_bytes(bytes));
     let floats = |name: &str| file.numbers(name, |bytes: [u8; 4]| f64::from(f32::from_le_bytes(bytes)));
     let nodes = file.numbers("connectivity", |bytes: [u8; 4]| u32::from_le_bytes(bytes))?;
@@ -84,26 +100,49 @@ impl GridFile<'_> {
     fn numbers_in<const N: usize, T>(&self, section: &str, name: &str, read: fn([u8; N]) -> T) -> Option<Vec<T>> {
         let rest = section.split_once(&format!("Name=\"{name}\""))?.1;
         let offset: usize = rest.split_once("offset=\"")?.1.split('"').next()?.parse().ok()?;
-        let bytes = inflate(self.arrays.get(offset..)?)?;
+        let bytes = self.inflate(self.arrays.get(offset..)?)?;
         Some(bytes.as_chunks::<N>().0.iter().map(|number| read(*number)).collect())
     }
-}
 
-/// Returns the bytes of a compressed array: the number of blocks, their size, that of a smaller last one, and the
-/// compressed size of each; then the blocks as zlib streams. `None` if it is cut short.
-fn inflate(array: &[u8]) -> Option<Vec<u8>> {
-    let (numbers, _) = array.as_chunks::<8>();
-    let number = |i: usize| Some(u64::from_le_bytes(*numbers.get(i)?) as usize);
-    let blocks = number(0)?;
-    let (mut bytes, mut rest) = (vec![], array.get(blocks.checked_add(3)?.checked_mul(8)?..)?);
-    for block in 0..blocks {
-        let (stream, after) = rest.split_at_checked(number(3 + block)?)?;
-        ZlibDecoder::new(stream).read_to_end(&mut bytes).ok()?;
-        rest = after;
+    /// Returns the bytes of a compressed array: the number of blocks, their size, that of a smaller last one, and the
+    /// compressed size of each; then the blocks as zlib streams. `None` if it is cut short, or longer than what is left.
+    fn inflate(&self, array: &[u8]) -> Option<Vec<u8>> {
+        let (numbers, _) = array.as_chunks::<8>();
+        let number = |i: usize| Some(u64::from_le_bytes(*numbers.get(i)?) as usize);
+        let blocks = number(0)?;
+        let (mut bytes, mut rest) = (vec![], array.get(blocks.checked_add(3)?.checked_mul(8)?..)?);
+        for block in 0..blocks {
+            let (stream, after) = rest.split_at_checked(number(3 + block)?)?;
+            let left = self.left.get()?;
+            let length = ZlibDecoder::new(stream).take(left + 1).read_to_end(&mut bytes).ok()?;
+            self.left.set(left.checked_sub(length as u64));
+            rest = after;
+        }
+        self.left.get().map(|_| bytes)
     }
-    Some(bytes)
 }
 
 fn vectors(numbers: &[f64]) -> Vec<Vector3> {
     numbers.as_chunks::<3>().0.iter().map(|vector| Vector3::from(*vector)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::{Compression, write::ZlibEncoder};
+    use std::io::Write;
+
+    #[test]
+    fn an_array_that_inflates_beyond_the_limit_is_refused_before_it_is_inflated() {
+        let mut encoder = ZlibEncoder::new(vec![], Compression::fast());
+        encoder.write_all(&vec![0; 1 << 20]).unwrap();
+        let stream = encoder.finish().unwrap();
+        assert!(stream.len() < 1 << 14);
+        let sizes = [1, 1 << 18, 0, stream.len() as u64].map(u64::to_le_bytes).concat();
+        let header = b"<DataArray Name=\"connectivity\" offset=\"0\"/>\n<AppendedData encoding=\"raw\">\n_".as_slice();
+        let file = [header, &sizes, &stream].concat();
+        let refused = |most| parse(&file, &[], most).err().unwrap();
+        assert_eq!(refused(1 << 16), "arrays that inflate to more than 65536 bytes");
+        assert_eq!(refused(1 << 20), "no grid of a gel", "the other arrays are missing");
+    }
 }

@@ -7,7 +7,11 @@ mod table;
 
 pub(super) use shot::{SavedShot, ShotPoint};
 
+use super::SCENE;
+use super::folder::read_scene_digest;
 use super::history::{self, HistoryRow};
+use super::reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited, read_limited_text};
+use super::scene_digest::scene_digest;
 use super::summary::RunSummary;
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
@@ -42,11 +46,25 @@ pub enum SavedRunError {
 /// Folder with the results of a run of this scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SavedRun<'a> {
-    pub(super) folder: &'a Path,
-    pub(super) scene: &'a Scene,
+    folder: &'a Path,
+    scene: &'a Scene,
 }
 
-impl SavedRun<'_> {
+impl<'a> SavedRun<'a> {
+    /// Opens a folder; another scene than that of its results is refused.
+    pub(super) fn open(folder: &'a Path, scene: &'a Scene) -> Result<Self, SavedRunError> {
+        let own = read_scene_digest(folder)
+            .map_err(|source| SavedRunError::Read { path: folder.join("gelfmu.jsonl"), source })?;
+        if own.is_some_and(|own| own != scene_digest(scene)) {
+            return Err(SavedRunError::Content {
+                path: folder.join(SCENE),
+                found: format!("another scene ({}) than that of these results", scene.scene.name),
+                expected: "the file as the run wrote it; put it back, or run the scene into a folder of its own",
+            });
+        }
+        Ok(Self { folder, scene })
+    }
+
     /// Reads `summary.json`.
     pub(super) fn summary(&self) -> Result<RunSummary, SavedRunError> {
         let path = self.folder.join("summary.json");
@@ -55,7 +73,7 @@ impl SavedRun<'_> {
             found: error.to_string(),
             expected: "the summary of a run of this release; run the scene again",
         };
-        serde_json::from_str(&read_text(&path)?).map_err(content)
+        serde_json::from_str(&read_text(&path, MOST_TABLE_BYTES)?).map_err(content)
     }
 
     /// Reads at most `limit` rows of `history.csv`, evenly spaced by number, the last row included.
@@ -83,13 +101,14 @@ impl SavedRun<'_> {
             (CsvTable::read(&self.folder.join("history.csv"))?, frame::KnownBoundary::default());
         Ok(numbers.map(move |number| {
             let path = self.frame_path(number);
-            let bytes = std::fs::read(&path).map_err(|source| SavedRunError::Read { path: path.clone(), source })?;
-            let content = || SavedRunError::Content {
+            let bytes = read_limited(&path, MOST_RESULT_BYTES)
+                .map_err(|source| SavedRunError::Read { path: path.clone(), source })?;
+            let content = |found| SavedRunError::Content {
                 path: path.clone(),
-                found: "no grid of a gel".to_owned(),
+                found,
                 expected: "a frame as gelfmu run writes it; run the scene again",
             };
-            frame::read(&bytes, self.scene, &history, &mut boundary).ok_or_else(content)
+            frame::read(&bytes, self.scene, &history, &mut boundary).map_err(content)
         }))
     }
 
@@ -98,6 +117,6 @@ impl SavedRun<'_> {
     }
 }
 
-fn read_text(path: &Path) -> Result<String, SavedRunError> {
-    std::fs::read_to_string(path).map_err(|source| SavedRunError::Read { path: path.to_path_buf(), source })
+fn read_text(path: &Path, most: u64) -> Result<String, SavedRunError> {
+    read_limited_text(path, most).map_err(|source| SavedRunError::Read { path: path.to_path_buf(), source })
 }

@@ -1,6 +1,7 @@
 //! Table of a run: a CSV file with values by the name of the column.
 
 use super::{SavedRunError, read_text};
+use crate::output::reading::MOST_RESULT_BYTES;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -14,7 +15,7 @@ pub(super) struct CsvTable {
 impl CsvTable {
     /// Reads a file; a cell that is no number gives NaN.
     pub(super) fn read(path: &Path) -> Result<Self, SavedRunError> {
-        let text = read_text(path)?;
+        let text = read_text(path, MOST_RESULT_BYTES)?;
         let mut lines = text.lines();
         let names = lines.next().unwrap_or_default().split(',');
         let columns = names.enumerate().map(|(i, name)| (name.to_owned(), i)).collect();

@@ -2,7 +2,7 @@
 
 use super::quantity::MeasuredQuantity;
 use crate::failure::RunError;
-use ballistic_gel::output::{CurveAbscissa, CurvePoint};
+use ballistic_gel::output::{CurveAbscissa, CurvePoint, MOST_RESULT_BYTES, read_limited_text};
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -44,7 +44,7 @@ fn read_columns(path: &Path) -> Result<ResultColumns, RunError> {
     if !path.exists() {
         return Ok(HashMap::new());
     }
-    let text = std::fs::read_to_string(path).map_err(failed)?;
+    let text = read_limited_text(path, MOST_RESULT_BYTES).map_err(failed)?;
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let names = reader.headers().map_err(|error| failed(error.into()))?.clone();
     let mut columns: Vec<Vec<f64>> = vec![vec![]; names.len()];

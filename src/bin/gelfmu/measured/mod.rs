@@ -2,16 +2,17 @@
 
 mod computed;
 mod quantity;
+mod summary_file;
 mod table;
 
 pub use table::{MeasuredTable, read};
 
 use crate::failure::RunError;
-use crate::results;
 use crate::rounding::rounded;
 use ballistic_gel::output::{ComparedCurve, insert_comparison};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::Path;
+use summary_file::SummaryFile;
 
 /// Comparison of a table with the results of a run.
 pub struct MeasuredComparison {
@@ -31,12 +32,10 @@ impl MeasuredComparison {
 
 /// Compares a table with the results in a folder, and writes the comparison into `summary.json`.
 pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<MeasuredComparison, RunError> {
-    let summary_file = folder.join("summary.json");
-    let text = read_file(&summary_file)?;
-    let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+    let mut summary = SummaryFile::read(folder)?;
     let (mut curves, mut notes, mut entries) = (vec![], table.notes.clone(), vec![]);
     for measured in &table.curves {
-        let computed = computed::curve(folder, &summary, measured.quantity, table.abscissa)?;
+        let computed = computed::curve(folder, &summary.value, measured.quantity, table.abscissa)?;
         let key = measured.quantity.key();
         if computed.is_empty() {
             let by = table.abscissa.name();
@@ -65,27 +64,11 @@ pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<MeasuredCompariso
         }));
         curves.push(curve);
     }
-    let measured = json!({ "file": table.file, "curves": entries, "unmatched": table.unmatched });
-    write_summary(&summary_file, &text, &measured)?;
+    summary.set("measured", &json!({ "file": table.file, "curves": entries, "unmatched": table.unmatched }));
+    summary.write()?;
     let compared = curves.iter().map(describe_residual);
     let residuals = compared.chain(notes[table.notes.len()..].iter().cloned()).collect();
     Ok(MeasuredComparison { file: table.file.clone(), curves, notes, residuals })
-}
-
-fn read_file(path: &Path) -> Result<String, RunError> {
-    let failed = |source| RunError::File { verb: "read", path: path.to_path_buf(), source };
-    std::fs::read_to_string(path).map_err(failed)
-}
-
-/// Last key of a summary with a comparison.
-const MEASURED_KEY: &str = ",\n  \"measured\": ";
-
-/// Writes the last key `measured` of `summary.json`, whose order of keys stays.
-fn write_summary(path: &Path, text: &str, measured: &Value) -> Result<(), RunError> {
-    let value = format!("{measured:#}").replace('\n', "\n  ");
-    let before = text.split_once(MEASURED_KEY).map(|(before, _)| before);
-    let body = before.unwrap_or_else(|| text.trim_end().trim_end_matches('}').trim_end());
-    results::replace(path, format!("{body}{MEASURED_KEY}{value}\n}}\n").as_bytes())
 }
 
 /// Describes the residual of a curve in one line.

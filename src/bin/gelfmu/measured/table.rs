@@ -2,8 +2,9 @@
 
 use super::quantity::{MatchedColumn, MeasuredQuantity, match_column};
 use crate::failure::CommandError;
+use crate::user_table::{TableRow, UserTable};
 use ballistic_gel::output::{CurveAbscissa, CurvePoint};
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::StringRecord;
 use std::path::Path;
 
 /// Measured values of one column against time or depth.
@@ -35,37 +36,28 @@ struct TableHeader {
 /// Reads the file of `--measured`.
 pub fn read(path: &Path) -> Result<MeasuredTable, CommandError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| {
+    let table = UserTable::read(path).map_err(|error| {
         CommandError::BadInput(format!("--measured {file}: found no readable file ({error}), expected a CSV file"))
     })?;
-    parse(&file, &text)
+    parse(&file, &table)
 }
 
-/// Parses the text of a file; a header with semicolons separates its cells by them.
-pub fn parse(file: &str, text: &str) -> Result<MeasuredTable, CommandError> {
+/// Parses a table.
+fn parse(file: &str, table: &UserTable) -> Result<MeasuredTable, CommandError> {
     let refuse = |line: u64, what: &str| CommandError::BadInput(format!("--measured {file}: line {line}: {what}"));
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
-    let delimiter = if first.contains(';') { b';' } else { b',' };
-    let mut builder = ReaderBuilder::new();
-    builder.trim(Trim::All).comment(Some(b'#')).delimiter(delimiter);
-    let mut reader = builder.from_reader(text.trim_start_matches('\u{feff}').as_bytes());
-    let broken = |error: &csv::Error| {
-        let line = error.position().map_or(1, csv::Position::line);
-        refuse(line, &format!("found no row of the table ({error}), expected as many cells as names of columns"))
-    };
-    let header = TableHeader::of(reader.headers().map_err(|error| broken(&error))?);
-    let abscissa = header.abscissa().map_err(|what| refuse(1, &what))?;
+    let rows = table.rows().map_err(|fault| refuse(fault.line, &fault.what))?;
+    let (line, header) = rows.first().map_or((1, StringRecord::new()), |header| (header.line, header.cells.clone()));
+    let header = TableHeader::of(&header);
+    let abscissa = header.abscissa().map_err(|what| refuse(line, &what))?;
     let mut points: Vec<Vec<CurvePoint>> = vec![vec![]; header.names.len()];
-    for record in reader.records() {
-        let record = record.map_err(|error| broken(&error))?;
-        let line = record.position().map_or(1, csv::Position::line);
-        let values = header.values(&record).map_err(|what| refuse(line, &what))?;
+    for TableRow { line, cells } in rows.iter().skip(1) {
+        let values = header.values(table, cells).map_err(|what| refuse(*line, &what))?;
         let Some(at) = values[abscissa] else { continue };
         for (values, points) in values.iter().zip(&mut points) {
             points.extend(values.map(|value| CurvePoint { at, value }));
         }
     }
-    header.table(file, abscissa, points).map_err(|what| refuse(1, &what))
+    header.curves(file, abscissa, points).map_err(|what| refuse(line, &what))
 }
 
 impl TableHeader {
@@ -91,22 +83,22 @@ impl TableHeader {
     }
 
     /// Returns the values of a record, SI units; an empty cell has none.
-    fn values(&self, record: &StringRecord) -> Result<Vec<Option<f64>>, String> {
+    fn values(&self, table: &UserTable, record: &StringRecord) -> Result<Vec<Option<f64>>, String> {
         let value = |(i, cell): (usize, &str)| {
             let Some(column) = self.columns[i].as_ref().filter(|_| !cell.is_empty()) else { return Ok(None) };
-            match cell.parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(Some(value * column.factor)),
-                _ => Err(format!(
-                    "column `{}`: found {cell:?}, expected a number with a decimal point, or an empty cell",
-                    self.names[i]
-                )),
-            }
+            let refuse = |expected: &str| {
+                format!("column `{}`: found {cell:?}, expected {expected}, or an empty cell", self.names[i])
+            };
+            let number = table.number(cell).map_err(|form| refuse(&format!("a number {form}")))?;
+            let value = Some(number * column.factor).filter(|value| value.is_finite());
+            let finite = || refuse(&format!("a number that is finite in {}", column.quantity.si_unit()));
+            value.ok_or_else(finite).map(Some)
         };
         record.iter().enumerate().map(value).collect()
     }
 
     /// Returns the curves of the columns beside the abscissa.
-    fn table(&self, file: &str, abscissa: usize, points: Vec<Vec<CurvePoint>>) -> Result<MeasuredTable, String> {
+    fn curves(&self, file: &str, abscissa: usize, points: Vec<Vec<CurvePoint>>) -> Result<MeasuredTable, String> {
         let by =
             if self.position(MeasuredQuantity::Time).is_some() { CurveAbscissa::Time } else { CurveAbscissa::Depth };
         let mut table =
@@ -144,14 +136,17 @@ impl TableHeader {
 mod tests {
     use super::*;
 
+    fn parse_text(text: &str) -> Result<MeasuredTable, CommandError> {
+        parse("lab.csv", &UserTable::of(text))
+    }
+
     fn refusal(text: &str) -> String {
-        parse("lab.csv", text).unwrap_err().to_string()
+        parse_text(text).unwrap_err().to_string()
     }
 
     #[test]
     fn a_table_gives_its_curves_in_si_units() {
-        let table =
-            parse("lab.csv", "# range 3\ndepth_mm,velocity_m_per_s,camera\n10,150,a\n20,,b\n30,90,c\n").unwrap();
+        let table = parse_text("# range 3\ndepth_mm,velocity_m_per_s,camera\n10,150,a\n20,,b\n30,90,c\n").unwrap();
         assert_eq!(
             (table.abscissa, table.unmatched.as_slice()),
             (CurveAbscissa::Depth, ["camera".to_owned()].as_slice())
@@ -159,22 +154,31 @@ mod tests {
         let points: Vec<[f64; 2]> = table.curves[0].points.iter().map(|point| [point.at, point.value]).collect();
         assert_eq!(points, [[0.01, 150.0], [0.03, 90.0]]);
         assert!(table.notes[2].contains("camera: not matched"));
-        let german = parse("lab.csv", "time_ms;depth_cm\n1;5\n").unwrap();
-        assert_eq!((german.abscissa, german.curves[0].points[0].value), (CurveAbscissa::Time, 0.05));
+        let german = parse_text("time_ms;depth_cm\n1,5;5\n").unwrap();
+        assert_eq!(german.curves[0].points, [CurvePoint { at: 1.5e-3, value: 0.05 }]);
     }
 
     #[test]
     fn a_bad_table_is_refused_with_line_and_remedy() {
-        let comma = refusal("time_ms;velocity_m_per_s\n1;150\n2;1,5\n");
-        assert!(comma.starts_with("--measured lab.csv: line 3: column `velocity_m_per_s`: found \"1,5\""), "{comma}");
-        assert!(comma.contains("expected a number with a decimal point"), "{comma}");
+        let mixed = refusal("time_ms;velocity_m_per_s\n1.5;150\n2;1,5\n");
+        assert!(mixed.starts_with("--measured lab.csv: line 3: column `velocity_m_per_s`: found \"1,5\""), "{mixed}");
+        assert!(mixed.contains("expected a number with a decimal point, as others of the table"), "{mixed}");
         let short = refusal("time,velocity\n1\n");
-        assert!(short.contains("line 2: found no row of the table"), "{short}");
+        assert!(short.contains("line 2: found 1 cells, expected 2, as in the header"), "{short}");
         assert!(refusal("a,b\n1,2\n").contains("line 1: found the columns a, b, expected one named time or depth"));
         assert!(
             refusal("time,b\n1,2\n")
                 .contains("expected beside time a column with values, named with its unit: one of depth (m, cm,")
         );
         assert!(refusal("").contains("expected one named time or depth"));
+    }
+
+    #[test]
+    fn a_value_is_checked_after_its_unit() {
+        let refused = refusal("time_ms,force_kN\n1,2\n2,1e308\n");
+        assert!(
+            refused.contains("line 3: column `force_kN`: found \"1e308\", expected a number that is finite in N"),
+            "{refused}"
+        );
     }
 }

@@ -15,11 +15,11 @@ pub use text::scene_text;
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
 use crate::level;
+use crate::results;
 use ballistic_gel::scene;
 use level_errors::ShotIdentity;
 use serde_json::json;
-use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Prints the scene of a shot, or writes it to a file that does not exist.
@@ -62,15 +62,15 @@ fn doubts_of(text: &str) -> Result<Vec<String>, CommandError> {
 }
 
 fn write_new(path: &Path, text: &str) -> Result<(), CommandError> {
-    let mut file = File::create_new(path).map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => CommandError::BadInput(format!(
-            "--out {}: found a file of this name, which is not replaced; expected a new name",
-            path.display()
-        )),
-        _ => CommandError::BadInput(format!("--out {}: {error}, expected a file that can be written", path.display())),
-    })?;
-    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-    written.map_err(|source| RunError::File { verb: "write", path: path.to_path_buf(), source }.into())
+    let refuse = |why: &str| CommandError::BadInput(format!("--out {}: {why}", path.display()));
+    results::create(path, text.as_bytes()).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => refuse("found a file of this name, which is not replaced; expected a new name"),
+        ErrorKind::NotFound
+        | ErrorKind::NotADirectory
+        | ErrorKind::PermissionDenied
+        | ErrorKind::ReadOnlyFilesystem => refuse(&format!("{error}, expected a file that can be written")),
+        _ => RunError::File { verb: "write", path: path.to_path_buf(), source: error }.into(),
+    })
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 
 use crate::failure::RunError;
 use crate::source::SceneSource;
-use ballistic_gel::fmi2::{self, ArchiveManifest};
+use ballistic_gel::fmi2::ArchiveManifest;
+use ballistic_gel::output;
 use ballistic_gel::scene::{self, Override};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -20,7 +21,7 @@ pub struct SceneResources {
 /// A name that leads down from the folder keeps its folders, with `/` between them. Another name becomes its last part,
 /// in the text too. No name has a character that a system forbids, and no two differ by case alone.
 pub fn collect(source: &SceneSource) -> Result<SceneResources, RunError> {
-    let read = fmi2::scene_file_reader(&source.folder);
+    let read = output::scene_file_reader(&source.folder);
     let (mut packed, mut changes) = (BTreeMap::new(), vec![]);
     for (key, name) in source.scene.files() {
         let bytes = read(name).map_err(|source| RunError::File { verb: "pack", path: PathBuf::from(name), source })?;

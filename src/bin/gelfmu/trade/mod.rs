@@ -28,6 +28,7 @@ use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPoli
 use ballistic_gel::scene::{Override, Scene};
 use curve::{TradeCurve, TradeRun};
 use ladder::{HasFailed, LadderRung};
+use others::{PeerRow, PeerRun};
 use std::path::{Path, PathBuf};
 use work::{PreparedRung, RunQueue};
 
@@ -58,7 +59,7 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, CommandErr
         return task.finish(folder, console);
     }
     let curve = TradeCurve::assess(&task.with_queue(&mut folder, console, 1, |queue| task.run_ladder(queue))?);
-    let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read_peers(path, &curve))?;
+    let others: Vec<PeerRun> = task.others.iter().map(|row| row.assess(&curve)).collect();
     paper::write_files(&mut folder, &curve, picture::draw_svg(&base.name, &curve, &others)).map_err(RunError::from)?;
     console.result(&paper::to_json(&base.name, &curve), &paper::to_text(&curve, &task.folder, console));
     task.finish(folder, console)
@@ -69,6 +70,8 @@ struct TradeTask<'a> {
     options: &'a TradeOptions,
     scene: Scene,
     folder: PathBuf,
+    /// Runs of other codes.
+    others: Vec<PeerRow>,
 }
 
 impl<'a> TradeTask<'a> {
@@ -83,7 +86,8 @@ impl<'a> TradeTask<'a> {
                 "--only {unknown}: found no knob of this name, expected {expected}"
             )));
         }
-        Ok(Self { options, scene, folder })
+        let others = options.with.as_deref().map_or(Ok(vec![]), others::read_peers)?;
+        Ok(Self { options, scene, folder, others })
     }
 
     /// Opens a run queue with a progress bar and lets `work` fill it.

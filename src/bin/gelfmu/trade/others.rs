@@ -2,7 +2,8 @@
 
 use super::curve::{QUANTITIES, ReferenceValue, TradeCurve};
 use crate::failure::CommandError;
-use ballistic_gel::fmi2;
+use crate::user_table::{TableRow, UserTable};
+use csv::StringRecord;
 use std::path::Path;
 
 /// Run of another code.
@@ -16,48 +17,66 @@ pub struct PeerRun {
     pub error: Option<f64>,
 }
 
-/// Size limit of the table, bytes.
-const MOST_BYTES: u64 = 1 << 24;
+/// Run of another code as its table has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeerRow {
+    name: String,
+    cpu_seconds: f64,
+    /// Values of the [`QUANTITIES`], as far as the table has them.
+    values: Vec<Option<f64>>,
+}
+
 /// Columns for the name and the cost.
 const NAME_COLUMN: &str = "run";
 const COST_COLUMN: &str = "cpu_seconds";
 
 /// Reads a table with the columns `run`, `cpu_seconds` and any of `trade.csv`, e.g. `peak_depth`; further columns are
 /// ignored.
-pub fn read_peers(path: &Path, curve: &TradeCurve) -> Result<Vec<PeerRun>, CommandError> {
-    let refuse = |place: &str, found: &str, expected: &str| {
-        CommandError::BadInput(format!("--with {}: {place}found {found}, expected {expected}", path.display()))
-    };
-    let text =
-        fmi2::read_limited_text(path, MOST_BYTES).map_err(|error| refuse("", &error.to_string(), "a CSV file"))?;
-    let mut lines = text.lines().enumerate();
-    let header: Vec<&str> = lines.next().map_or(vec![], |(_, line)| line.split(',').map(str::trim).collect());
+pub fn read_peers(path: &Path) -> Result<Vec<PeerRow>, CommandError> {
+    let refuse = |place: &str, what: &str| CommandError::BadInput(format!("--with {}: {place}{what}", path.display()));
+    let at = |line: u64, what: &str| refuse(&format!("line {line}: "), what);
+    let table = UserTable::read(path).map_err(|error| refuse("", &format!("{error}, expected a CSV file")))?;
+    let rows = table.rows().map_err(|fault| at(fault.line, &fault.what))?;
+    let (line, header) = rows.first().map_or((1, StringRecord::new()), |header| (header.line, header.cells.clone()));
+    let position = |name: &str| header.iter().position(|known| known == name);
     let column = |name: &str| {
-        let missing = || refuse("line 1: ", &format!("the columns {}", header.join(", ")), &format!("a column {name}"));
-        header.iter().position(|known| *known == name).ok_or_else(missing)
+        let found: Vec<&str> = header.iter().collect();
+        let missing = || at(line, &format!("found the columns {}, expected a column {name}", found.join(", ")));
+        position(name).ok_or_else(missing)
     };
     let (name, cost) = (column(NAME_COLUMN)?, column(COST_COLUMN)?);
-    let parse_line = |(number, line): (usize, &str)| {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let place = format!("line {}: ", number + 1);
-        if cells.len() != header.len() {
-            return Err(refuse(&place, &format!("{} cells", cells.len()), &format!("{}, as in line 1", header.len())));
+    let values = QUANTITIES.map(|quantity| position(quantity.key));
+    let row = |TableRow { line, cells }: &TableRow| {
+        let number = |i: usize, expected: &str| {
+            table.number(&cells[i]).map_err(|form| {
+                at(*line, &format!("{}: found {:?}, expected {expected}, {form}", &header[i], &cells[i]))
+            })
+        };
+        let value = |column: &Option<usize>| {
+            let column = column.filter(|i| !cells[*i].is_empty());
+            column.map(|i| number(i, "a number or an empty cell")).transpose()
+        };
+        let cpu_seconds = number(cost, "CPU seconds, a positive number")?;
+        if cpu_seconds <= 0.0 {
+            let found = &cells[cost];
+            return Err(at(*line, &format!("{COST_COLUMN}: found {found}, expected CPU seconds, a positive number")));
         }
-        let value =
-            |key: &str| header.iter().position(|known| *known == key).and_then(|i| cells[i].parse::<f64>().ok());
-        let seconds = cells[cost].parse::<f64>().ok().filter(|seconds| *seconds > 0.0);
-        let cpu_seconds = seconds.ok_or_else(|| refuse(&place, cells[cost], "CPU seconds, a positive number"))?;
-        Ok(PeerRun { name: cells[name].to_owned(), cpu_seconds, error: greatest_error(value, curve) })
+        let values = values.iter().map(value).collect::<Result<_, _>>()?;
+        Ok(PeerRow { name: cells[name].to_owned(), cpu_seconds, values })
     };
-    lines.filter(|(_, line)| !line.trim().is_empty()).map(parse_line).collect()
+    rows.iter().skip(1).map(row).collect()
 }
 
-fn greatest_error(value: impl Fn(&str) -> Option<f64>, curve: &TradeCurve) -> Option<f64> {
-    let error = |(quantity, reference): (&super::curve::ComparedQuantity, &ReferenceValue)| match reference {
-        ReferenceValue::Limit(limit, _) => value(quantity.key).map(|value| (value - limit.value).abs() / limit.scale),
-        ReferenceValue::Refused(_) | ReferenceValue::Missing => None,
-    };
-    QUANTITIES.iter().zip(&curve.references).filter_map(error).reduce(f64::max)
+impl PeerRow {
+    /// Assesses the run with the reference values of a curve.
+    pub fn assess(&self, curve: &TradeCurve) -> PeerRun {
+        let error = |(value, reference): (&Option<f64>, &ReferenceValue)| match reference {
+            ReferenceValue::Limit(limit, _) => value.map(|value| (value - limit.value).abs() / limit.scale),
+            ReferenceValue::Refused(_) | ReferenceValue::Missing => None,
+        };
+        let error = self.values.iter().zip(&curve.references).filter_map(error).reduce(f64::max);
+        PeerRun { name: self.name.clone(), cpu_seconds: self.cpu_seconds, error }
+    }
 }
 
 #[cfg(test)]
@@ -68,7 +87,8 @@ mod tests {
     fn read_text(text: &str) -> Result<Vec<PeerRun>, String> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
-        read_peers(file.path(), &curve()).map_err(|error| error.to_string())
+        let rows = read_peers(file.path()).map_err(|error| error.to_string())?;
+        Ok(rows.into_iter().map(|row| row.assess(&curve())).collect())
     }
 
     #[test]
@@ -86,7 +106,12 @@ mod tests {
                 .unwrap_err()
                 .contains("line 1: found the columns run, depth, expected a column cpu_seconds")
         );
-        assert!(read_text("run,cpu_seconds\n\na,soon\n").unwrap_err().contains("line 3: found soon"));
+        assert!(read_text("run,cpu_seconds\n\na,soon\n").unwrap_err().contains("line 3: cpu_seconds: found \"soon\""));
+        assert!(
+            read_text("run,cpu_seconds\na,0\n").unwrap_err().contains("line 2: cpu_seconds: found 0, expected CPU")
+        );
+        let deep = read_text("run;cpu_seconds;peak_depth\na;2,5;deep\n").unwrap_err();
+        assert!(deep.contains("line 2: peak_depth: found \"deep\", expected a number or an empty cell"), "{deep}");
         assert!(read_text("run,cpu_seconds\na\n").unwrap_err().contains("line 2: found 1 cells, expected 2"));
     }
 }

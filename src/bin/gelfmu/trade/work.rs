@@ -7,8 +7,7 @@ use crate::failure::{CommandError, RunError};
 use crate::interrupt;
 use crate::progress::ProgressDisplay;
 use crate::source::SceneSource;
-use ballistic_gel::fmi2;
-use ballistic_gel::output::ResultFolder;
+use ballistic_gel::output::{self, ResultFolder};
 use ballistic_gel::scene::FidelityLevels;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -81,7 +80,7 @@ impl RunQueue<'_> {
             return Ok(None);
         }
         let file = self.folder.place(name);
-        match fmi2::read_limited_text(&file, MOST_ROW_BYTES) {
+        match output::read_limited_text(&file, MOST_ROW_BYTES) {
             // A truncated file counts as absent.
             Ok(text) => Ok(serde_json::from_str::<Result<TradeRow, String>>(&text).ok()),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
@@ -159,7 +158,7 @@ fn row_hash(rung: &LadderRung, source: &SceneSource, repeats: usize) -> u128 {
     // Measured accuracy levels do not change a run.
     scene.fidelity = FidelityLevels::default();
     let scene = serde_json::to_string(&scene).expect("a scene consists of tables, numbers and text");
-    let read = fmi2::scene_file_reader(&source.folder);
+    let read = output::scene_file_reader(&source.folder);
     let files: Vec<Vec<u8>> = source.scene.files().iter().filter_map(|(_, name)| read(name).ok()).collect();
     let again = if repeats == 1 { String::new() } else { repeats.to_string() };
     let all = format!("{}{again} {} {scene} {files:?}", env!("CARGO_PKG_VERSION"), rung.importer.as_str());

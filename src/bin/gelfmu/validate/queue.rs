@@ -7,7 +7,7 @@ use crate::interrupt;
 use crate::progress::ProgressDisplay;
 use crate::trade::file_failure;
 use ballistic_gel::fmi2::SOURCE_STAMP;
-use ballistic_gel::output::ResultFolder;
+use ballistic_gel::output::{MOST_TABLE_BYTES, ResultFolder, read_limited_text};
 use ballistic_gel::scene;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -87,7 +87,7 @@ fn row_hash(text: &str) -> Result<u128, CommandError> {
 }
 
 fn kept_row(folder: &ResultFolder, file: &str) -> Option<CaseRow> {
-    let text = folder.owns(file).then(|| std::fs::read_to_string(folder.place(file)).ok()).flatten()?;
+    let text = folder.owns(file).then(|| read_limited_text(&folder.place(file), MOST_TABLE_BYTES).ok()).flatten()?;
     serde_json::from_str(&text).ok()
 }
 
@@ -111,7 +111,7 @@ fn results(folder: &TempDir) -> PathBuf {
 
 /// Reads the figures of a finished run and keeps its row, unless the run was ended from outside.
 fn collect(run: &RunningCase, status: ExitStatus, folder: &mut ResultFolder) -> Result<FinishedCase, CommandError> {
-    let text = std::fs::read_to_string(results(&run.folder).join("summary.json"));
+    let text = read_limited_text(&results(&run.folder).join("summary.json"), MOST_TABLE_BYTES);
     let summary = text.map_err(|error| format!("the run wrote no summary: {error}"));
     let row = summary.and_then(|text| {
         let summary = serde_json::from_str(&text).map_err(|error| error.to_string())?;

@@ -3,8 +3,10 @@
 use super::target::FitTarget;
 use crate::calibrate::task;
 use crate::failure::CommandError;
+use crate::user_table::{TableRow, UserTable};
 use ballistic_gel::scene::{self, Override};
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::StringRecord;
+use std::path::Path;
 
 /// Names and texts of the built-in files.
 const BUILTIN_FILES: [(&str, &str); 1] = [("gelatin-10", include_str!("../../../../../presets/gelatin-10.csv"))];
@@ -64,6 +66,7 @@ pub struct MeasuredShot {
 /// Record of the file with the columns of its cells.
 struct ShotRecord<'a> {
     file: &'a str,
+    table: &'a UserTable,
     line: u64,
     columns: &'a [&'static str],
     cells: &'a StringRecord,
@@ -72,37 +75,25 @@ struct ShotRecord<'a> {
 /// Reads the shots of a file, or of a built-in file.
 pub fn read(name: &str) -> Result<Vec<MeasuredShot>, CommandError> {
     if let Some((_, text)) = BUILTIN_FILES.iter().find(|(known, _)| *known == name) {
-        return parse(name, text);
+        return parse(name, &UserTable::of(text));
     }
-    let text = std::fs::read_to_string(name).map_err(|error| {
+    let table = UserTable::read(Path::new(name)).map_err(|error| {
         let known: Vec<&str> = BUILTIN_FILES.iter().map(|(known, _)| *known).collect();
         let expected = format!("expected the path of a CSV file or one of {}", known.join(", "));
         CommandError::BadInput(format!("--shots {name}: found no readable file ({error}), {expected}"))
     })?;
-    parse(name, &text)
+    parse(name, &table)
 }
 
-/// Parses the text of a file.
-pub fn parse(file: &str, text: &str) -> Result<Vec<MeasuredShot>, CommandError> {
-    let mut reader =
-        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
-    let broken = |error: csv::Error| CommandError::BadInput(format!("{file}: found no CSV table: {error}"));
-    let header = reader.headers().map_err(broken)?.clone();
-    let columns = parse_header(file, first_line(text, &header), &header)?;
-    let mut shots = vec![];
-    for cells in reader.records() {
-        let cells = cells.map_err(broken)?;
-        let line = first_line(text, &cells);
-        shots.push(ShotRecord { file, line, columns: &columns, cells: &cells }.parse()?);
-    }
-    Ok(shots)
-}
-
-/// Returns the line of a record, from 1: the position of the reader is before the comments and empty lines above it.
-fn first_line(text: &str, record: &StringRecord) -> u64 {
-    let start = record.position().map_or(1, csv::Position::line);
-    let above = text.lines().skip(start.saturating_sub(1) as usize);
-    start + above.take_while(|line| line.is_empty() || line.starts_with('#')).count() as u64
+/// Parses a table.
+fn parse(file: &str, table: &UserTable) -> Result<Vec<MeasuredShot>, CommandError> {
+    let fault = |line: u64, what: &str| CommandError::BadInput(format!("{file}: line {line}: {what}"));
+    let rows = table.rows().map_err(|found| fault(found.line, &found.what))?;
+    let (line, header) = rows.first().map_or((1, StringRecord::new()), |header| (header.line, header.cells.clone()));
+    let columns = parse_header(file, line, &header)?;
+    let shot =
+        |TableRow { line, cells }: &TableRow| ShotRecord { file, table, line: *line, columns: &columns, cells }.parse();
+    rows.iter().skip(1).map(shot).collect()
 }
 
 /// Returns the columns of a header; refuses unknown, missing and repeated columns.
@@ -131,11 +122,6 @@ fn parse_header(file: &str, line: u64, header: &StringRecord) -> Result<Vec<&'st
 impl ShotRecord<'_> {
     /// Parses the shot of the record.
     fn parse(&self) -> Result<MeasuredShot, CommandError> {
-        if self.cells.len() != self.columns.len() {
-            let [found, expected] = [self.cells.len(), self.columns.len()];
-            let place = format!("{}: line {}", self.file, self.line);
-            return Err(CommandError::BadInput(format!("{place}: found {found} cells, expected {expected}")));
-        }
         let name = self.text("name");
         if name.is_empty() {
             return Err(self.refuse("name", "a name"));
@@ -180,12 +166,13 @@ impl ShotRecord<'_> {
 
     /// Parses the speeds, m/s, which a slash separates.
     fn parse_speeds(&self) -> Result<Vec<f64>, CommandError> {
-        let speeds: Option<Vec<f64>> = self
-            .text("speed")
-            .split('/')
-            .map(|text| text.trim().parse::<f64>().ok().filter(|speed| speed.is_finite() && *speed > 0.0))
-            .collect();
-        let speeds = speeds.ok_or_else(|| self.refuse("speed", "a positive speed, m/s, or two of a slope: 165/195"))?;
+        let expected = "a positive speed, m/s, or two of a slope: 165/195";
+        let speeds: Result<Vec<f64>, &str> =
+            self.text("speed").split('/').map(|text| self.table.number(text.trim())).collect();
+        let speeds = speeds.map_err(|form| self.refuse("speed", &format!("{expected}, {form}")))?;
+        if speeds.iter().any(|speed| *speed <= 0.0) {
+            return Err(self.refuse("speed", expected));
+        }
         let excess = speeds.iter().find_map(|speed| task::explain_excess_speed(*speed));
         excess.map_or(Ok(speeds), |why| Err(CommandError::BadInput(format!("{}: {why}", self.place("speed")))))
     }
@@ -204,8 +191,7 @@ impl ShotRecord<'_> {
 
     /// Parses a finite number.
     fn number(&self, column: &str, expected: &str) -> Result<f64, CommandError> {
-        let number = self.text(column).parse::<f64>().ok().filter(|number| number.is_finite());
-        number.ok_or_else(|| self.refuse(column, expected))
+        self.table.number(self.text(column)).map_err(|form| self.refuse(column, &format!("{expected}, {form}")))
     }
 
     /// Returns the file, the line and the column.
@@ -230,7 +216,7 @@ mod tests {
         let text = "# measured\nspeed,name,measure,value,band,set,window\n\
                     180,\"BB, steel\",depth,0.085,5e-4,\"mesh.size=1e-3; projectile.position=[0, 0, 1]\",\n\
                     165 / 195,growth,slope,5.1e-4,2e-5,,5e-5\n\n# fast\n720,ball,cavity,0.058,8e-3,,0\n";
-        let shots = parse("shots.csv", text).unwrap();
+        let shots = parse("shots.csv", &UserTable::of(text)).unwrap();
         assert_eq!(shots.len(), 3);
         assert_eq!(
             (shots[0].name.as_str(), shots[0].measure),
@@ -245,6 +231,20 @@ mod tests {
             (ShotMeasure::Cavity { speed: 720.0 }, "shots.csv: line 7: ")
         );
         assert_eq!(shots[2].scene, None);
+    }
+
+    #[test]
+    fn shots_of_a_table_with_semicolons_have_decimal_commas() {
+        let rows =
+            "name;speed;measure;value;band;set\na;165,5/195;slope;5,1e-4;2e-5;\"mesh.size=1e-3; mesh.cells=2\"\n";
+        let shots = parse("s.csv", &UserTable::of(rows)).unwrap();
+        assert_eq!(shots[0].measure, ShotMeasure::Slope { speeds: [165.5, 195.0] });
+        assert_eq!((shots[0].target.value, shots[0].set.len()), (5.1e-4, 2));
+        let mixed = parse("s.csv", &UserTable::of(&rows.replace("2e-5", "0.2e-4"))).unwrap_err().to_string();
+        assert!(
+            mixed.contains("s.csv: line 2: value: found `5,1e-4`") && mixed.contains("with a decimal point, as"),
+            "{mixed}"
+        );
     }
 
     #[test]
@@ -283,7 +283,7 @@ mod tests {
             (row("a,180,depth,0.085,1e-3,,mesh.size"), "set: found `mesh.size`, expected key=value"),
         ];
         for (text, message) in cases {
-            let refused = parse("s.csv", &text).unwrap_err().to_string();
+            let refused = parse("s.csv", &UserTable::of(&text)).unwrap_err().to_string();
             assert!(refused.contains(message), "{text}: {refused}");
         }
     }

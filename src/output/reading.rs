@@ -1,12 +1,17 @@
-//! Bounded reading of files named by a user: no devices, no pipes, no more bytes than a limit.
+//! Bounded reading of every file that a user names or that stands in a user's folder: no devices, no pipes, no more
+//! bytes than the limit of its kind.
 
 use crate::scene::MOST_BYTES;
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
 /// Limit of a file named by a scene, bytes: ASCII STL with the greatest number of triangles takes 260 bytes for each.
-pub(super) const MOST_FILE_BYTES: u64 = 1 << 27;
+pub(crate) const MOST_FILE_BYTES: u64 = 1 << 27;
+/// Limit of a table that a user has written, and of `summary.json`, bytes.
+pub const MOST_TABLE_BYTES: u64 = 1 << 24;
+/// Limit of a table or a frame of a run, bytes, of a frame also inflated: 700 000 rows of a history without fragments, or 25 million elements.
+pub const MOST_RESULT_BYTES: u64 = 1 << 30;
 
 /// Returns a reader of the files named by a scene, relative to a folder. A name with the backslashes of Windows is
 /// found on every system.
@@ -37,7 +42,7 @@ pub fn read_scene_text(path: &Path) -> io::Result<String> {
 /// # Errors
 /// Error of the system, or the finding instead of a regular file of UTF-8 text within the limit.
 pub fn read_limited_text(path: &Path, most: u64) -> io::Result<String> {
-    let no_text = |_| io::Error::new(ErrorKind::InvalidData, "found bytes that are no UTF-8 text");
+    let no_text = |_| invalid("found bytes that are no UTF-8 text".to_owned());
     String::from_utf8(read_limited(path, most)?).map_err(no_text)
 }
 
@@ -46,16 +51,10 @@ pub fn read_limited_text(path: &Path, most: u64) -> io::Result<String> {
 /// # Errors
 /// Error of the system, or the finding instead of a regular file: a device or a pipe could give bytes without end, or
 /// block the reader for ever.
-pub fn read_limited(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let refuse = |found: String| Err(io::Error::new(ErrorKind::InvalidData, found));
+pub(crate) fn read_limited(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let there = fs::metadata(path)?;
-    if there.is_dir() {
-        return Err(ErrorKind::IsADirectory.into());
-    }
-    if !there.is_file() {
-        return refuse("found a device or a pipe, expected a regular file".to_owned());
-    }
-    let too_long = |length: String| refuse(format!("found {length} bytes, expected at most {most}"));
+    expect_regular(&there)?;
+    let too_long = |length: String| Err(invalid(format!("found {length} bytes, expected at most {most}")));
     if there.len() > most {
         return too_long(there.len().to_string());
     }
@@ -63,6 +62,19 @@ pub fn read_limited(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // Files of some systems report no length, and files grow.
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { too_long(format!("more than {most}")) } else { Ok(bytes) }
+}
+
+/// Refuses a folder, a device and a pipe. To open a pipe would wait for its writer.
+pub(super) fn expect_regular(found: &Metadata) -> io::Result<()> {
+    match found {
+        folder if folder.is_dir() => Err(ErrorKind::IsADirectory.into()),
+        file if file.is_file() => Ok(()),
+        _ => Err(invalid("found a device or a pipe, expected a regular file".to_owned())),
+    }
+}
+
+fn invalid(found: String) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, found)
 }
 
 #[cfg(test)]
