@@ -101,10 +101,42 @@ pub struct RunRecord {
     pub synchronous: (f64, Tick, f64),
     /// Σ |J| of the pressures on faces, N·s.
     pub pressed: f64,
+    /// Impulse on the gel from outside.
+    pub outside: OutsideImpulse,
     /// True if the gel is no longer integrated: the projectile has left it, and `scene.stop_after_exit` has passed.
     pub at_rest: bool,
     /// Contact record of each body.
     pub contacts: Vec<ContactRecord>,
+}
+
+/// Impulse on the gel from outside, by bodies, pressures, air and damping, with its moment in time.
+///
+/// Both change at impulses alone, so that they do not depend on communication points.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct OutsideImpulse {
+    /// Σ J, N·s.
+    pub sum: Vector3,
+    /// Σ J t of impulses at times t, N·s².
+    pub moment: Vector3,
+}
+
+impl OutsideImpulse {
+    /// Adds an impulse, N·s, at a time, s.
+    pub fn add(&mut self, impulse: &Vector3, time: f64) {
+        self.sum += impulse;
+        self.moment += impulse * time;
+    }
+
+    /// Returns Σ J (t − t_J), the integral of the impulse over time up to `time`, s, in N·s².
+    #[must_use]
+    pub fn integral(&self, time: f64) -> Vector3 {
+        self.sum * time - self.moment
+    }
+
+    /// Returns true if all numbers are finite.
+    fn is_valid(&self) -> bool {
+        self.sum.iter().chain(&self.moment).all(|x| x.is_finite())
+    }
 }
 
 /// Stretch of the surface over a body, by the depth of the facets; between the nodes nothing else shows it.
@@ -143,7 +175,16 @@ pub struct ContactRecord {
     pub exit: Option<ExitRecord>,
 }
 
-/// Exit record of a body: its rear end passes the undisturbed back face of the gel.
+impl ContactRecord {
+    /// Returns the energy that the body has given to the gel, J, in an inertial frame of this velocity, m/s.
+    #[must_use]
+    pub fn energy_given(&self, frame: &Vector3) -> f64 {
+        frame.dot(&self.impulse) - self.work
+    }
+}
+
+/// Exit record of a body: its rear end passes the undisturbed back face of the gel. Velocity and energies are those in the
+/// inertial frame in which the gel was at rest at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExitRecord {
     /// Time, s.
@@ -177,6 +218,7 @@ impl RunRecord {
             stretch: SurfaceStretch::Little,
             synchronous: (f64::INFINITY, 0, 0.0),
             pressed: 0.0,
+            outside: OutsideImpulse::default(),
             at_rest: false,
             contacts,
         }
@@ -274,6 +316,7 @@ impl<const D: usize> DynamicState<D> {
         )?;
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
         holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is not a number")?;
+        holds(self.record.outside.is_valid(), "the impulse on the gel is not a number")?;
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not started is marked as at rest")?;
         holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element has no step ahead")?;
@@ -323,9 +366,10 @@ impl Clone for RunRecord {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, eroded_mass, min_jacobian, stretch, synchronous, pressed, at_rest, contacts } =
-            from;
+        let Self { updates, remeshes, eroded_mass, min_jacobian, stretch, synchronous, pressed, .. } = from;
+        let Self { outside, at_rest, contacts, .. } = from;
         self.contacts.clone_from(contacts);
+        self.outside = *outside;
         (self.updates, self.remeshes, self.eroded_mass) = (*updates, *remeshes, *eroded_mass);
         (self.pressed, self.at_rest) = (*pressed, *at_rest);
         (self.min_jacobian, self.stretch, self.synchronous) = (*min_jacobian, *stretch, *synchronous);

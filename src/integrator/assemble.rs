@@ -4,6 +4,7 @@ use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
 use super::derived::derive_from_state;
 use super::element_order::ElementLayout;
+use super::gel_frame::GelFrame;
 use super::sort_keys::element_layout;
 use super::stability::{stable_steps, tick_grid};
 use super::system::{DiscreteModel, DiscreteSystem};
@@ -87,7 +88,14 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
         separation: None,
         contact: ContactDetection::new(neighbours, gel.surface.nodes.len()),
         workspace: Workspace::new(state.position.len(), gel.surface.nodes.len(), layout.n_groups()),
-        model: DiscreteModel { gel: Arc::new(gel), layout: Arc::new(layout), bodies, settings, grid },
+        model: DiscreteModel {
+            gel: Arc::new(gel),
+            layout: Arc::new(layout),
+            bodies,
+            frame: GelFrame::default(),
+            settings,
+            grid,
+        },
         state,
         pool: None,
     };

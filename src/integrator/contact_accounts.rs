@@ -62,6 +62,7 @@ fn record_impulse<const D: usize, P: Potential<D>>(
 ) {
     let depth = depth_in_gel(system, system.model.bodies[body].depth(&system.state.bodies[body]));
     let width = system.model.settings.force_window;
+    system.state.record.outside.add(&-impulse, time);
     let record = &mut system.state.record.contacts[body];
     record.impulse += impulse;
     record.direction = impulse.try_normalize(0.0).unwrap_or(record.direction);

@@ -24,7 +24,8 @@ pub(super) fn apply_damping<const D: usize, P: Potential<D>>(system: &mut Discre
         system.state.velocity[a] += system.workspace.velocities_before[a] * system.workspace.decay[a];
         loss.add_impulse(freedom, &system.state.position[a], &damping_impulse(system, a));
     }
-    loss.post(&mut system.state.ledger);
+    let time = system.workspace.bodies_before[0].time;
+    loss.post(&mut system.state.ledger, &mut system.state.record.outside, time);
 }
 
 /// Posts the work of damping of the reference form, once all velocities of the tick are known.

@@ -6,8 +6,9 @@ use super::report::BalanceReference;
 use super::settings::{IntegratorSettings, UnusableStep};
 use super::system::DiscreteSystem;
 use super::{
-    BalanceTotals, BlockLayout, DiscreteGel, DistortionLimits, ExitRule, StepError, TickGrid, WorkerPool, admissible,
-    bodies, derived, energy_correction, exit, handover, history_rows, layout_stats, mesh_end, report,
+    BalanceTotals, BlockLayout, BlockMotion, DiscreteGel, DistortionLimits, ExitRule, GelFrame, StepError, TickGrid,
+    WorkerPool, admissible, bodies, derived, energy_correction, exit, handover, history_rows, layout_stats, mesh_end,
+    report,
 };
 use crate::contact::{BodyState, ImpulseExchange, RigidBody};
 use crate::fem::{ElementBatches, ElementStates, HistoryVariables, Potential};
@@ -241,6 +242,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if let Some(rule) = &mut self.system.clock.ends.exits {
             rule.rest_after = time;
         }
+    }
+
+    /// Sets the frame of the block, without it that is the world.
+    pub fn set_frame(&mut self, frame: GelFrame) {
+        self.system.model.frame = frame;
+    }
+
+    /// Returns the frame of the block.
+    #[must_use]
+    pub fn frame(&self) -> &GelFrame {
+        &self.system.model.frame
+    }
+
+    /// Returns the rigid motion of the block at a time, s, not before the last tick.
+    #[must_use]
+    pub fn block_motion(&self, t: f64) -> BlockMotion {
+        self.system.block_motion(t)
     }
 
     /// Returns true if a body at this state no longer meets the gel.

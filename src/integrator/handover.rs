@@ -74,6 +74,7 @@ fn begin_mesh<const D: usize, P: Potential<D>>(
     let carryover = Carryover { tick, grid: Some(system.model.grid), ledger, record, memory, steps, held_steps };
     let (mut new, steps) = assemble(gel, system.model.settings, bodies, nodes, carryover)?;
     new.clock.ends.clone_from(&system.clock.ends);
+    new.model.frame = system.model.frame;
     if system.blocks.is_none() {
         use_reference_form(&mut new);
     }

@@ -29,7 +29,8 @@ pub(super) fn complete_simd_kicks<const D: usize, P: Potential<D>>(
     let begun = (system.clock.phase == MeshPhase::First).then(|| take_first_kick(system, tick));
     let sums = begun.as_ref().unwrap_or(sums);
     sums.reaction.post(&mut system.state.ledger);
-    sums.damping.post(&mut system.state.ledger);
+    let time = system.model.grid.time(tick);
+    sums.damping.post(&mut system.state.ledger, &mut system.state.record.outside, time);
     note_speeds(system);
     let correction = if begun.is_some() { 0.0 } else { correct_kicks(system) };
     find_impulse_nodes(system);

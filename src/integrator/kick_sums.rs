@@ -3,6 +3,7 @@
 use crate::contact::FreeDirections;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, restrict};
+use crate::state::OutsideImpulse;
 
 /// Sums over the kicked nodes.
 #[derive(Debug, Clone, Copy)]
@@ -125,8 +126,9 @@ impl DampingLoss {
         self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
     }
 
-    /// Posts the loss to the ledger.
-    pub fn post(&self, ledger: &mut Ledger) {
+    /// Posts the loss at a time, s, to the ledger and to the impulse on the gel.
+    pub fn post(&self, ledger: &mut Ledger, outside: &mut OutsideImpulse, time: f64) {
+        outside.add(&self.momentum, time);
         ledger.energy.damping += self.energy;
         ledger.momentum.damping += self.momentum;
         ledger.angular_momentum.damping += self.angular_momentum;

@@ -129,6 +129,7 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
         return;
     }
     let (gel, freedom, mut reaction) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
+    let time = system.model.grid.time(tick);
     let mut load = std::mem::take(&mut system.workspace.facet_loads);
     for load in &mut load {
         load.weight += 0.5 * system.model.grid.time(system.ahead(load.group, tick));
@@ -142,8 +143,10 @@ pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut Disc
                 PressureSource::Face => (&mut ledger.momentum.load, &mut ledger.angular_momentum.load),
                 PressureSource::Cavity => (&mut ledger.momentum.air, &mut ledger.angular_momentum.air),
             };
-            *momentum += freedom.translation(&push);
+            let free_push = freedom.translation(&push);
+            *momentum += free_push;
             *angular_momentum += freedom.rotation(&at.cross(&push));
+            system.state.record.outside.add(&free_push, time);
             system.state.record.pressed += push.norm();
         }
     }

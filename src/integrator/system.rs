@@ -6,6 +6,7 @@
 use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
 use super::element_order::ElementLayout;
+use super::gel_frame::GelFrame;
 use super::substep::TickContext;
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
@@ -25,6 +26,8 @@ pub(super) struct DiscreteModel<const D: usize, P> {
     pub layout: Arc<ElementLayout>,
     /// Constant properties of the bodies.
     pub bodies: Vec<RigidBody>,
+    /// Frame of the block.
+    pub frame: GelFrame,
     pub settings: IntegratorSettings,
     pub grid: TickGrid,
 }

@@ -12,9 +12,9 @@ use crate::contact::{BodyMotion, BodyState, DomeMotion, FreeDirections, ImpulseL
 use crate::fem::Simplices;
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::integrator::{
-    DiscreteGel, Engine, ExitRule, IntegratorSettings, SteppingSchedule, UnusableStep, WorkerPool, node_order,
+    DiscreteGel, Engine, ExitRule, GelFrame, IntegratorSettings, SteppingSchedule, UnusableStep, WorkerPool, node_order,
 };
-use crate::math::{Tensor3, Vector, Vector3, restrict};
+use crate::math::{Tensor3, Vector, Vector3, embed, restrict};
 use crate::mesh::{Mesh, NodeId, face_neighbours};
 use crate::scene::{ContactLaw, ContactSpec, Dimension, ProjectileSpec, Scene, ScheduleKind, body_name};
 use crate::state::DynamicState;
@@ -56,7 +56,7 @@ where
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
     let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| build_body(scene, i, prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
-        let position = |node: NodeId| crate::math::embed(&mesh.rest[node.index()]);
+        let position = |node: NodeId| embed(&mesh.rest[node.index()]);
         if let Some(depth) = overlap(&gel, body, state, position, |_| 0.0).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }
@@ -72,6 +72,7 @@ where
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
     engine.set_exits(exit_rule(scene));
+    engine.set_frame(block_frame(scene, &engine, &mesh));
     engine.set_remesh_times(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let points: Vec<Vector3> = scene.sensor.iter().map(|sensor| sensor.position.into()).collect();
     let sensors = place_sensors(&points, definition.symmetry_planes, &engine);
@@ -161,6 +162,19 @@ fn inertia(projectile: &ProjectileSpec, shape: &ShapeGeometry, dimension: Dimens
         Dimension::Axisymmetric | Dimension::Spatial => shape.specific_inertia(),
     };
     specific.expect("a half-space that moves has its inertia in the scene") * projectile.mass.unwrap_or(1.0)
+}
+
+/// Frame of a block or cylinder; that of a gel without an entry face does not move.
+fn block_frame<const D: usize>(scene: &Scene, engine: &Engine<D, Simplices<D>>, mesh: &Mesh<D>) -> GelFrame {
+    if scene.gel.shape.bounding_box().is_none() {
+        return GelFrame::default();
+    }
+    let is_held = |i: usize| mesh.held.iter().any(|held| held[i]);
+    let free = embed(&Vector::<D>::from_fn(|i, _| if is_held(i) { 0.0 } else { 1.0 }));
+    GelFrame {
+        initial_velocity: Vector3::from(scene.gel.velocity).component_mul(&free),
+        mobility: free / engine.gel().mass.iter().sum::<f64>(),
+    }
 }
 
 /// Exit rule of a scene; `None` for a gel without a back face, or one that moves as a whole.

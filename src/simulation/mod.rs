@@ -31,6 +31,7 @@ mod sensors;
 
 pub use crate::adapt::{FailedRemesh, PreviewMesh, RemeshRecord, RemeshRefusal, RemeshTrial, RestoreError};
 pub use crate::contact::{DomeMotion, ImpulseExchange, Wrench};
+pub use crate::integrator::BlockMotion;
 pub use crate::scene::CouplingMode;
 pub use build_error::BuildError;
 pub use cross_section::signed_area;

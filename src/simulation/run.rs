@@ -10,7 +10,7 @@ use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
 use crate::contact::{BodyMotion, BodyState, ImpulseExchange, Wrench};
-use crate::integrator::StepError;
+use crate::integrator::{BlockMotion, StepError};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
 use crate::scene::{CouplingMode, GelBox, Scene};
@@ -114,6 +114,13 @@ impl Simulation {
     pub fn kinematics(&self, body: usize) -> BodyKinematics {
         let (fixed, _) = self.model.body(body);
         BodyKinematics::of(fixed, &self.now(body))
+    }
+
+    /// Rigid motion of the block: what the gel moves by as a whole since the start, by the impulses on it. It is zero in
+    /// directions in which a support or a plane of symmetry holds the gel, and for a gel without an entry face.
+    #[must_use]
+    pub fn block_motion(&self) -> BlockMotion {
+        self.model.block_motion(self.time)
     }
 
     /// Current state of a body.

@@ -1,0 +1,81 @@
+//! Frame of the block: the rigid motion of the whole gel, against which depths are measured.
+//!
+//! By the momentum theorem the centre of mass of the gel moves by
+//!
+//!   X(t) = V₀ t + Σ J (t − t_J)/M,
+//!
+//! with its velocity V₀ at the start, its mass M and the impulses J on it from outside. Eroded gel counts as part of the
+//! block that flies on. Where something holds the gel in a direction, its deformation is no motion of the block, and X is 0.
+
+use super::system::DiscreteSystem;
+use crate::contact::BodyState;
+use crate::fem::Potential;
+use crate::math::Vector3;
+use crate::state::OutsideImpulse;
+
+/// Frame of the block: constants of its rigid motion. The default does not move.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GelFrame {
+    /// V₀, velocity at the start, m/s; 0 in directions in which the gel is held.
+    pub initial_velocity: Vector3,
+    /// 1/M in free directions, 1/kg, and 0 in directions in which the gel is held.
+    pub mobility: Vector3,
+}
+
+/// Rigid motion of the block at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BlockMotion {
+    /// Displacement of the centre of mass since the start by the momentum of the gel, m.
+    pub displacement: Vector3,
+    /// Velocity of the centre of mass, m/s.
+    pub velocity: Vector3,
+}
+
+impl GelFrame {
+    /// Returns the motion at a time, s, after these impulses.
+    #[must_use]
+    pub fn motion(&self, outside: &OutsideImpulse, time: f64) -> BlockMotion {
+        BlockMotion {
+            displacement: self.initial_velocity * time + outside.integral(time).component_mul(&self.mobility),
+            velocity: self.initial_velocity + outside.sum.component_mul(&self.mobility),
+        }
+    }
+}
+
+impl BlockMotion {
+    /// Returns the state of a body as it is seen from the block, which does not turn.
+    #[must_use]
+    pub fn seen_from(&self, at: &BodyState) -> BodyState {
+        BodyState { position: at.position - self.displacement, velocity: at.velocity - self.velocity, ..*at }
+    }
+}
+
+impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
+    /// Returns the rigid motion of the block at a time, s, not before the last impulse.
+    pub fn block_motion(&self, time: f64) -> BlockMotion {
+        self.model.frame.motion(&self.state.record.outside, time)
+    }
+
+    /// Returns the height of the undeformed entry surface at a time, s, in m: 0 unless the block moves as a whole.
+    pub fn entry_height(&self, time: f64) -> f64 {
+        self.block_motion(time).displacement.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_moves_by_its_start_and_by_each_impulse_since_its_time() {
+        let mobility = Vector3::new(0.25, 0.0, 0.25);
+        let frame = GelFrame { initial_velocity: Vector3::new(0.5, 0.0, -2.0), mobility };
+        let mut outside = OutsideImpulse::default();
+        outside.add(&Vector3::new(0.0, 3.0, -8.0), 1.0);
+        outside.add(&Vector3::new(2.0, 0.0, 4.0), 2.0);
+        let motion = frame.motion(&outside, 4.0);
+        assert_eq!(motion.velocity, Vector3::new(1.0, 0.0, -3.0));
+        assert_eq!(motion.displacement, Vector3::new(0.5 * 4.0 + 0.5 * 2.0, 0.0, -2.0 * 4.0 - 2.0 * 3.0 + 1.0 * 2.0));
+        assert_eq!(GelFrame::default().motion(&outside, 4.0), BlockMotion::default());
+    }
+}
