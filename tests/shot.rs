@@ -68,7 +68,8 @@ fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
         facets,
     };
     let (velocities, displacements, fields) = (rest.clone(), rest, vec![]);
-    MeshFrame { time: t, dimension: 2, mass: 1.0, points, velocities, displacements, cells, fields, bodies }
+    let frame = stage::frame(scene, t);
+    MeshFrame { mass: 1.0, points, velocities, displacements, cells, fields, bodies, ..frame }
 }
 
 fn record(recorder: &mut RunRecorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {

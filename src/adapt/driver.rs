@@ -233,9 +233,9 @@ fn install_candidate<const D: usize>(
 
 /// Greatest energy that a whole new mesh may gain, J.
 fn greatest_gain<const D: usize>(gel: &AdaptiveGel<D>) -> f64 {
-    let BalanceTotals { ledger, initial_energy, .. } = gel.engine.totals(gel.engine.now());
+    let BalanceTotals { provided, .. } = gel.engine.totals(gel.engine.now());
     let round_off = gel.definition.energy_round_off(gel.mass());
-    (MAX_ENERGY_GAIN * ledger.energy.provided(initial_energy)).max(round_off)
+    (MAX_ENERGY_GAIN * provided.total()).max(round_off)
 }
 
 /// Continues with the mesh after local operations; `begun` is when the remeshing began.

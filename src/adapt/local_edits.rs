@@ -90,7 +90,7 @@ pub(super) fn edit_mesh<const D: usize>(
     };
     let totals = gel.engine.totals(gel.engine.now());
     let limits = EditLimits {
-        energy: totals.ledger.energy.provided(totals.initial_energy),
+        energy: totals.provided.total(),
         usual: settings.usual,
         least: settings.tip_size.unwrap_or(settings.usual).min(settings.usual),
     };

@@ -143,7 +143,7 @@ impl RigidBody {
         state.bulge.map_or_else(Vector::<2>::zeros, |bulge| -Vector::<2>::from(bulge.dome().growth(&local())))
     }
 
-    /// Returns the depth of the foremost point below z = 0, m.
+    /// Returns the depth of the foremost point below z = 0 of the frame of the state, m.
     #[must_use]
     pub fn depth(&self, state: &BodyState) -> f64 {
         self.reach(state, &-Vector3::z()) - state.position.z
@@ -229,6 +229,12 @@ impl RigidBody {
     /// does.
     fn is_counted(&self, state: &BodyState) -> bool {
         self.motion != BodyMotion::Fixed && state.active
+    }
+
+    /// Returns the mass that the ledger counts, kg; 0 if the body does not count.
+    #[must_use]
+    pub fn counted_mass(&self, state: &BodyState) -> f64 {
+        if self.is_counted(state) { self.mass } else { 0.0 }
     }
 
     /// Returns the kinetic energy ½MV² + ½ω·L, J; 0 if the body does not count.

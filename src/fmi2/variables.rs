@@ -9,7 +9,7 @@ use super::parameters::RunSettings;
 use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Kind, Observed, Source};
 use crate::math::Vector3;
-use crate::simulation::ContactReport;
+use crate::simulation::{ContactReport, ImpulseExchange};
 
 /// Value of an observed variable.
 enum ObservedValue {
@@ -240,6 +240,17 @@ fn cavity_figure(observed: Observed, model: &mut BuiltModel) -> Result<f64, Call
     Ok(if matches!(observed, Observed::CavityDiameter) { widest.diameter } else { widest.depth })
 }
 
+/// Returns the displacement of the block, m, or its velocity, m/s.
+fn block_vector(observed: Observed, model: &BuiltModel) -> Vector3 {
+    let block = model.simulation.block_motion();
+    if matches!(observed, Observed::BlockDisplacement) { block.displacement } else { block.velocity }
+}
+
+/// Returns the impulse on the height or on the base radius of a dome, N·s.
+fn bulge_impulse(observed: Observed, exchange: ImpulseExchange) -> ObservedValue {
+    scalar(exchange.bulge_impulse[usize::from(matches!(observed, Observed::ContactBulgeRadiusImpulse))])
+}
+
 /// Returns the recommended communication step, or the least without chatter, s.
 fn advised_step(observed: Observed, contact: &ContactReport) -> f64 {
     if matches!(observed, Observed::CouplingStepAdvice) { contact.step_advice } else { contact.step_min }
@@ -277,13 +288,13 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::ContactPenetration => scalar(model.contact(body).penetration),
         Observed::ContactStiffness => scalar(model.contact(body).stiffness),
         Observed::ContactImpedance => scalar(model.contact(body).impedance),
-        Observed::ContactBulgeHeightImpulse => scalar(exchange.bulge_impulse[0]),
-        Observed::ContactBulgeRadiusImpulse => scalar(exchange.bulge_impulse[1]),
+        Observed::ContactBulgeHeightImpulse | Observed::ContactBulgeRadiusImpulse => bulge_impulse(observed, exchange),
         Observed::ProjectilePredictedPosition => vector(model.simulation.kinematics(body).position),
         Observed::ProjectilePredictedVelocity => vector(model.simulation.kinematics(body).velocity),
         Observed::ProjectilePredictedOrientation => real(&model.simulation.kinematics(body).orientation),
         Observed::ProjectilePredictedAngularVelocity => vector(model.simulation.kinematics(body).angular_velocity),
         Observed::ProjectileDepth => scalar(model.simulation.depth(body)),
+        Observed::BlockDisplacement | Observed::BlockVelocity => vector(block_vector(observed, model)),
         Observed::ProjectilePerforated => ObservedValue::Boolean(model.simulation.exit(body).is_some()),
         Observed::ProjectileExitVelocity => vector(model.exit(body).velocity),
         Observed::ProjectileExitTime | Observed::ProjectileResidualEnergy => scalar(exit_figure(observed, model, body)),

@@ -32,7 +32,9 @@ pub(super) fn set_body<const D: usize, P: Potential<D>>(
     (system.clock.quiet_until, system.contact.knows_bodies) = (None, false);
 }
 
-/// Limits a depth, m, to that of the back face.
-pub(super) fn depth_in_gel<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, depth: f64) -> f64 {
+/// Returns the depth of a body at its last event below the undeformed entry surface, m, at most that of the back face.
+pub(super) fn depth_in_gel<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, body: usize) -> f64 {
+    let at = &system.state.bodies[body];
+    let depth = system.model.bodies[body].depth(&system.block_motion(at.time).seen_from(at));
     system.clock.ends.exits.map_or(depth, |rule| depth.min(-rule.back_face))
 }

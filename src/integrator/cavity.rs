@@ -1,13 +1,13 @@
 //! Air in the cavity behind the projectile: its gauge pressure on the wall of the cavity.
 //!
-//! The wall is the part of the surface that stems from the entry surface and lies below z = 0, also where it touches the
-//! projectile: there contact carries the stress less the pressure in the cavity, and a uniform pressure all around the
-//! projectile has no resultant. The projectile hence feels the air on its rear through the contact at its front, and
-//! contact ends where the stress falls to the pressure in the cavity.
+//! The wall is the part of the surface that stems from the entry surface and lies below z = 0 in the frame of the block,
+//! also where it touches the projectile: there contact carries the stress less the pressure in the cavity, and a uniform
+//! pressure all around the projectile has no resultant. The projectile hence feels the air on its rear through the contact
+//! at its front, and contact ends where the stress falls to the pressure in the cavity.
 //!
-//! The cavity begins when the rear of the projectile passes z = 0: the pressure rises with the depth of the rear over a
-//! ramp length δ, and on the wall with its depth over δ, so that neither an event nor the rim of the entry hole makes a
-//! jump. From then on the work is p dV, with the volume V below z = 0.
+//! The cavity begins when the rear of the projectile passes z = 0 in the frame of the block: the pressure rises with the
+//! depth of the rear over a ramp length δ, and on the wall with its depth over δ, so that neither an event nor the rim of
+//! the entry hole makes a jump. From then on the work is p dV, with the volume V below z = 0.
 
 use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, PressureSource};
@@ -23,18 +23,21 @@ pub(super) struct OpenCavity {
     gauge: f64,
     /// Ramp length, m.
     ramp: f64,
+    /// Height of the entry surface, m: 0 unless the block moves as a whole.
+    entry: f64,
 }
 
 impl OpenCavity {
-    /// Returns the cavity at a time, s, if it is sealed and the rear of an active projectile is below z = 0.
+    /// Returns the cavity at a time, s, if it is sealed and the rear of an active projectile is below the entry surface.
     pub fn at<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> Option<Self> {
         let CavityAir { gauge, ramp } = system.model.gel.loads.air?;
         let (body, last) = (&system.model.bodies[0], &system.state.bodies[0]);
-        let depth = -body.rear(&last.at(body, time));
-        (last.active && depth > 0.0).then(|| Self { gauge: gauge * (depth / ramp).min(1.0), ramp })
+        let entry = system.entry_height(time);
+        let depth = entry - body.rear(&last.at(body, time));
+        (last.active && depth > 0.0).then(|| Self { gauge: gauge * (depth / ramp).min(1.0), ramp, entry })
     }
 
-    /// Returns the fraction of the pressure that acts at a height z, m.
+    /// Returns the fraction of the pressure that acts at a height z above the entry surface, m.
     fn weight(&self, z: f64) -> f64 {
         (-z / self.ramp).clamp(0.0, 1.0)
     }
@@ -42,7 +45,7 @@ impl OpenCavity {
     /// Returns the mean weight over a facet, by its corners and its middle, and a bound of its derivative with respect
     /// to depth, 1/m.
     fn mean_weight<const D: usize>(&self, corners: &[Vector<D>]) -> (f64, f64) {
-        let heights = || corners.iter().map(|x| x[D - 1]);
+        let heights = || corners.iter().map(|x| x[D - 1] - self.entry);
         let middle = heights().sum::<f64>() / D as f64;
         let ends = heights().map(|z| self.weight(z)).sum::<f64>() / D as f64;
         let is_in_ramp = heights().any(|z| z > -self.ramp) && heights().any(|z| z < 0.0);
@@ -80,7 +83,7 @@ mod tests {
 
     #[test]
     fn the_weight_rises_below_the_surface_and_is_steep_in_the_ramp_alone() {
-        let cavity = OpenCavity { gauge: 1.0, ramp: 0.5 };
+        let cavity = OpenCavity { gauge: 1.0, ramp: 0.5, entry: 0.0 };
         let mean = |z: [f64; 2]| cavity.mean_weight(&z.map(|z| Vector::<2>::new(1.0, z)));
         let found = [[0.2, 0.1], [0.0, 0.0], [-0.1, -0.4], [-0.5, -2.0], [0.25, -0.75]].map(mean);
         assert_eq!(found, [(0.0, 0.0), (0.0, 0.0), (0.5, 2.0), (1.0, 0.0), (0.5, 2.0)]);
@@ -88,7 +91,7 @@ mod tests {
 
     #[test]
     fn the_mean_weight_has_at_most_the_derivative_of_its_bound() {
-        let cavity = OpenCavity { gauge: 1.0, ramp: 0.5 };
+        let cavity = OpenCavity { gauge: 1.0, ramp: 0.5, entry: 0.0 };
         let mut most: f64 = 0.0;
         for (a, b) in (0..40).flat_map(|a| (0..40).map(move |b| (f64::from(a), f64::from(b)))) {
             let at = |step: f64| [0.31 - 0.04 * a - step, 0.33 - 0.04 * b].map(|z| Vector::<2>::new(1.0, z));

@@ -60,7 +60,7 @@ fn record_impulse<const D: usize, P: Potential<D>>(
     impulse: Vector3,
     time: f64,
 ) {
-    let depth = depth_in_gel(system, system.model.bodies[body].depth(&system.state.bodies[body]));
+    let depth = depth_in_gel(system, body);
     let width = system.model.settings.force_window;
     system.state.record.outside.add(&-impulse, time);
     let record = &mut system.state.record.contacts[body];

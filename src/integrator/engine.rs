@@ -244,7 +244,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Sets the frame of the block, without it that is the world.
+    /// Sets the frame of the block, in which exits and depths are measured; without it that is the world.
     pub fn set_frame(&mut self, frame: GelFrame) {
         self.system.model.frame = frame;
     }
@@ -264,7 +264,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns true if a body at this state no longer meets the gel.
     #[must_use]
     pub fn is_body_away(&self, body: usize, at: &BodyState) -> bool {
-        exit::is_away(&self.bodies()[body], at, &self.system.state.record.contacts[body])
+        exit::is_away(&self.system, body, at)
     }
 
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.

@@ -2,7 +2,7 @@
 
 use super::blocks::ElementBlocks;
 use super::bodies::{place_bodies, rebase_body};
-use super::exit::is_away;
+use super::exit::{is_away, update_exit};
 use super::mesh_end::{is_over, next_remesh_tick};
 use super::orientation::{check_spin, next_orientation_step};
 use super::substep::MeshPhase;
@@ -146,21 +146,11 @@ fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSy
 /// Finds the bodies that have left at this tick; returns true if the gel is put to rest with it.
 fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> bool {
     let Some(rule) = system.clock.ends.exits else { return false };
-    let (bodies, contacts) = (&system.model.bodies, &mut system.state.record.contacts);
-    for (i, (body, at)) in bodies.iter().zip(&system.workspace.bodies_after).enumerate() {
-        rule.update(body, at, &mut contacts[i]);
-    }
+    let n_bodies = system.model.bodies.len();
+    (0..n_bodies).for_each(|body| update_exit(system, &rule, body));
     let exit = system.state.record.contacts[0].exit;
     let is_over = exit.is_some_and(|exit| system.workspace.bodies_after[0].time - exit.time >= rule.rest_after);
-    let all_away = || {
-        (0..system.model.bodies.len()).all(|body| {
-            is_away(
-                &system.model.bodies[body],
-                &system.workspace.bodies_after[body],
-                &system.state.record.contacts[body],
-            )
-        })
-    };
+    let all_away = || (0..n_bodies).all(|body| is_away(system, body, &system.workspace.bodies_after[body]));
     system.state.record.at_rest = is_over && all_away();
     system.state.record.at_rest
 }

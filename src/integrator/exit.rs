@@ -2,14 +2,19 @@
 //!
 //! Exits are found at ticks, never at communication points: a saved state, a thread or another communication step
 //! changes no bit of them.
+//!
+//! The back face moves with the block. Velocities and energies are those in the inertial frame in which the block was at
+//! rest at the start: a chronograph behind the block stands there.
 
-use crate::contact::{BodyMotion, BodyState, RigidBody};
-use crate::state::{ContactRecord, ExitRecord};
+use super::system::DiscreteSystem;
+use crate::contact::{BodyMotion, BodyState};
+use crate::fem::Potential;
+use crate::state::ExitRecord;
 
 /// Exit rule: the face through which bodies leave a gel, and how long it is integrated after that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExitRule {
-    /// Height of the undisturbed back face, m; negative.
+    /// Height of the undisturbed back face in the frame of the block, m; negative.
     pub back_face: f64,
     /// Half width of the back face along x and along y, m: a body that passes beside it has left at a side.
     pub half_width: [f64; 2],
@@ -22,42 +27,61 @@ pub struct ExitRule {
 const KEPT_SPEED: f64 = 0.5;
 
 impl ExitRule {
-    /// Creates the exit record of a body whose rear end is at `height` ≤ 0 relative to the back face, m, and was
-    /// higher at the last tick.
-    fn exit_of(body: &RigidBody, at: &BodyState, height: f64, contact: &ContactRecord) -> ExitRecord {
-        let first = contact.touched.map_or(at.time, |touched| touched.0);
-        let elapsed = if at.velocity.z < 0.0 { height / at.velocity.z } else { 0.0 };
-        ExitRecord {
-            time: (at.time - elapsed).max(first),
-            velocity: at.velocity,
-            residual_energy: body.kinetic_energy(at),
-            energy_deposited: -contact.work,
-        }
-    }
-
     /// Returns true if a body below the back face is not beside it.
-    fn is_behind(&self, at: &BodyState) -> bool {
-        at.position.x.abs() <= self.half_width[0] && at.position.y.abs() <= self.half_width[1]
+    fn is_behind(&self, seen: &BodyState) -> bool {
+        seen.position.x.abs() <= self.half_width[0] && seen.position.y.abs() <= self.half_width[1]
     }
+}
 
-    /// Updates the exit record of a body; a body that comes back has not left.
-    pub(super) fn update(&self, body: &RigidBody, at: &BodyState, contact: &mut ContactRecord) {
-        let can_leave = body.motion != BodyMotion::Fixed && at.active && contact.touched.is_some();
-        if !can_leave || (contact.exit.is_none() && at.position.z > self.back_face) {
-            return;
+/// Updates the exit record of a body at a tick; a body that comes back has not left.
+pub(super) fn update_exit<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    rule: &ExitRule,
+    body: usize,
+) {
+    let (rigid, at) = (&system.model.bodies[body], &system.workspace.bodies_after[body]);
+    let (seen, exit) = (system.block_motion(at.time).seen_from(at), system.state.record.contacts[body].exit);
+    let can_leave =
+        rigid.motion != BodyMotion::Fixed && at.active && system.state.record.contacts[body].touched.is_some();
+    if !can_leave || (exit.is_none() && seen.position.z > rule.back_face) {
+        return;
+    }
+    let height = rigid.rear(&seen) - rule.back_face;
+    let exit = match exit {
+        None if height <= 0.0 && rule.is_behind(&seen) => {
+            let elapsed = if seen.velocity.z < 0.0 { height / seen.velocity.z } else { 0.0 };
+            Some(exit_record(system, body, at.time - elapsed))
         }
-        let height = body.rear(at) - self.back_face;
-        contact.exit = match contact.exit {
-            None if height <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, height, contact)),
-            exit => exit.filter(|_| height <= 0.0),
-        };
+        exit => exit.filter(|_| height <= 0.0),
+    };
+    system.state.record.contacts[body].exit = exit;
+}
+
+/// Creates the exit record of a body that has passed the back face at a time, s, since the last tick.
+fn exit_record<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, body: usize, time: f64) -> ExitRecord {
+    let (at, contact) = (&system.workspace.bodies_after[body], &system.state.record.contacts[body]);
+    let start = &system.model.frame.initial_velocity;
+    let seen = BodyState { velocity: at.velocity - start, ..*at };
+    ExitRecord {
+        time: time.max(contact.touched.map_or(at.time, |touched| touched.0)),
+        velocity: seen.velocity,
+        residual_energy: system.model.bodies[body].kinetic_energy(&seen),
+        energy_deposited: contact.energy_given(start),
     }
 }
 
 /// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or moves up
 /// above the entry surface. An inactive body may be made active at any time.
-pub(super) fn is_away(body: &RigidBody, at: &BodyState, contact: &ContactRecord) -> bool {
-    let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
-    let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;
-    body.motion == BodyMotion::Fixed || (at.active && contact.exit.map_or_else(is_above, keeps))
+pub(super) fn is_away<const D: usize, P: Potential<D>>(
+    system: &DiscreteSystem<D, P>,
+    body: usize,
+    at: &BodyState,
+) -> bool {
+    let (rigid, start) = (&system.model.bodies[body], &system.model.frame.initial_velocity);
+    let seen = system.block_motion(at.time).seen_from(at);
+    let speed = at.velocity.z - start.z;
+    let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && speed <= KEPT_SPEED * exit.velocity.z;
+    let is_above = || seen.velocity.z > 0.0 && rigid.depth(&seen) < 0.0;
+    let exit = system.state.record.contacts[body].exit;
+    rigid.motion == BodyMotion::Fixed || (at.active && exit.map_or_else(is_above, keeps))
 }

@@ -64,7 +64,44 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Engine, IntegratorSettings, test_cube};
     use super::*;
+    use crate::contact::{BodyMotion, FreeDirections, ImpulseExchange, RigidBody};
+    use crate::fem::Simplices;
+    use crate::geometry::{ShapeGeometry, Sphere};
+    use crate::math::Tensor3;
+    use crate::mesh::NodeId;
+
+    /// Creates the test cube with this start velocity, damped, and a ball that falls on it aslant.
+    fn struck_cube(start: Vector3) -> Engine<3, Simplices<3>> {
+        let gel = test_cube::gel(&test_cube::mesh(&[0.0, 0.3, 0.6, 1.0]));
+        let (shape, inertia) = (ShapeGeometry::Sphere(Sphere { radius: 0.2 }), Tensor3::identity() * 1e-3);
+        let ball = RigidBody::new(shape, BodyMotion::Free, FreeDirections::SPATIAL, 0.1, inertia);
+        let at = BodyState::at_start(Vector3::new(0.45, 0.55, 1.21), Vector3::new(0.5, 0.0, -2.0));
+        let nodes = gel.potential.rest().iter().map(|x| (*x, start)).collect();
+        let mobility = Vector3::repeat(1.0 / gel.mass.iter().sum::<f64>());
+        let rules = IntegratorSettings { damping: 0.3, ..test_cube::rules() };
+        let mut engine = Engine::new(gel, vec![(ball, at)], rules, nodes);
+        engine.set_frame(GelFrame { initial_velocity: start, mobility });
+        engine
+    }
+
+    #[test]
+    fn the_displacement_of_the_block_is_that_of_its_centre_of_mass() {
+        let mut engine = struck_cube(Vector3::new(0.2, -0.1, 0.4));
+        let centre = |engine: &Engine<3, Simplices<3>>, time: f64| {
+            let mass = &engine.gel().mass;
+            let weighed = |i: usize| engine.position_at(NodeId(i as u32), time) * mass[i];
+            (0..mass.len()).map(weighed).sum::<Vector3>() / mass.iter().sum::<f64>()
+        };
+        let start = centre(&engine, 0.0);
+        for time in [0.004, 0.03, 0.1] {
+            engine.advance_to(time, &mut [ImpulseExchange::default()]).expect("the cube only swings");
+            let off = centre(&engine, time) - start - engine.block_motion(time).displacement;
+            assert!(off.norm() < 1e-13, "{time}: {off}");
+        }
+        assert!(engine.state().record.contacts[0].impulse.z > 0.1, "the ball has met the cube");
+    }
 
     #[test]
     fn a_block_moves_by_its_start_and_by_each_impulse_since_its_time() {

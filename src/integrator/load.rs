@@ -22,7 +22,7 @@ pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
     }
     let (gel, time) = (system.model.gel.clone(), system.model.grid.time(tick));
     let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
-    let cavity = OpenCavity::at(system, time);
+    let (entry, cavity) = (system.entry_height(time), OpenCavity::at(system, time));
     for (facet, loaded) in gel.loads.facets.iter().enumerate() {
         let group = system.model.layout.group(loaded.behind);
         if is_group_active(system, group, tick) {
@@ -30,7 +30,9 @@ pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
             let cavity = cavity.filter(|_| loaded.can_bound_cavity());
             let air = cavity.and_then(|cavity| find_air_load(system, &cavity, loaded, group, tick));
             let mut added = 0.0;
-            for (load, stiffness) in find_load(system, loaded, &now, group, tick).into_iter().chain(air) {
+            for (load, stiffness) in
+                find_load(system, loaded, &LoadLevel { pressures: &now, entry }, group, tick).into_iter().chain(air)
+            {
                 system.workspace.facet_loads.push(load);
                 added += stiffness;
             }
@@ -41,18 +43,24 @@ pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
     add_load_stiffness(system);
 }
 
+/// Pressures at a time, Pa, and the height of the entry surface of a block that moves as a whole, m.
+struct LoadLevel<'a> {
+    pressures: &'a [f64],
+    entry: f64,
+}
+
 /// Finds the pressure load of a facet, and the stiffness that it adds to the element behind the facet, N/m.
 fn find_load<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
     loaded: &LoadedFacet,
-    now: &[f64],
+    level: &LoadLevel,
     group: usize,
     tick: Tick,
 ) -> Option<(FacetLoad<D>, f64)> {
     let (loads, time) = (&system.model.gel.loads, system.model.grid.time(tick));
     let corners = loaded.facet.map(|node| system.position_at(node, time));
     let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
-    let (pressure, growth) = loads.pressure(loaded.mark, now, middle[D - 1]);
+    let (pressure, growth) = loads.pressure(loaded.mark, level.pressures, middle[D - 1] - level.entry);
     if pressure == 0.0 {
         return None;
     }

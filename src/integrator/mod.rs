@@ -72,7 +72,7 @@ pub use grid::TickGrid;
 pub use layout_stats::BlockLayout;
 pub use pool::WorkerPool;
 pub use pressure::{CavityAir, LoadedFacet, PressureHistory, PressureLoads};
-pub use report::{BalanceTotals, EnergySums};
+pub use report::{BalanceTotals, EnergySums, ProvidedEnergy};
 pub use schedule::SteppingSchedule;
 pub use settings::{IntegratorSettings, UnusableStep};
 pub use sort_keys::node_order;

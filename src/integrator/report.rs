@@ -6,7 +6,7 @@ use super::stability::stable_steps;
 use super::system::DiscreteSystem;
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::{ElementStates, GroupResponse, Potential};
-use crate::ledger::Ledger;
+use crate::ledger::{CompensatedSum, EnergyAccounts, Ledger};
 use crate::math::{Vector, Vector3, embed, ordered_sum};
 use crate::mesh::{ElementId, NodeId, Simplex};
 use crate::state::{DynamicState, GroupClock, Tick};
@@ -44,6 +44,8 @@ pub struct BalanceTotals {
     pub ledger: Ledger,
     /// Energy at the start, J.
     pub initial_energy: f64,
+    /// Energy that has driven the run.
+    pub provided: ProvidedEnergy,
     /// Change of the discrete energy that no account explains, J, and relative to the throughput.
     pub energy_imbalance: (f64, f64),
     /// Change of momentum that no account explains, N·s, and relative to the throughput.
@@ -52,6 +54,38 @@ pub struct BalanceTotals {
     pub angular_momentum_imbalance: (Vector3, f64),
     /// Throughput of angular momentum that its closure is relative to, N·m·s.
     pub angular_momentum_scale: f64,
+}
+
+/// Energy that has driven a run, in the inertial frame in which the gel was at rest at the start: there it does not count
+/// the motion that all have in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProvidedEnergy {
+    /// Initial energy and external work since, [`EnergyAccounts::scale_of_work`], J.
+    pub work: f64,
+    /// Jumps made by the importer, J.
+    pub importer: f64,
+}
+
+impl ProvidedEnergy {
+    /// Returns the sum of the magnitudes, an upper bound of the available energy, J.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.work + self.importer.abs()
+    }
+
+    /// Transforms start and accounts to a frame of this velocity, m/s: E′ = E − V·P + ½MV².
+    fn of(start: &BalanceReference, ledger: &Ledger, velocity: &Vector3) -> Self {
+        let (energy, momentum) = (&ledger.energy, &ledger.momentum);
+        let moved = |energy: f64, momentum: &CompensatedSum| energy - velocity.dot(&momentum.value());
+        let accounts = EnergyAccounts {
+            external: moved(energy.external, &momentum.external),
+            load: moved(energy.load, &momentum.load),
+            air: moved(energy.air, &momentum.air),
+            ..EnergyAccounts::default()
+        };
+        let initial = start.energy - velocity.dot(&start.momentum) + 0.5 * start.mass * velocity.norm_squared();
+        Self { work: accounts.scale_of_work(initial), importer: moved(energy.importer, &momentum.importer) }
+    }
 }
 
 /// Sums the energies of the gel and of the bodies.
@@ -106,6 +140,8 @@ pub(super) struct BalanceReference {
     pub energy: f64,
     pub momentum: Vector3,
     pub angular_momentum: Vector3,
+    /// Mass of gel and bodies, kg.
+    pub mass: f64,
     /// Σ m|v| and Σ |x × mv|, scales of momentum and angular momentum.
     pub scale: (f64, f64),
 }
@@ -126,7 +162,8 @@ impl BalanceReference {
             ordered_sum(n, 0.0, speed) + sum_bodies(bodies, at, |body, at| body.momentum(at).norm()),
             ordered_sum(n, 0.0, turning) + sum_bodies(bodies, at, |body, at| body.total_angular_momentum(at).norm()),
         );
-        Self { energy: energy_sums(gel, state, bodies, at).discrete(), momentum, angular_momentum, scale }
+        let mass = ordered_sum(n, 0.0, |i| gel.mass[i]) + sum_bodies(bodies, at, RigidBody::counted_mass);
+        Self { energy: energy_sums(gel, state, bodies, at).discrete(), momentum, angular_momentum, mass, scale }
     }
 }
 
@@ -155,6 +192,7 @@ pub(super) fn totals<const D: usize, P: Potential<D>>(
         energies,
         ledger,
         initial_energy: start.energy,
+        provided: ProvidedEnergy::of(start, &ledger, &system.model.frame.initial_velocity),
         energy_imbalance: (energy, energy.abs() / scales.energy),
         momentum_imbalance: (linear, linear.norm() / scales.momentum),
         angular_momentum_imbalance: (turning, turning.norm() / scales.angular_momentum),

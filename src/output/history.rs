@@ -4,7 +4,7 @@ use super::files::{OutputError, format_cell, parse_cell, with_path};
 #[cfg(feature = "cli")]
 use super::reading::{MOST_RESULT_BYTES, read_limited_text};
 use crate::scene::Scene;
-use crate::simulation::{BodyReport, Observation, SensorReport};
+use crate::simulation::{BlockMotion, BodyReport, Observation, SensorReport};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 71] = [
+const COLUMNS: [HistoryColumn; 77] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -27,7 +27,7 @@ const COLUMNS: [HistoryColumn; 71] = [
     ("angular_velocity_x_rad_per_s", |o| o.projectile().kinematics.angular_velocity.x),
     ("angular_velocity_y_rad_per_s", |o| o.projectile().kinematics.angular_velocity.y),
     ("angular_velocity_z_rad_per_s", |o| o.projectile().kinematics.angular_velocity.z),
-    ("yaw_rad", |o| o.projectile().kinematics.yaw()),
+    ("yaw_rad", |o| o.projectile().kinematics.yaw_from(&o.block.velocity)),
     ("depth_m", |o| o.projectile().depth),
     ("impulse_x_N_s", |o| o.projectile().exchange.impulse.x),
     ("impulse_y_N_s", |o| o.projectile().exchange.impulse.y),
@@ -75,6 +75,12 @@ const COLUMNS: [HistoryColumn; 71] = [
     ("min_jacobian", |o| o.cost.min_jacobian),
     ("remeshes", |o| o.cost.remeshes as f64),
     ("incompatible_fraction", |o| o.cost.incompatible_fraction),
+    ("block_displacement_x_m", |o| o.block.displacement.x),
+    ("block_displacement_y_m", |o| o.block.displacement.y),
+    ("block_displacement_z_m", |o| o.block.displacement.z),
+    ("block_velocity_x_m_per_s", |o| o.block.velocity.x),
+    ("block_velocity_y_m_per_s", |o| o.block.velocity.y),
+    ("block_velocity_z_m_per_s", |o| o.block.velocity.z),
     // Former names of columns, until the next release.
     ("energy_splash_J", |o| o.energy.eroded),
     ("energy_closure_J", |o| o.energy.imbalance),
@@ -88,32 +94,32 @@ const COLUMNS: [HistoryColumn; 71] = [
 ];
 
 /// Column of a fragment, behind [`COLUMNS`]; the name follows `fragment1_`, `fragment2_`, …
-type FragmentColumn = (&'static str, fn(&BodyReport) -> f64);
+type FragmentColumn = (&'static str, fn(&BodyReport, &BlockMotion) -> f64);
 
 const FRAGMENT_COLUMNS: [FragmentColumn; 23] = [
-    ("active", |b| f64::from(u8::from(b.active))),
-    ("position_x_m", |b| b.kinematics.position.x),
-    ("position_y_m", |b| b.kinematics.position.y),
-    ("position_z_m", |b| b.kinematics.position.z),
-    ("velocity_x_m_per_s", |b| b.kinematics.velocity.x),
-    ("velocity_y_m_per_s", |b| b.kinematics.velocity.y),
-    ("velocity_z_m_per_s", |b| b.kinematics.velocity.z),
-    ("orientation_w", |b| b.kinematics.orientation[0]),
-    ("orientation_x", |b| b.kinematics.orientation[1]),
-    ("orientation_y", |b| b.kinematics.orientation[2]),
-    ("orientation_z", |b| b.kinematics.orientation[3]),
-    ("angular_velocity_x_rad_per_s", |b| b.kinematics.angular_velocity.x),
-    ("angular_velocity_y_rad_per_s", |b| b.kinematics.angular_velocity.y),
-    ("angular_velocity_z_rad_per_s", |b| b.kinematics.angular_velocity.z),
-    ("yaw_rad", |b| b.kinematics.yaw()),
-    ("depth_m", |b| b.depth),
-    ("impulse_x_N_s", |b| b.exchange.impulse.x),
-    ("impulse_y_N_s", |b| b.exchange.impulse.y),
-    ("impulse_z_N_s", |b| b.exchange.impulse.z),
-    ("bulge_height_m", |b| b.bulge.map_or(0.0, |bulge| bulge.size[0])),
-    ("bulge_radius_m", |b| b.bulge.map_or(0.0, |bulge| bulge.size[1])),
-    ("bulge_height_impulse_N_s", |b| b.exchange.bulge_impulse[0]),
-    ("bulge_radius_impulse_N_s", |b| b.exchange.bulge_impulse[1]),
+    ("active", |b, _| f64::from(u8::from(b.active))),
+    ("position_x_m", |b, _| b.kinematics.position.x),
+    ("position_y_m", |b, _| b.kinematics.position.y),
+    ("position_z_m", |b, _| b.kinematics.position.z),
+    ("velocity_x_m_per_s", |b, _| b.kinematics.velocity.x),
+    ("velocity_y_m_per_s", |b, _| b.kinematics.velocity.y),
+    ("velocity_z_m_per_s", |b, _| b.kinematics.velocity.z),
+    ("orientation_w", |b, _| b.kinematics.orientation[0]),
+    ("orientation_x", |b, _| b.kinematics.orientation[1]),
+    ("orientation_y", |b, _| b.kinematics.orientation[2]),
+    ("orientation_z", |b, _| b.kinematics.orientation[3]),
+    ("angular_velocity_x_rad_per_s", |b, _| b.kinematics.angular_velocity.x),
+    ("angular_velocity_y_rad_per_s", |b, _| b.kinematics.angular_velocity.y),
+    ("angular_velocity_z_rad_per_s", |b, _| b.kinematics.angular_velocity.z),
+    ("yaw_rad", |b, block| b.kinematics.yaw_from(&block.velocity)),
+    ("depth_m", |b, _| b.depth),
+    ("impulse_x_N_s", |b, _| b.exchange.impulse.x),
+    ("impulse_y_N_s", |b, _| b.exchange.impulse.y),
+    ("impulse_z_N_s", |b, _| b.exchange.impulse.z),
+    ("bulge_height_m", |b, _| b.bulge.map_or(0.0, |bulge| bulge.size[0])),
+    ("bulge_radius_m", |b, _| b.bulge.map_or(0.0, |bulge| bulge.size[1])),
+    ("bulge_height_impulse_N_s", |b, _| b.exchange.bulge_impulse[0]),
+    ("bulge_radius_impulse_N_s", |b, _| b.exchange.bulge_impulse[1]),
 ];
 
 /// Column of a sensor, behind the columns of the fragments; the name follows `sensor1_`, `sensor2_`, …
@@ -139,7 +145,8 @@ fn column_names(n_fragments: usize, n_sensors: usize) -> String {
 
 fn row_text(observation: &Observation) -> String {
     let own = COLUMNS.iter().map(|(_, value)| value(observation));
-    let of_fragment = |fragment| FRAGMENT_COLUMNS.iter().map(move |(_, value)| value(fragment));
+    let block = &observation.block;
+    let of_fragment = |fragment| FRAGMENT_COLUMNS.iter().map(move |(_, value)| value(fragment, block));
     let of_sensor = |sensor| SENSOR_COLUMNS.iter().map(move |(_, value)| value(sensor));
     let all = own.chain(observation.bodies[1..].iter().flat_map(of_fragment));
     let all = all.chain(observation.sensors.iter().flat_map(of_sensor));

@@ -200,9 +200,10 @@ impl RunRecorder {
             && time - last >= interval * (1.0 - TIME_TOLERANCE)
     }
 
-    /// Stores the initial mass and the shot line.
+    /// Stores the initial mass, the velocity of the block and the shot line.
     fn record_start(&mut self, start: &MeshFrame) {
         self.run.initial_mass = Some(start.mass);
+        self.run.block_velocity = start.block.velocity;
         self.shot_line = ShotLine::of(&self.run.scene, start);
     }
 

@@ -27,7 +27,7 @@ pub struct SensorFigures {
     pub dent: Option<DentFigures>,
 }
 
-/// Dent of the entry surface of a block or a cylinder at one point.
+/// Dent of the entry surface of a block or a cylinder at one point, measured against the block.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DentFigures {
     /// Greatest depth, m.
@@ -72,8 +72,10 @@ struct SensorPeaks {
 }
 
 impl SensorPeaks {
-    fn update(&mut self, time: f64, columns: &[f64]) {
+    /// Adds a row: the columns of the sensor, height and velocity of a block that moves along z.
+    fn update(&mut self, time: f64, columns: &[f64], block: [f64; 2]) {
         let &[pressure, _, _, height, _, _, velocity] = columns else { unreachable!("a sensor has seven columns") };
+        let (height, velocity) = (height - block[0], velocity - block[1]);
         self.pressure.update(pressure, time);
         if let Some((then, was)) = self.before.filter(|(then, _)| *then < time) {
             self.rate.update((pressure - was) / (time - then), 0.5 * (time + then));
@@ -95,8 +97,9 @@ pub(super) fn figures(scene: &Scene, history: &HistoryFile) -> Result<Vec<Sensor
     }
     let mut all = vec![SensorPeaks::default(); n];
     history.for_each_row(|row: &HistoryRow| {
-        let time = row.get("time_s");
-        all.iter_mut().enumerate().for_each(|(i, peaks)| peaks.update(time, row.sensor(i, n)));
+        let [time, height, velocity] =
+            ["time_s", "block_displacement_z_m", "block_velocity_z_m_per_s"].map(|name| row.get(name));
+        all.iter_mut().enumerate().for_each(|(i, peaks)| peaks.update(time, row.sensor(i, n), [height, velocity]));
     })?;
     let figures = |(sensor, peaks): (&crate::scene::SensorSpec, SensorPeaks)| SensorFigures {
         position: sensor.position,
@@ -119,12 +122,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn greatest_values_and_rates_are_those_of_the_rows_and_only_what_goes_in_counts() {
+    fn greatest_values_and_rates_are_those_of_the_rows_and_only_what_goes_into_the_block_counts() {
         let mut peaks = SensorPeaks::default();
         for (time, pressure, height, velocity) in
             [(0.0, 0.0, 0.0, 0.0), (1.0, 3.0, -0.1, -2.0), (3.0, 5.0, -0.3, -1.0), (4.0, -9.0, -0.2, 8.0)]
         {
-            peaks.update(time, &[pressure, 0.0, 0.0, height, 0.0, 0.0, velocity]);
+            let columns = [pressure, 0.0, 0.0, height + 0.5, 0.0, 0.0, velocity + 4.0];
+            peaks.update(time, &columns, [0.5, 4.0]);
         }
         let found =
             [peaks.pressure, peaks.rate, peaks.dent, peaks.criterion].map(|greatest| (greatest.value, greatest.time));

@@ -124,21 +124,21 @@ pub struct RunSummary {
     /// Smallest J = det F of the run.
     #[serde(deserialize_with = "super::numbers::number")]
     pub min_jacobian: f64,
-    /// Greatest depth, m, limited by the back face of a block or cylinder.
+    /// Greatest depth in the block, m, limited by the back face of a block or cylinder.
     #[serde(deserialize_with = "super::numbers::number")]
     pub peak_depth: f64,
     /// Time of the greatest depth, s.
     #[serde(deserialize_with = "super::numbers::number")]
     pub time_of_peak_depth: f64,
-    /// Depth at the end, m, limited by the back face.
+    /// Depth in the block at the end, m, limited by the back face.
     #[serde(deserialize_with = "super::numbers::number")]
     pub final_depth: f64,
     /// Figures of the exit at the back face.
     #[serde(flatten)]
     pub exit: ExitFigures,
-    /// Rebound speed against the initial velocity, m/s (numerics A14); absent during contact and after a perforation.
+    /// Rebound speed relative to the block, against the initial velocity, m/s (numerics A14); absent during contact and after a perforation.
     pub rebound_velocity: Option<f64>,
-    /// Velocity at the end, m/s.
+    /// Velocity at the end in the world frame, m/s.
     #[serde(deserialize_with = "super::numbers::vector")]
     pub final_velocity: [f64; 3],
     /// Time from the first to the last contact impulse, s.
@@ -164,7 +164,7 @@ pub struct RunSummary {
     /// Rest of the projectile, course of the cavity and permanent track.
     #[serde(flatten)]
     pub wound: WoundFigures,
-    /// Energy given to the gel in each centimetre of depth, J; the last centimetre ends at the greatest depth. Needs a
+    /// Energy given to the gel in each centimetre of depth, seen from the block, J; the last centimetre ends at the greatest depth. Needs a
     /// penetration along −z beyond the length of the projectile.
     #[serde(deserialize_with = "super::numbers::list")]
     pub energy_per_centimetre: Option<Vec<f64>>,
@@ -206,7 +206,8 @@ pub struct RunSummary {
     pub doubt: Option<String>,
 }
 
-/// Exit of the projectile at the back face of the gel, SI.
+/// Exit of the projectile at the back face of the gel, SI. The back face moves with the block; velocity and energies are
+/// those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExitFigures {
     /// True if the rear end of the projectile has passed the undisturbed back face of the gel.
@@ -240,10 +241,10 @@ impl ExitFigures {
 pub struct FragmentFigures {
     /// True if the fragment was active at the end.
     pub active: bool,
-    /// Greatest depth of the foremost point below z = 0, m, over the contact.
+    /// Greatest depth of the foremost point in the block, m, over the contact.
     #[serde(deserialize_with = "super::numbers::number")]
     pub peak_depth: f64,
-    /// Depth at the end, m.
+    /// Depth in the block at the end, m.
     #[serde(deserialize_with = "super::numbers::number")]
     pub final_depth: f64,
     /// Velocity at the end, m/s.
@@ -275,6 +276,8 @@ impl FragmentFigures {
 pub(super) struct RunInfo {
     pub(super) scene: Scene,
     pub(super) initial_mass: Option<f64>,
+    /// Velocity of the block at the start, m/s.
+    pub(super) block_velocity: Vector3,
     interface: DriverInterface,
     threads: usize,
     started: Instant,
@@ -289,11 +292,23 @@ impl RunInfo {
     pub(super) fn start(scene: &Scene, interface: DriverInterface, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let threads = if threads == 0 { all() } else { threads };
-        Self { scene: scene.clone(), initial_mass: None, interface, threads, started: Instant::now() }
+        Self {
+            scene: scene.clone(),
+            initial_mass: None,
+            block_velocity: Vector3::zeros(),
+            interface,
+            threads,
+            started: Instant::now(),
+        }
     }
 }
 
 impl RunInfo {
+    /// Returns the velocity of the projectile relative to the block at the start, m/s.
+    fn impact_velocity(&self) -> Vector3 {
+        Vector3::from(self.scene.projectile.velocity) - self.block_velocity
+    }
+
     /// Returns the change of a mass relative to the initial mass.
     fn mass_error(&self, mass: f64) -> Option<f64> {
         self.initial_mass.map(|initial| (mass / initial - 1.0).abs())
@@ -344,7 +359,7 @@ impl RunSummary {
             time_of_peak_depth: contact.peak_depth.1,
             final_depth: depth.min(run.scene.gel.shape.thickness().unwrap_or(f64::INFINITY)),
             exit: ExitFigures::of(ending.observation.projectile()),
-            rebound_velocity: rebound(ending.observation, run.scene.projectile.velocity.into()),
+            rebound_velocity: rebound(ending.observation, run.impact_velocity()),
             final_velocity: kinematics.velocity.into(),
             contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),
             peak_force: contact.peak_force,
@@ -451,12 +466,13 @@ fn from_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Summary
     Ok(ACCOUNTS.iter().filter_map(account).collect())
 }
 
-/// Returns the rebound speed against the initial velocity, m/s (numerics A14). The last impulse must be older than 10
-/// % of the contact time; a perforating body has no rebound.
+/// Returns the rebound speed relative to the block, against the initial velocity relative to it, m/s (numerics A14). The
+/// last impulse must be older than 10 % of the contact time; a perforating body has no rebound.
 #[must_use]
 pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;
     let direction = initial.try_normalize(0.0).filter(|_| observation.projectile().exit.is_none())?;
     let over = observation.time - last > 0.1 * (last - first);
-    over.then(|| -observation.projectile().kinematics.velocity.dot(&direction))
+    let velocity = || observation.projectile().kinematics.velocity - observation.block.velocity;
+    over.then(|| -velocity().dot(&direction))
 }

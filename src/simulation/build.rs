@@ -71,8 +71,9 @@ where
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    engine.set_exits(exit_rule(scene));
-    engine.set_frame(block_frame(scene, &engine, &mesh));
+    let frame = block_frame(scene, &engine, &mesh);
+    engine.set_exits(exit_rule(scene, &frame));
+    engine.set_frame(frame);
     engine.set_remesh_times(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let points: Vec<Vector3> = scene.sensor.iter().map(|sensor| sensor.position.into()).collect();
     let sensors = place_sensors(&points, definition.symmetry_planes, &engine);
@@ -177,9 +178,10 @@ fn block_frame<const D: usize>(scene: &Scene, engine: &Engine<D, Simplices<D>>, 
     }
 }
 
-/// Exit rule of a scene; `None` for a gel without a back face, or one that moves as a whole.
-fn exit_rule(scene: &Scene) -> Option<ExitRule> {
-    let gel = scene.gel.shape.bounding_box().filter(|_| scene.gel.velocity == [0.0; 3])?;
+/// Exit rule of a scene; `None` for a gel without a back face, or one that moves against its supports.
+fn exit_rule(scene: &Scene, frame: &GelFrame) -> Option<ExitRule> {
+    let follows = frame.initial_velocity == Vector3::from(scene.gel.velocity);
+    let gel = scene.gel.shape.bounding_box().filter(|_| follows)?;
     Some(ExitRule {
         back_face: gel.lower.z,
         half_width: gel.upper.xy().into(),

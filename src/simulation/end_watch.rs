@@ -53,7 +53,7 @@ impl CavityLine {
     /// Returns the line of a projectile with initial motion along −z.
     fn of(scene: &Scene) -> Option<Self> {
         let gel = scene.gel.shape.bounding_box()?;
-        let velocity = Vector3::from(scene.projectile.velocity);
+        let velocity = Vector3::from(scene.projectile.velocity) - Vector3::from(scene.gel.velocity);
         let is_shot = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
         let section = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
         is_shot.then_some(Self { origin: scene.projectile.position.into(), depth: -gel.lower.z, section })

@@ -27,7 +27,7 @@ fn meets_box(gel: &GelBox, body: &RigidBody, from: &BodyState, to: &BodyState) -
 }
 
 impl Simulation {
-    /// Exit of a body at the back face of the gel; `None` for a body that has not left there.
+    /// Exit of a body at the back face of the gel, which moves with the block; `None` for a body that has not left there.
     #[must_use]
     pub fn exit(&self, body: usize) -> Option<ExitReport> {
         self.model.record().contacts[body].exit.map(|exit| ExitReport {
@@ -37,11 +37,12 @@ impl Simulation {
         })
     }
 
-    /// Energy that a body has given to the gel, J, up to its exit if it has left.
+    /// Energy that a body has given to the gel, J, up to its exit if it has left; in the inertial frame in which the gel
+    /// was at rest at the start.
     #[must_use]
     pub fn energy_deposited(&self, body: usize) -> f64 {
-        let contact = &self.model.record().contacts[body];
-        contact.exit.map_or(-contact.work, |exit| exit.energy_deposited) + 0.0
+        let (contact, start) = (&self.model.record().contacts[body], &self.model.block_frame().initial_velocity);
+        contact.exit.map_or_else(|| contact.energy_given(start), |exit| exit.energy_deposited) + 0.0
     }
 
     /// Returns true if the run is over by the exit or, with `scene.stop_at_rest`, by the rest of the projectile.
@@ -55,7 +56,7 @@ impl Simulation {
         let rests = self.constants.end_rules.stops_at_rest && self.watch.rests();
         let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() || rests };
         let is_away = |body: &usize| !self.now(*body).active || self.model.is_away(*body, &self.now(*body));
-        let is_still = |body: usize| self.now(body).velocity.norm() < RESTING_SPEED * exit.velocity.norm();
+        let is_still = |body: usize| self.seen(body).velocity.norm() < RESTING_SPEED * exit.velocity.norm();
         let mut inside = (1..self.n_bodies()).filter(|body| !is_away(body)).peekable();
         let is_late = self.time - exit.time >= self.constants.end_rules.rest_after(&self.watch) && is_away(&0);
         is_late && inside.peek().is_some() && inside.all(is_still)
@@ -66,12 +67,14 @@ impl Simulation {
         self.constants.end_rules.next_look(self.time).filter(|_| !self.is_at_rest())
     }
 
-    /// Looks at projectile and cavity for the watch over the end.
+    /// Looks at projectile and cavity for the watch over the end, as they are seen from the block.
     pub(super) fn look(&mut self) {
         let has_left = self.exit(0).is_some();
         if has_left || self.constants.end_rules.stops_at_rest {
-            let (time, depth, diameter) = (self.time, self.depth_in_block(), self.cavity_diameter());
-            self.watch.add(EndSample { time, depth, diameter, has_left, may_rest: self.may_rest() });
+            let at = self.seen(0);
+            let (time, depth, diameter) = (self.time, self.model.body(0).0.depth(&at), self.cavity_diameter(&at));
+            let may_rest = depth > 0.0 && self.may_rest();
+            self.watch.add(EndSample { time, depth, diameter, has_left, may_rest });
             self.apply_watch();
         }
     }
@@ -81,25 +84,27 @@ impl Simulation {
         self.model.set_rest_after(self.constants.end_rules.rest_after(&self.watch));
     }
 
-    /// Greatest diameter of the cavity behind the projectile, m, below one width of the projectile; 0 without one.
-    fn cavity_diameter(&self) -> f64 {
-        let (fixed, now) = (self.model.body(0).0, self.now(0));
-        let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(&now, &side)).iter().sum::<f64>();
-        let fills = now.active && fixed.depth(&now) > 0.0;
-        let rear = if fills { -fixed.rear(&now) } else { f64::INFINITY };
+    /// Greatest diameter of the cavity behind the projectile, m, below one width of the projectile; 0 without one. `at`
+    /// is the projectile as it is seen from the block.
+    fn cavity_diameter(&self, at: &BodyState) -> f64 {
+        let (fixed, displacement) = (self.model.body(0).0, self.block_motion().displacement);
+        let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(at, &side)).iter().sum::<f64>();
+        let fills = at.active && fixed.depth(at) > 0.0;
+        let rear = if fills { -fixed.rear(at) } else { f64::INFINITY };
         let facets = || self.model.facet_corners(self.time).into_iter();
+        let facets = || facets().map(|corners| corners.map(|corner| corner - displacement));
         self.constants.end_rules.line.map_or(0.0, |line| line.diameter(facets(), width, rear))
     }
 
-    /// Returns true if the projectile is in the gel, and every other body is away or slow.
+    /// Returns true if the projectile has touched the gel and has not left it, and every other body is away or slow.
     fn may_rest(&self) -> bool {
-        let (fixed, contact) = (self.model.body(0).0, &self.model.record().contacts[0]);
-        let is_inside = fixed.motion != BodyMotion::Fixed && self.now(0).active && self.depth(0) > 0.0;
+        let contact = &self.model.record().contacts[0];
+        let can_rest = self.model.body(0).0.motion != BodyMotion::Fixed && self.now(0).active;
         let is_done = |body: usize| {
             let now = self.now(body);
-            !now.active || self.model.is_away(body, &now) || now.velocity.norm() < SLOW
+            !now.active || self.model.is_away(body, &now) || self.seen(body).velocity.norm() < SLOW
         };
-        is_inside && contact.touched.is_some() && contact.exit.is_none() && (1..self.n_bodies()).all(is_done)
+        can_rest && contact.touched.is_some() && contact.exit.is_none() && (1..self.n_bodies()).all(is_done)
     }
 
     /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, and all
@@ -118,7 +123,10 @@ impl Simulation {
             return false;
         }
         let start = self.state_at_start(body, inputs);
-        let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PATH_SEGMENTS));
+        let at = |piece: u32| {
+            let time = self.time + duration * f64::from(piece) / f64::from(PATH_SEGMENTS);
+            self.model.block_motion(time).seen_from(&start.at(fixed, time))
+        };
         (0..PATH_SEGMENTS).any(|piece| meets_box(gel, fixed, &at(piece), &at(piece + 1)))
     }
 

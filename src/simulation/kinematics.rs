@@ -28,16 +28,17 @@ impl BodyKinematics {
         }
     }
 
-    /// Yaw angle, rad: between the body's axis from rear to tip (−z of its frame) and its velocity. 0 is nose first,
-    /// π rear first; also 0 for a body at rest.
+    /// Yaw angle, rad: between the body's axis from rear to tip (−z of its frame) and its velocity relative to a block of
+    /// this velocity, m/s. 0 is nose first, π rear first; also 0 for a body that rests in the block.
     #[must_use]
-    pub fn yaw(&self) -> f64 {
+    pub fn yaw_from(&self, block_velocity: &Vector3) -> f64 {
         let [w, x, y, z] = self.orientation;
         let axis = -Vector3::new(2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
-        if self.velocity == Vector3::zeros() {
+        let velocity = self.velocity - block_velocity;
+        if velocity == Vector3::zeros() {
             return 0.0;
         }
-        libm::atan2(axis.cross(&self.velocity).norm(), axis.dot(&self.velocity))
+        libm::atan2(axis.cross(&velocity).norm(), axis.dot(&velocity))
     }
 }
 

@@ -9,7 +9,7 @@ use super::sensors::{LocatedSensor, locate_sensors};
 use crate::adapt::{AdaptiveGel, FailedRemesh, RemeshDriver, RemeshRecord, RestoreError};
 use crate::contact::{BodyState, ImpulseExchange, RigidBody, SurfaceNode};
 use crate::fem::{HistoryVariables, Potential};
-use crate::integrator::{AdvanceOutcome, BalanceTotals, BlockMotion, DiscreteGel, StepError};
+use crate::integrator::{AdvanceOutcome, BalanceTotals, BlockMotion, DiscreteGel, GelFrame, StepError};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{NodeId, Simplex};
@@ -69,6 +69,8 @@ pub(super) trait ErasedModel: Send {
     fn set_rest_after(&mut self, time: f64);
     /// Returns true if a body at this state no longer meets the gel.
     fn is_away(&self, i: usize, at: &BodyState) -> bool;
+    /// Frame of the block.
+    fn block_frame(&self) -> &GelFrame;
     /// Rigid motion of the block at time `t`.
     fn block_motion(&self, t: f64) -> BlockMotion;
     fn totals(&self, t: f64) -> BalanceTotals;
@@ -290,6 +292,10 @@ where
         self.gel.engine.is_body_away(i, at)
     }
 
+    fn block_frame(&self) -> &GelFrame {
+        self.gel.engine.frame()
+    }
+
     fn block_motion(&self, t: f64) -> BlockMotion {
         self.gel.engine.block_motion(t)
     }
@@ -390,6 +396,8 @@ where
             cells: self.cells(t),
             fields: self.fields(t),
             bodies: (0..self.n_bodies()).map(place).collect(),
+            block: self.block_motion(t),
+            gel_displacement: self.block_motion(gel_time).displacement,
         }
     }
 

@@ -3,8 +3,7 @@
 use super::kinematics::BodyKinematics;
 use crate::adapt::RemeshTrial;
 use crate::contact::{DomeMotion, ImpulseExchange};
-use crate::integrator::fixed;
-use crate::ledger::EnergyAccounts;
+use crate::integrator::{BlockMotion, fixed};
 use crate::math::Vector3;
 
 /// Complete report of one instant, for importers, tables and pages.
@@ -28,6 +27,8 @@ pub struct Observation {
     pub angular_momentum_error: f64,
     /// Cost of the run.
     pub cost: CostReport,
+    /// Rigid motion of the block: depths are measured against it.
+    pub block: BlockMotion,
     /// True if the run is over: the projectile has left the gel, and no other body moves in it, or it rests
     /// ([`Simulation::is_over`](super::Simulation::is_over)).
     pub is_over: bool,
@@ -57,7 +58,8 @@ pub struct BodyReport {
     pub active: bool,
     /// Height and base radius of a dome.
     pub bulge: Option<DomeMotion>,
-    /// Depth of the body's foremost point below z = 0, m (negative above).
+    /// Depth of the body's foremost point below the undeformed entry surface, which moves with the block, m (negative
+    /// above).
     pub depth: f64,
     /// Contact exchange over the last communication step.
     pub exchange: ImpulseExchange,
@@ -65,11 +67,13 @@ pub struct BodyReport {
     pub contact: ContactReport,
     /// Exit at the back face of the gel, if the body has perforated the gel.
     pub exit: Option<ExitReport>,
-    /// Energy given to the gel, J, up to the exit if there is one.
+    /// Energy given to the gel, J, up to the exit if there is one, in the inertial frame in which the gel was at rest at
+    /// the start.
     pub energy_deposited: f64,
 }
 
-/// Exit of a body: its rear end has passed the undisturbed back face of the gel.
+/// Exit of a body: its rear end has passed the undisturbed back face of the gel, which moves with the block. Velocity and
+/// energy are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ExitReport {
     /// Time, s.
@@ -194,8 +198,11 @@ pub struct EnergyReport {
     /// Ratio |closure| / throughput.
     pub energy_error: f64,
     /// Ratio (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load| +
-    /// |air|).
+    /// |air|), in the inertial frame in which the gel was at rest at the start.
     pub energy_defect: f64,
+    /// Energy provided in that frame: at the start and by the work done since, J.
+    #[serde(skip)]
+    pub provided: f64,
 }
 
 impl EnergyReport {
@@ -208,7 +215,7 @@ impl EnergyReport {
     pub fn doubt(&self) -> Option<String> {
         let accounts =
             [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
-        let provided = self.provided();
+        let provided = self.provided;
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
         let is_doubtful = self.energy_defect > Self::TOLERATED_FRACTION && part > Self::TOLERATED_FRACTION;
         let sign = |value: f64| if value < 0.0 { "" } else { "+" };
@@ -222,12 +229,6 @@ impl EnergyReport {
                 fixed(100.0 * part, 0)
             )
         })
-    }
-
-    /// Energy provided: that at the start and the work done since, J.
-    fn provided(&self) -> f64 {
-        let Self { external, load, air, importer, initial, .. } = *self;
-        EnergyAccounts { external, importer, load, air, ..EnergyAccounts::default() }.provided(initial)
     }
 }
 
@@ -258,7 +259,7 @@ pub struct CostReport {
     pub incompatible_fraction: f64,
 }
 
-/// Mesh at one instant, in world coordinates, for files and pictures.
+/// Mesh at one instant, in the world frame, for files and pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshFrame {
     /// Time, s.
@@ -279,12 +280,17 @@ pub struct MeshFrame {
     pub fields: Vec<FrameField>,
     /// Projectile, then the fragments.
     pub bodies: Vec<BodyPose>,
+    /// Rigid motion of the block at `time`.
+    pub block: BlockMotion,
+    /// Displacement of the block at the time of the points, m: in a gel at rest that of its last tick.
+    pub gel_displacement: Vector3,
 }
 
 impl MeshFrame {
-    /// Returns the corners of the boundary facets, outward oriented; in two dimensions the third one has no meaning.
+    /// Returns the corners of the boundary facets as they are seen from the block, outward oriented; in two dimensions
+    /// the third one has no meaning.
     pub fn facet_corners(&self) -> impl Iterator<Item = [Vector3; 3]> + '_ {
-        self.cells.facets.iter().map(|nodes| nodes.map(|node| self.points[node as usize]))
+        self.cells.facets.iter().map(|nodes| nodes.map(|node| self.points[node as usize] - self.gel_displacement))
     }
 }
 
@@ -346,7 +352,16 @@ mod tests {
     fn only_a_run_whose_method_changes_the_energy_is_doubted() {
         let report = |remesh: f64, importer: f64, initial: f64| {
             let energy_defect = (0.01 + remesh.abs() + importer.abs()) / if initial > 1e-12 { initial } else { 1.0 };
-            EnergyReport { remesh, importer, initial, integration: -0.01, energy_defect, ..EnergyReport::default() }
+            let provided = initial + importer.abs();
+            EnergyReport {
+                remesh,
+                importer,
+                initial,
+                integration: -0.01,
+                energy_defect,
+                provided,
+                ..EnergyReport::default()
+            }
         };
         let doubt = report(-0.5, 0.0, 2.0).doubt().expect("a quarter of it is gone");
         assert!(

@@ -29,6 +29,7 @@ impl Simulation {
             momentum_error: books.momentum_error,
             angular_momentum_error: books.angular_momentum_error,
             cost: self.cost(),
+            block: self.block_motion(),
             is_over: self.is_over(),
         }
     }
@@ -62,15 +63,16 @@ impl Simulation {
         }
     }
 
-    /// Depth of the foremost point of a body below z = 0, m (negative above).
+    /// Depth of the foremost point of a body below the undeformed entry surface, m (negative above), which moves with the
+    /// [block](Self::block_motion).
     #[must_use]
     pub fn depth(&self, body: usize) -> f64 {
-        self.model.body(body).0.depth(&self.now(body))
+        self.model.body(body).0.depth(&self.seen(body))
     }
 
     /// Greatest depth of a body, m, at most that of the back face, and the time at which it was reached, s.
     fn peak_depth(&self, body: usize) -> (f64, f64) {
-        let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
+        let (seen, record) = (self.seen(body), self.model.record().contacts[body].peak_depth);
         let depth = self.depth(body);
         let thickness = self.constants.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
         if depth.min(thickness) <= record.0 {
@@ -78,7 +80,7 @@ impl Simulation {
         }
         // A body that met nothing at the back face reached it before now.
         let beyond = (depth - thickness).max(0.0);
-        let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
+        let since = if seen.velocity.z < 0.0 { -beyond / seen.velocity.z } else { 0.0 };
         (depth.min(thickness), (self.time - since).max(0.0))
     }
 
@@ -198,9 +200,9 @@ impl Simulation {
 }
 
 fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport {
-    let (books, energies) = (&totals.ledger.energy, &totals.energies);
-    let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
-    let scale = books.scale_of_work(totals.initial_energy);
+    let (books, energies, provided) = (&totals.ledger.energy, &totals.energies, &totals.provided);
+    let defect = books.integration.abs() + books.contact_bias.abs() + provided.importer.abs() + books.remesh.abs();
+    let scale = provided.work;
     let scale = if scale > energy_round_off { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,
@@ -225,5 +227,6 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         initial: totals.initial_energy,
         energy_error: totals.energy_imbalance.1,
         energy_defect: defect / scale,
+        provided: provided.total(),
     }
 }

@@ -123,6 +123,11 @@ impl Simulation {
         self.model.block_motion(self.time)
     }
 
+    /// Current state of a body as it is seen from the block.
+    pub(super) fn seen(&self, body: usize) -> BodyState {
+        self.block_motion().seen_from(&self.now(body))
+    }
+
     /// Current state of a body.
     pub(super) fn now(&self, body: usize) -> BodyState {
         let (fixed, last) = self.model.body(body);

@@ -92,7 +92,7 @@ fn fly(scene: &Scene, simulation: &mut Simulation) -> Vec<Seen> {
         seen.push(Seen {
             time: simulation.time(),
             way: touch - now.position.z,
-            yaw: now.yaw(),
+            yaw: now.yaw_from(&simulation.block_motion().velocity),
             path: (-now.velocity.x).atan2(-now.velocity.z),
             speed: now.velocity.norm(),
             spin: now.angular_velocity.y,

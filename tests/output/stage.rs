@@ -3,8 +3,8 @@
 use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{Dimension, Scene};
 use ballistic_gel::simulation::{
-    BodyKinematics, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, FrameCells, ImpulseExchange,
-    MeshFrame, Observation,
+    BlockMotion, BodyKinematics, BodyPose, BodyReport, ContactReport, CostReport, EnergyReport, FrameCells,
+    ImpulseExchange, MeshFrame, Observation,
 };
 use std::f64::consts::PI;
 
@@ -76,6 +76,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
         momentum_error: 1e-15 * (1.0 + time),
         angular_momentum_error: 0.0,
         cost: cost(time),
+        block: BlockMotion::default(),
         is_over: false,
     }
 }
@@ -156,6 +157,8 @@ pub fn frame(scene: &Scene, time: f64) -> MeshFrame {
         },
         fields: vec![],
         bodies: vec![BodyPose { kinematics: ball(scene, time), bulge: None, active: true }],
+        block: BlockMotion::default(),
+        gel_displacement: Vector3::zeros(),
     }
 }
 

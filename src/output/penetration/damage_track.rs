@@ -66,12 +66,13 @@ impl PermanentTrack {
 }
 
 /// Returns the cross-section of the gel weighted by damage, m² or in the plane m, at `n` equally spaced depths, the
-/// first half an interval below z = 0.
+/// first half an interval below the entry surface of the block.
 fn damaged_sections(scene: &Scene, frame: &MeshFrame, per_metre: f64, n: usize) -> Vec<f64> {
     let copies = if frame.dimension == 3 { scene.gel.symmetry.copies() } else { 1.0 };
     let mut sections = vec![0.0; n];
     for (nodes, damage) in frame.cells.nodes.iter().zip(&frame.cells.damage).filter(|(_, damage)| **damage > 0.0) {
-        let corners = &nodes[..=frame.dimension].iter().map(|node| frame.points[*node as usize]).collect::<Vec<_>>();
+        let corner = |node: &u32| frame.points[*node as usize] - frame.gel_displacement;
+        let corners = &nodes[..=frame.dimension].iter().map(corner).collect::<Vec<_>>();
         let plane = |corner: &Vector3| -corner.z * per_metre - 0.5;
         let (least, most) = (
             corners.iter().map(plane).fold(f64::INFINITY, f64::min).max(0.0),

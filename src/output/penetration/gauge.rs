@@ -24,7 +24,8 @@ impl CavityGauge {
     pub fn new(scene: &Scene, start: &Simulation) -> Option<Self> {
         let StepInputs { kinematics, bulge, active, .. } = start.unchanged(0);
         let GelBox { lower, upper } = scene.gel.shape.bounding_box()?;
-        let line = ShotLine::along(scene, &BodyPose { kinematics, bulge, active }, &AxisAlignedBox { lower, upper });
+        let (projectile, gel) = (BodyPose { kinematics, bulge, active }, AxisAlignedBox { lower, upper });
+        let line = ShotLine::along(scene, &projectile, &gel, &start.block_motion());
         line.map(|line| Self { line, deepest: 0.0, greatest: 0.0 })
     }
 

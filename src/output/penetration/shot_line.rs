@@ -4,7 +4,7 @@ use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::{BodyPose, MeshFrame};
+use crate::simulation::{BlockMotion, BodyPose, MeshFrame};
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
 pub(super) const DEPTHS_PER_METRE: f64 = 1e3;
@@ -13,10 +13,10 @@ pub(super) const MAX_DEPTHS: usize = 2000;
 /// Greatest ratio of lateral to axial speed of a shot along −z.
 const MAX_DRIFT: f64 = 0.1;
 
-/// Shot line: the vertical line of flight of a projectile into the gel, downwards.
+/// Shot line: the vertical line of flight of a projectile into the gel, downwards; it moves with the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::output) struct ShotLine {
-    /// Point on the line.
+    /// Point on the line at the start.
     pub(super) origin: Vector3,
     /// Length of the projectile along the line, m.
     pub(super) projectile_length: f64,
@@ -29,13 +29,19 @@ pub(in crate::output) struct ShotLine {
 impl ShotLine {
     /// Returns the shot line of a bounded projectile with initial motion along −z, otherwise `None`.
     pub(in crate::output) fn of(scene: &Scene, start: &MeshFrame) -> Option<Self> {
-        Self::along(scene, &start.bodies[0], &AxisAlignedBox::around(start.points.iter().copied()))
+        let gel = AxisAlignedBox::around(start.points.iter().copied());
+        Self::along(scene, &start.bodies[0], &gel, &start.block)
     }
 
-    /// Returns the shot line of a projectile at its start, given the box of the gel at rest.
-    pub(super) fn along(scene: &Scene, projectile: &BodyPose, gel: &AxisAlignedBox) -> Option<Self> {
+    /// Returns the shot line of a projectile at its start, given the box of the gel at rest and the motion of the block.
+    pub(super) fn along(
+        scene: &Scene,
+        projectile: &BodyPose,
+        gel: &AxisAlignedBox,
+        block: &BlockMotion,
+    ) -> Option<Self> {
         let solid = body::body_surface(&scene.shape(0), projectile, gel);
-        let velocity = projectile.kinematics.velocity;
+        let velocity = projectile.kinematics.velocity - block.velocity;
         let is_downwards = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
         if !(is_downwards && solid.bounded && projectile.active) {
             return None;
@@ -51,13 +57,14 @@ impl ShotLine {
         })
     }
 
-    /// Returns the depth of the projectile's rear, m: of its uppermost point. Infinite for a projectile that fills no
+    /// Returns the depth of the projectile's rear in the block, m: of its uppermost point. Infinite for a projectile that fills no
     /// part of the cavity, because it is inactive or above the gel.
     pub(super) fn rear_depth(scene: &Scene, frame: &MeshFrame) -> f64 {
         let projectile = frame.bodies[0];
         let scenery = AxisAlignedBox::around(frame.points.iter().copied());
         let extent = AxisAlignedBox::around(body::body_surface(&scene.shape(0), &projectile, &scenery).points);
-        if projectile.active && extent.lower.z < 0.0 { -extent.upper.z } else { f64::INFINITY }
+        let entry = frame.block.displacement.z;
+        if projectile.active && extent.lower.z < entry { entry - extent.upper.z } else { f64::INFINITY }
     }
 }
 

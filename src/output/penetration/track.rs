@@ -22,9 +22,9 @@ pub(in crate::output) struct TrackPoint {
     pub(in crate::output) depth: f64,
     /// Time of the first arrival at the depth, s.
     pub(in crate::output) time: f64,
-    /// Speed along −z, m/s.
+    /// Speed along −z relative to the block, m/s.
     pub(in crate::output) velocity: f64,
-    /// Energy given to the gel down to the depth, J.
+    /// Energy given to the gel down to the depth, seen from the block, J.
     pub(in crate::output) energy: f64,
     /// Yaw, rad: angle between axis and velocity, or between axis and reversed velocity on the way back.
     pub(in crate::output) yaw: f64,
@@ -42,19 +42,25 @@ pub(in crate::output) struct ProjectileTrack {
 
 /// Velocities of the projectile at the end of a communication step.
 struct StepVelocities {
+    /// Velocity relative to the block, m/s.
     velocity: Vector3,
     spin: Vector3,
 }
 
 impl StepVelocities {
     fn of(row: &HistoryRow) -> Self {
-        Self { velocity: row.vector("velocity_", "_m_per_s"), spin: row.vector("angular_velocity_", "_rad_per_s") }
+        let block = row.vector("block_velocity_", "_m_per_s");
+        Self {
+            velocity: row.vector("velocity_", "_m_per_s") - block,
+            spin: row.vector("angular_velocity_", "_rad_per_s"),
+        }
     }
 }
 
 impl ProjectileTrack {
-    /// Reads the track from the history. The energy given in a communication step is −J·(v₀ + v₁)/2 − A·(ω₀ + ω₁)/2,
-    /// exact for a body without other loads.
+    /// Reads the track from the history. The energy given in a communication step is −J·(v₀ + v₁)/2 − A·(ω₀ + ω₁)/2 with
+    /// velocities relative to the block, exact for a body without other loads. It is all the energy but that of the block's
+    /// own motion, so that its derivative with respect to the depth is the force.
     pub(super) fn of(line: &ShotLine, history: &HistoryFile) -> Result<Self, OutputError> {
         let mut points: Vec<TrackPoint> = vec![];
         let (mut before, mut sums) = (None, TrackSums::default());

@@ -38,7 +38,7 @@ pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 fn impact_sentence(scene: &Scene, summary: &RunSummary) -> String {
-    let speed = Vector3::from(scene.projectile.velocity).norm();
+    let speed = (Vector3::from(scene.projectile.velocity) - Vector3::from(scene.gel.velocity)).norm();
     let gel = Vector3::from(scene.gel.velocity).norm();
     let meets = if summary.contact_duration.is_some() { "strikes the gel" } else { "starts" };
     match (scene.projectile.fixed, speed > 0.0, gel > 0.0) {

@@ -7,7 +7,7 @@ use crate::math::{Vector, Vector3};
 use crate::mesh::{self, NodeId, Simplex};
 use crate::output::reading::MOST_RESULT_BYTES;
 use crate::scene::{OutputField, Scene};
-use crate::simulation::{BodyKinematics, BodyPose, FrameCells, FrameField, MeshFrame};
+use crate::simulation::{BlockMotion, BodyKinematics, BodyPose, FrameCells, FrameField, MeshFrame};
 
 /// Boundary of the elements of the last frame: most frames of a mesh have the same.
 #[derive(Default)]
@@ -40,6 +40,15 @@ pub(super) fn read(
     Ok(mesh_frame(grid::parse(bytes, &names, MOST_RESULT_BYTES)?, scene, history, boundary))
 }
 
+/// Returns the motion of the block.
+fn block_motion(history: &CsvTable, row: &[f64]) -> BlockMotion {
+    let vector = |before: &str, after: &str| {
+        let column = |axis: &str| history.value(row, &format!("block_{before}_{axis}_{after}"));
+        Vector3::from(["x", "y", "z"].map(|axis| column(axis).unwrap_or(0.0)))
+    };
+    BlockMotion { displacement: vector("displacement", "m"), velocity: vector("velocity", "m_per_s") }
+}
+
 /// Returns the pose of the body whose columns begin with `prefix`.
 fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
     let value = |name: &str| history.value(row, &format!("{prefix}{name}")).unwrap_or(0.0);
@@ -63,6 +72,7 @@ fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
 /// Returns the frame of a grid with the bodies of the history.
 fn mesh_frame(grid: GelGrid, scene: &Scene, history: &CsvTable, boundary: &mut KnownBoundary) -> MeshFrame {
     let row = history.nearest_row(grid.time).unwrap_or_default();
+    let block = block_motion(history, row);
     let prefixes = (0..=scene.fragment.len()).map(|i| if i == 0 { String::new() } else { format!("fragment{i}_") });
     let nodes: Vec<[u32; 4]> = grid
         .nodes
@@ -92,6 +102,8 @@ fn mesh_frame(grid: GelGrid, scene: &Scene, history: &CsvTable, boundary: &mut K
         },
         fields: scene.output.fields.iter().zip(grid.fields).map(field).collect(),
         bodies: prefixes.map(|prefix| pose(history, row, &prefix)).collect(),
+        gel_displacement: block.displacement,
+        block,
     }
 }
 

@@ -195,6 +195,7 @@ fn flat_body(solid: &BodySurface, y: f64) -> ViewPart {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::BlockMotion;
     use crate::simulation::FrameCells;
 
     #[test]
@@ -220,6 +221,8 @@ mod tests {
             cells,
             fields: vec![],
             bodies: vec![],
+            block: BlockMotion::default(),
+            gel_displacement: Vector3::zeros(),
         };
         let area = |y: f64| {
             let mut section = PartBuilder::new(PartKind::Section, &frame);

@@ -49,8 +49,9 @@ directional derivative by position and velocity and is not for wiring.</p>
 
 const FRAMES: &str = "\
 <h2>Frames, signs, units</h2>
-<p>SI units. The world frame is right-handed with z up; the undeformed entry surface of a block or cylinder is z = 0,
-the gel below it. Orientation is a Hamilton quaternion (w, x, y, z) from the body to the world frame; its norm must be
+<p>SI units. The world frame is right-handed with z up; the undeformed entry surface of a block or cylinder is z = 0
+at the start, the gel below it. Depths are measured against the block, which moves by <code>block.displacement</code> if
+nothing holds it. Orientation is a Hamilton quaternion (w, x, y, z) from the body to the world frame; its norm must be
 1 to within 10<sup>-3</sup>. Inertia is in the frame of the body about its centre of mass: xx, yy, zz, xy, xz, yz.
 Angular velocity, torque and angular impulse are in the world frame about the centre of mass. Depth is positive into
 the gel. Forces and impulses are those on the projectile.</p>

@@ -33,7 +33,7 @@ pub struct TradeRow {
     pub peak_depth: f64,
     /// Time from the first to the last impulse, s; `None` while in contact.
     pub contact_duration: Option<f64>,
-    /// Speed at the end against the initial direction, m/s: the rebound speed once out of contact.
+    /// Speed at the end relative to the block, against the initial direction, m/s: the rebound speed once out of contact.
     pub final_speed: f64,
     /// Initial speed, m/s.
     pub initial_speed: f64,
@@ -65,16 +65,19 @@ pub fn print_row(options: &TradeRowOptions) -> Result<(), CommandError> {
 fn run_scene(scene: &Scene, importer: CouplingVariant) -> Result<TradeRow, CommandError> {
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
     let mut simulation = job::build_simulation(scene, importer.mode(), 1)?;
+    let start = Vector3::from(scene.projectile.velocity) - simulation.block_motion().velocity;
     let failure = importer::run_simulation(&mut simulation, scene, importer).err().map(|error| error.to_string());
     let (cpu_seconds, wall_seconds) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
     let observation = simulation.observe();
-    let row = TradeRow::from_observation(&observation, scene, failure);
+    let row = TradeRow::from_observation(&observation, &start, failure);
     Ok(TradeRow { cpu_seconds, wall_seconds, digest: format!("{:032x}", simulation.digest()), ..row })
 }
 
 impl TradeRow {
-    fn from_observation(observation: &Observation, scene: &Scene, failure: Option<String>) -> Self {
-        let (contact, start) = (&observation.projectile().contact, Vector3::from(scene.projectile.velocity));
+    /// Creates a row; `start` is the velocity of the projectile relative to the block at the start, m/s.
+    fn from_observation(observation: &Observation, start: &Vector3, failure: Option<String>) -> Self {
+        let contact = &observation.projectile().contact;
+        let velocity = observation.projectile().kinematics.velocity - observation.block.velocity;
         let duration = contact.first.zip(contact.last).map(|(first, last)| last - first);
         Self {
             end_time: observation.time,
@@ -84,10 +87,8 @@ impl TradeRow {
             cpu_seconds: 0.0,
             wall_seconds: 0.0,
             peak_depth: contact.peak_depth.0,
-            contact_duration: duration.filter(|_| output::rebound(observation, start).is_some()),
-            final_speed: start
-                .try_normalize(0.0)
-                .map_or(0.0, |way| -observation.projectile().kinematics.velocity.dot(&way)),
+            contact_duration: duration.filter(|_| output::rebound(observation, *start).is_some()),
+            final_speed: start.try_normalize(0.0).map_or(0.0, |way| -velocity.dot(&way)),
             initial_speed: start.norm(),
             peak_force: contact.peak_force,
             energy_defect: observation.energy.energy_defect,
