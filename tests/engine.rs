@@ -15,6 +15,7 @@ use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, BlockSpec, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh};
 use ballistic_gel::state::DynamicState;
 use fearless_simd::Level;
+use nalgebra::Rotation3;
 
 #[path = "lanes/gels.rs"]
 mod gels;
@@ -63,7 +64,7 @@ fn material(case: Case) -> Material {
 }
 
 /// A graded block below z = 0, its bottom held; a coarser one of a gel that remembers, which the reference form steps five times as slowly.
-fn gel<const D: usize>(case: Case) -> DiscreteGel<D, Simplices<D>> {
+fn block<const D: usize>(case: Case) -> Mesh<D> {
     let finest = if case.gel == Made::Elastic { 0.06 } else { 0.12 };
     let right = mesh::graded(0.6, finest, (0.15, 1.3, 0.15));
     let both: Vec<f64> = right.iter().rev().map(|x| -x).chain(right[1..].iter().copied()).collect();
@@ -73,11 +74,21 @@ fn gel<const D: usize>(case: Case) -> DiscreteGel<D, Simplices<D>> {
     let bottom = HeldFace { axis: D - 1, high: false, hold: FaceConstraint::All };
     let axis = HeldFace { axis: 0, high: false, hold: FaceConstraint::Normal };
     let faces = if case.section == Section::Axisymmetric { vec![bottom, axis] } else { vec![bottom] };
-    let mesh: Mesh<D> = mesh::block(BlockSpec { planes, split: CellSplit::Centred, faces });
-    let patches =
-        if case.patches { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(mesh.elements.len()) };
-    let simplices = Simplices::in_patches(&mesh, patches, (material(case), case.section));
-    let mass = simplices.lumped_masses(&mesh, 1.0);
+    mesh::block(BlockSpec { planes, split: CellSplit::Centred, faces })
+}
+
+fn patches<const D: usize>(case: Case, mesh: &Mesh<D>) -> ElementPatches {
+    if case.patches { ElementPatches::grouped(mesh) } else { ElementPatches::alone(mesh.elements.len()) }
+}
+
+fn gel<const D: usize>(case: Case) -> DiscreteGel<D, Simplices<D>> {
+    let mesh = block(case);
+    gel_on(&mesh, patches(case, &mesh), case)
+}
+
+fn gel_on<const D: usize>(mesh: &Mesh<D>, patches: ElementPatches, case: Case) -> DiscreteGel<D, Simplices<D>> {
+    let simplices = Simplices::in_patches(mesh, patches, (material(case), case.section));
+    let mass = simplices.lumped_masses(mesh, 1.0);
     let surface = ContactSurface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |facet| {
         let edge = (mesh.rest[facet[1].index()] - mesh.rest[facet[0].index()]).norm();
         (edge, if D == 2 { edge } else { 0.5 * edge * edge })
@@ -158,6 +169,42 @@ fn the_fast_form_does_what_the_reference_form_does() {
         match case.section {
             Section::Spatial => check_reference::<3>(case),
             Section::Planar { .. } | Section::Axisymmetric => check_reference::<2>(case),
+        }
+    }
+}
+
+/// The case in space with all of it turned: the mesh, which is not made again, the ball and its velocity.
+fn turned(case: Case, turn: &Rotation3<f64>) -> Engine<3, Simplices<3>> {
+    let mesh = block::<3>(case);
+    let patches = patches(case, &mesh);
+    let rest = mesh.rest.iter().map(|x| turn * x).collect();
+    let gel = gel_on(&Mesh { rest, ..mesh }, patches, case);
+    let nodes = gel.potential.rest().iter().map(|x| (*x, Vector3::zeros())).collect();
+    let (body, state) = ball(FreeDirections::SPATIAL, 0.0);
+    let state = BodyState { position: turn * state.position, velocity: turn * state.velocity, ..state };
+    let rules = IntegratorSettings { schedule: case.schedule, cfl: 0.8, law: MOREAU, force_window: 1.0, damping: 0.0 };
+    Engine::new(gel, vec![(body, state)], rules, nodes)
+}
+
+#[test]
+fn a_turned_mesh_does_what_the_mesh_does() {
+    let turn = Rotation3::new(Vector3::new(0.7, -1.1, 0.4));
+    for case in in_space() {
+        let [plain, other] = [Rotation3::identity(), turn].map(|turn| run(turned(case, &turn), 0.5));
+        assert!(plain.bodies[0].velocity.z > -0.19, "{case:?}: the ball has met the gel");
+        let far = |a: &Vector3, b: &Vector3| (turn * a - b).norm();
+        let pairs = plain.position.iter().zip(&other.position).chain(plain.velocity.iter().zip(&other.velocity));
+        let [a, b] = [&plain, &other].map(|state| state.bodies[0]);
+        let off = pairs.map(|(a, b)| far(a, b)).fold(far(&a.velocity, &b.velocity), f64::max);
+        assert!(off < 1e-10, "{case:?}: {off:e}");
+        let [a, b] = [&plain, &other].map(|state| state.ledger.energy);
+        let accounts = [a.contact - b.contact, a.viscous - b.viscous, a.damage - b.damage, a.friction - b.friction];
+        assert!(accounts.iter().all(|off| off.abs() < 1e-11), "{case:?}: {accounts:?}");
+        let frame = turn.matrix();
+        for (own, other) in plain.memory.iter().zip(&other.memory) {
+            let off = (frame * own.inverse * frame.transpose() - other.inverse).norm();
+            let off = off + (own.damage - other.damage).abs() + (own.stress - other.stress).abs();
+            assert!(off < 1e-9, "{case:?}: {off:e} of {own:?}");
         }
     }
 }

@@ -223,3 +223,81 @@ fn the_cavity_of_a_shot_through_a_free_back_is_the_void_between_its_cells() {
     assert!((summary["final_cavity_diameter"].as_f64().unwrap() - widest).abs() < 1e-6, "{widest} m in {summary}");
     assert!((0.05..0.15).contains(&widest), "{widest} m");
 }
+
+/// Velocity that gel and projectile are given together, m/s.
+const BOOST: [f64; 3] = [3.0, -2.0, 89.9];
+/// Figures of `summary.json` that hold in the world frame, or tell the cost and the round-off of a run.
+const OF_THE_WORLD: [&str; 10] = [
+    "angular_momentum_error",
+    "digest",
+    "element_updates",
+    "energy",
+    "energy_error",
+    "final_velocity",
+    "momentum_error",
+    "synchronous_updates",
+    "updates_per_second",
+    "wall_seconds",
+];
+
+/// A ball in a soft block without supports, off the middle and aslant, on a mesh that stays: it goes more than its length deep.
+fn free_block(boost: [f64; 3]) -> Scene {
+    let [x, y, z] = boost;
+    let changes = [
+        "scene.end_time=8e-3".to_owned(),
+        "scene.communication_step=4e-5".to_owned(),
+        "gel.supports.z_min=free".to_owned(),
+        "mesh.size=0.01".to_owned(),
+        "output.frames=0".to_owned(),
+        format!("gel.velocity=[{x:?}, {y:?}, {z:?}]"),
+        format!("projectile.velocity=[{:?}, {:?}, {:?}]", 0.3 + x, 0.2 + y, z - 9.0),
+    ];
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    scene::read(&scene::resolve(scene::builtin("sphere-block").unwrap(), &changes).unwrap()).unwrap()
+}
+
+/// Greatest difference of the numbers of two results, relative to the greater of both and to 1e-3; other values are equal.
+fn difference(name: &str, a: &serde_json::Value, b: &serde_json::Value) -> f64 {
+    use serde_json::Value;
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            let keys = a.keys().filter(|key| !OF_THE_WORLD.contains(&key.as_str()));
+            keys.map(|key| difference(key, &a[key], &b[key])).fold(0.0, f64::max)
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            assert_eq!(a.len(), b.len(), "{name}");
+            a.iter().zip(b).map(|(a, b)| difference(name, a, b)).fold(0.0, f64::max)
+        }
+        (Value::Number(_), Value::Number(_)) => {
+            let [a, b] = [a, b].map(|number| number.as_f64().unwrap());
+            (a - b).abs() / a.abs().max(b.abs()).max(1e-3)
+        }
+        _ => {
+            assert_eq!(a, b, "{name}");
+            0.0
+        }
+    }
+}
+
+/// Rows of a table without its header.
+fn rows(file: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(file).unwrap();
+    let row = |line: &str| line.split(',').map(|cell| cell.parse::<f64>().ok()).collect::<Vec<_>>();
+    serde_json::json!(text.lines().skip(1).map(row).collect::<Vec<_>>())
+}
+
+#[test]
+fn figures_and_tables_of_a_fixed_mesh_are_the_same_in_any_galilean_frame() {
+    let [at_rest, boosted] = [("at-rest", [0.0; 3]), ("boosted", BOOST)]
+        .map(|(name, boost)| (folder(name), run(&folder(name), &free_block(boost))));
+    let [a, b] = [&at_rest.1.0, &boosted.1.0];
+    assert!(a["peak_depth"].as_f64().unwrap() > 0.02 && a["energy_per_centimetre"].is_array(), "{a}");
+    assert!(difference("summary", a, b) < 1e-9, "{:e}: {a} {b}", difference("summary", a, b));
+    for table in ["shot.csv", "cavity.csv", "track.csv"] {
+        let [a, b] = [&at_rest.0, &boosted.0].map(|folder| rows(&folder.join(table)));
+        assert!(difference(table, &a, &b) < 1e-8, "{table}: {:e}", difference(table, &a, &b));
+    }
+    let [a, b] = [&at_rest.1.1, &boosted.1.1].map(Simulation::block_motion);
+    let moved = b.displacement - a.displacement - Vector3::from(BOOST) * 8e-3;
+    assert!(moved.norm() < 1e-9 && (b.velocity - a.velocity - Vector3::from(BOOST)).norm() < 1e-9, "{a:?} {b:?}");
+}

@@ -3,7 +3,7 @@
 use super::*;
 use crate::constitutive::{BulkViscosity, EquationOfState, StretchDamage};
 use crate::fem::{DEPTH, Dissipation, ElementResponse, GroupKick, Potential, Simplices};
-use crate::math::{Vector, det};
+use crate::math::{Tensor, Vector, det};
 use crate::mesh::{Mesh, NodeId};
 
 mod flow;
@@ -108,6 +108,43 @@ fn check_forces<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
 #[test]
 fn forces_are_minus_the_gradient_of_the_energy_without_relaxation() {
     everywhere!(check_forces, gel());
+}
+
+/// Spins the element about an axis while it deforms with relaxation, damage and bulk viscosity.
+fn check_objectivity<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>, turn: impl Fn(f64) -> Tensor<D>) {
+    let (mut still, mut spun) = (fresh(simplices), fresh(simplices));
+    for (k, part) in [0.0, -0.5, 0.3, 1.0, 0.8].into_iter().enumerate() {
+        let (x, q) = (moved(rest, 0.3 * part), turn(0.9 * k as f64));
+        let turned: Vec<_> = x.iter().map(|x| q * x).collect();
+        let (lost, own) = advance(simplices, &x, (1.5e-3, &mut still));
+        let (also_lost, other) = advance(simplices, &turned, (1.5e-3, &mut spun));
+        for (f, g) in own.forces.iter().zip(&other.forces) {
+            assert!((q * f - g).norm() < 1e-12 * (1.0 + f.norm()), "step {k}: {f} turned is {g}");
+        }
+        let off = [
+            lost.energy - also_lost.energy,
+            lost.bulk - also_lost.bulk,
+            lost.viscous - also_lost.viscous,
+            lost.damage - also_lost.damage,
+        ];
+        assert!(off.iter().all(|off| off.abs() < 1e-12), "step {k}: {off:?}");
+        let energies = [held(simplices, &x, &still).0, held(simplices, &turned, &spun).0];
+        assert!((energies[0] - energies[1]).abs() < 1e-12, "step {k}: {energies:?}");
+    }
+    assert!(still[0].damage > 0.0 && still.iter().any(|record| record.stress > 0.0), "{still:?}");
+    for (own, other) in still.iter().zip(&spun) {
+        assert!((own.inverse - other.inverse).norm() < 1e-12 && (own.damage - other.damage).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_law_is_objective_under_a_superposed_rotation() {
+    let shocked = gel().with_viscosity(BulkViscosity { linear: 0.3, quadratic: 1.5 });
+    let (rest, simplices) = simplex::<2>(Section::Planar { thickness: 0.7 }, shocked);
+    check_objectivity(&rest, &simplices, |angle| *nalgebra::Rotation2::new(angle).matrix());
+    let (rest, simplices) = simplex::<3>(Section::Spatial, shocked);
+    let axis = crate::math::Vector3::new(0.7, -1.1, 0.4);
+    check_objectivity(&rest, &simplices, |angle| *nalgebra::Rotation3::new(axis * angle).matrix());
 }
 
 fn check_stiffness<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
