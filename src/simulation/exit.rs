@@ -91,9 +91,10 @@ impl Simulation {
         let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(at, &side)).iter().sum::<f64>();
         let fills = at.active && fixed.depth(at) > 0.0;
         let rear = if fills { -fixed.rear(at) } else { f64::INFINITY };
-        let facets = || self.model.facet_corners(self.time).into_iter();
-        let facets = || facets().map(|corners| corners.map(|corner| corner - displacement));
-        self.constants.end_rules.line.map_or(0.0, |line| line.diameter(facets(), width, rear))
+        self.constants.end_rules.line.map_or(0.0, |line| {
+            let facets = self.model.facet_corners(self.time).into_iter();
+            line.diameter(facets.map(|corners| corners.map(|corner| corner - displacement)), width, rear)
+        })
     }
 
     /// Returns true if the projectile has touched the gel and has not left it, and every other body is away or slow.
