@@ -125,6 +125,9 @@ def sample_table(samples: Mapping[str, Sequence[Value]] | pd.DataFrame | Sampler
     """Return the rows of a grid, a table or a sampler, numbered from 0."""
     if isinstance(samples, pd.DataFrame):
         return samples.reset_index(drop=True)
+    if not isinstance(samples, Mapping) and not hasattr(samples, "table"):
+        remedy = "a mapping of keys to values, a DataFrame, or a Grid, LatinHypercube or Sobol"
+        raise GelfmuError(f"samples: found {type(samples).__name__}, expected {remedy}", key="samples", remedy=remedy)
     return (Grid(samples) if isinstance(samples, Mapping) else samples).table()
 
 

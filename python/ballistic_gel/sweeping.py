@@ -24,7 +24,7 @@ from .progress import ProgressLines, shows_bars
 from .samplers import Sampler, is_count, sample_table
 from .scene import Scene, as_scene
 from .tasks import CRASHED, REFUSED, Row, ShotTask, failed_row, is_row
-from .values import Value
+from .values import Value, toml_text
 
 
 def sweep(
@@ -312,8 +312,9 @@ def _tasks_of(
     # The index comes first: without further keys there are rows nevertheless.
     records: list[dict[str, Any]] = [dict(zip(map(str, keys), row[1:], strict=True)) for row in keys.itertuples()]
     shots = list(zip(scenes, records, strict=True))
-    if fmu is None:
-        for own, record in shots:
+    for place, (own, record) in enumerate(shots):
+        _refuse_cells(place, record)
+        if fmu is None:
             own.with_values(record)  # refuses an unknown key before the first shot
     kept = folder.path / SHOTS if keep else None
     return [ShotTask(own, record, stamp, options, fmu, kept) for own, record in shots]
@@ -327,6 +328,18 @@ def _refuse_cartridges(scene: Scene | None, table: pd.DataFrame, runs: str) -> N
     if scene is not None and "projectile" in table and any(isinstance(name, str) for name in table["projectile"]):
         remedy = "None as the scene: each cartridge makes its own"
         raise GelfmuError(f"projectile: found cartridges beside a scene, expected {remedy}", remedy=remedy)
+
+
+def _refuse_cells(place: int, record: Mapping[str, Any]) -> None:
+    """Refuse a row with a value that no scene has, such as None."""
+    for key, value in record.items():
+        try:
+            toml_text(value)
+        except TypeError as error:
+            remedy = "a number, a text, a switch, a list or a table in each row"
+            raise GelfmuError(
+                f"{key}: found {value!r} in row {place}, expected {remedy}", key=key, remedy=remedy
+            ) from error
 
 
 def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row]) -> pd.DataFrame:

@@ -31,6 +31,30 @@ def test_a_value_that_the_program_refuses_names_key_and_remedy(quick):
     assert refused.value.remedy.startswith("expected a positive length")
 
 
+@pytest.mark.parametrize(
+    "key, value",
+    [
+        ("mesh.size", "2 kg"),
+        ("mesh.size", "2 mm 3"),
+        ("mesh.size", "coarse"),
+        ("projectile.velocity", [0.0, 0.0, "3 g"]),
+        ("projectile.velocity[3]", "3 g"),
+        ("fragment", [{"mass": "3 m"}]),
+        ("scene.stop_after_exit", "3 m"),
+    ],
+)
+def test_a_unit_of_another_quantity_is_refused_at_once(quick, key, value):
+    with pytest.raises(bg.GelfmuError, match='found .*, expected a number in .*, such as "') as refused:
+        quick.with_values({key: value})
+    assert refused.value.key.startswith(key.partition("[")[0]) and refused.value.remedy.startswith("expected a number")
+
+
+def test_texts_that_gelfmu_reads_are_taken(quick):
+    taken = {"mesh.size": " 2.5e3um", "scene.end_time": ".2 ms", "scene.stop_after_exit": "never"}
+    taken |= {"projectile.velocity": [0.0, 0, "-3 ft/s"], "gel.density": "1.03 g/cm3", "scene.title": "9 mm"}
+    assert quick.with_values(taken).check().values["bodies"][0]["velocity"][2] == pytest.approx(-0.9144)
+
+
 def test_a_replaced_key_is_read_back_and_the_original_stays(quick):
     changed = quick.with_values({"projectile.velocity[3]": -3.0})
     assert changed["projectile.velocity"] == [0.0, 0.0, -3.0]
@@ -94,6 +118,16 @@ def test_a_scene_file_that_changed_after_it_was_read_is_refused(quick, tmp_path)
     path.write_text(quick.text + "\n# changed\n")
     with pytest.raises(bg.GelfmuError, match="changed after it was read"):
         scene.check()
+
+
+def test_a_text_that_is_no_scene_is_told(tmp_path):
+    (tmp_path / "latin.toml").write_bytes(b"# \xe9")
+    with pytest.raises(bg.GelfmuError, match=r"latin\.toml: .*utf-8"):
+        bg.Scene.load(tmp_path / "latin.toml")
+    with pytest.raises(bg.GelfmuError, match="scene"):
+        bg.Scene("scene = 5").check()
+    with pytest.raises(bg.GelfmuError, match="^block: found 5, expected three lengths"):
+        bg.Scene.new_shot("bb", block=5)
 
 
 def test_a_scene_travels_between_processes(quick):

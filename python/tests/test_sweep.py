@@ -265,6 +265,14 @@ def test_a_setting_that_is_none_is_refused(quick, tmp_path, setting):
     assert refused.value.key == next(iter(setting))
 
 
+def test_rows_that_are_no_rows_are_refused(quick, tmp_path):
+    with pytest.raises(bg.GelfmuError, match="^samples: found int, expected a mapping"):
+        bg.sweep(quick, 5, tmp_path)
+    rows = pd.DataFrame({"gel.preset": ["gelatin-10", None]}, dtype=object)
+    with pytest.raises(bg.GelfmuError, match="^gel.preset: found None in row 1, expected a number"):
+        bg.sweep(quick, rows, tmp_path)
+
+
 def test_a_sweep_without_a_terminal_tells_its_progress(quick, samples, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("ballistic_gel.progress._INTERVAL", 0.0)
     monkeypatch.setattr("ballistic_gel.sweeping.shows_bars", lambda: False)
