@@ -17,7 +17,7 @@ from typing import Any
 
 from .binary import call_json, file_hash
 from .errors import DoubtWarning, GelfmuError
-from .schema import check_key
+from .schema import check_key, check_value
 from .values import Value, toml_text
 
 # A component of a vector, unlike a table of a list such as `fragment[1]`, has a dot before it.
@@ -86,7 +86,8 @@ class Scene:
             self._table: dict[str, Any] = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise GelfmuError(f"{source or 'scene'}: {error}", remedy="correct the TOML text of the scene") from error
-        self.name = str(self._table.get("scene", {}).get("name", "scene"))
+        header = self._table.get("scene")
+        self.name = str(header.get("name", "scene") if isinstance(header, dict) else "scene")
         self.values: dict[str, Value] = {}
 
     @classmethod
@@ -95,9 +96,9 @@ class Scene:
         path = Path(path).resolve()
         try:
             return cls(path.read_text(encoding="utf-8"), path)
-        except OSError as error:
+        except (OSError, UnicodeDecodeError) as error:
             remedy = "name a scene file; Scene.built_in(name) reads a built-in scene"
-            raise GelfmuError(f"{path}: {error.strerror}", remedy=remedy) from error
+            raise GelfmuError(f"{path}: {getattr(error, 'strerror', error)}", remedy=remedy) from error
 
     @classmethod
     def built_in(cls, name: str) -> Scene:
@@ -163,7 +164,15 @@ class Scene:
         return found
 
     def __setitem__(self, key: str, value: Value) -> None:
-        """Replace the value of a key, or the component of a vector, such as ``projectile.velocity[3]``."""
+        """Replace the value of a key, or the component of a vector, such as ``projectile.velocity[3]``.
+
+        Raises
+        ------
+        GelfmuError
+            For an unknown key, a component that is not there, and a text whose unit is none of the key.
+        TypeError
+            For a value that TOML cannot hold.
+        """
         check_key(key)
         component = _COMPONENT.fullmatch(key)
         if component:
@@ -172,6 +181,7 @@ class Scene:
             vector[int(component["number"]) - 1] = value
             key, value = component["vector"], vector
         toml_text(value)  # refuses what TOML cannot hold
+        check_value(key, value)
         self.values[key] = value
 
     def arguments(self) -> list[str]:
@@ -228,7 +238,11 @@ def new_shot_values(
 ) -> dict[str, Any]:
     """Return all that ``gelfmu new --json`` prints: the text of the scene, the shot and the doubts about it."""
     if block is not None and not isinstance(block, str):
-        block = "x".join(repr(float(edge)) for edge in block)
+        try:
+            block = "x".join(repr(float(edge)) for edge in block)
+        except (TypeError, ValueError):
+            remedy = 'three lengths in m, or a text such as "15x15x40cm"'
+            raise GelfmuError(f"block: found {block!r}, expected {remedy}", key="block", remedy=remedy) from None
     options = {"speed": speed, **options, "block": block}
     given = [f"--{name}={value}" for name, value in options.items() if value is not None]
     found: dict[str, Any] = call_json(["new", f"--projectile={projectile}", *given])

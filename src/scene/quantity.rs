@@ -6,8 +6,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use uom::si::angle::degree;
-use uom::si::{angular_velocity, f64 as si, length, mass, mass_density, pressure, time, velocity};
+use uom::si::{angle, angular_velocity, f64 as si, length, mass, mass_density, pressure, time, velocity};
 
 /// Physical quantity of a key of a scene, or of an option of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,6 +91,18 @@ const SYNONYMS: [(&str, &str); 11] = [
 ];
 
 impl QuantityKind {
+    /// All quantities.
+    pub const ALL: [Self; 8] = [
+        Self::Length,
+        Self::Mass,
+        Self::Time,
+        Self::Speed,
+        Self::AngularVelocity,
+        Self::Density,
+        Self::Pressure,
+        Self::Angle,
+    ];
+
     /// Quantity of the values of a key, by the last part of its name; `None` for a key without a unit.
     #[must_use]
     pub fn of_key(name: &str) -> Option<Self> {
@@ -165,7 +176,33 @@ impl QuantityKind {
         value.filter(|value| value.is_finite()).ok_or_else(|| self.expected())
     }
 
-    fn expected(self) -> String {
+    /// Names of all units that [`Self::parse`] reads: abbreviations, words and synonyms.
+    #[must_use]
+    pub fn unit_names(self) -> Vec<&'static str> {
+        macro_rules! names_in {
+            ($units:expr) => {
+                $units.flat_map(|unit| [unit.abbreviation(), unit.singular(), unit.plural()]).collect()
+            };
+        }
+        let mut names: Vec<&str> = match self {
+            Self::Length => names_in!(length::units()),
+            Self::Mass => names_in!(mass::units()),
+            Self::Time => names_in!(time::units()),
+            Self::Speed => names_in!(velocity::units()),
+            Self::AngularVelocity => names_in!(angular_velocity::units()),
+            Self::Density => names_in!(mass_density::units()),
+            Self::Pressure => names_in!(pressure::units()),
+            Self::Angle => names_in!(angle::units()),
+        };
+        let synonyms = SYNONYMS.iter().filter(|(_, known)| names.contains(known)).map(|(written, _)| *written);
+        names.extend(synonyms.collect::<Vec<_>>());
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// Description of a valid value: unit and example.
+    pub(super) fn expected(self) -> String {
         format!("a number in {}, or with another unit in quotes, such as \"{}\"", self.unit(), self.example())
     }
 
@@ -182,7 +219,7 @@ impl QuantityKind {
             }
             Self::Density => text.parse::<si::MassDensity>().ok()?.get::<mass_density::kilogram_per_cubic_meter>(),
             Self::Pressure => text.parse::<si::Pressure>().ok()?.get::<pressure::pascal>(),
-            Self::Angle => text.parse::<si::Angle>().ok()?.get::<degree>(),
+            Self::Angle => text.parse::<si::Angle>().ok()?.get::<angle::degree>(),
         };
         // The product with the factor of a unit has some round-off: 1150 ft/s are 350.52 m/s.
         format!("{value:.14e}").parse().ok()
@@ -305,6 +342,20 @@ mod tests {
         for (kind, text) in [(Mass, "9 mm"), (Speed, "fast"), (Length, "3 grains"), (Length, ""), (Length, "1 m 2 m")] {
             assert!(kind.parse(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn every_named_unit_is_read_and_no_unit_of_another_quantity() {
+        for kind in QuantityKind::ALL {
+            for unit in kind.unit_names() {
+                assert!(kind.parse(&format!("1 {unit}")).is_ok(), "{kind:?}: {unit}");
+            }
+        }
+        let named = |kind: QuantityKind, unit| kind.unit_names().contains(&unit);
+        assert!(
+            named(QuantityKind::Length, "um") && named(QuantityKind::Mass, "gr") && named(QuantityKind::Angle, "deg")
+        );
+        assert!(!named(QuantityKind::Length, "kg") && !named(QuantityKind::Speed, "°"));
     }
 
     #[test]

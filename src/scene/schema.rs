@@ -5,6 +5,8 @@ use serde_json::{Map, Value, json};
 
 /// JSON schema of a scene file, with which editors complete and check scenes.
 ///
+/// `x-quantity` of a key names its quantity; `x-quantities` has the value expected and all units of each.
+///
 /// # Examples
 /// ```
 /// let schema = ballistic_gel::scene::schema();
@@ -18,16 +20,28 @@ pub fn schema() -> Value {
     // The library may supply the shape of a body.
     schema["$defs"]["ProjectileSpec"]["required"] = json!(["position"]);
     allow_units(&mut schema);
+    let quantities = QuantityKind::ALL.map(|kind| (kind.name().to_owned(), describe(kind)));
+    schema["x-quantities"] = Value::Object(quantities.into_iter().collect());
     schema
 }
 
-/// Allows a text such as "124 gr" in all values that have a unit.
+/// Describes a quantity for readers of the schema: the value expected, and all units of its texts.
+fn describe(kind: QuantityKind) -> Value {
+    json!({ "expected": kind.expected(), "units": kind.unit_names() })
+}
+
+/// Allows a text such as "124 gr" in all values that have a unit, and names their quantity, `x-quantity`.
 fn allow_units(schema: &mut Value) {
     match schema {
         Value::Object(object) => {
             if let Some(Value::Object(properties)) = object.get_mut("properties") {
-                let quantities = properties.iter_mut().filter(|(key, _)| QuantityKind::of_key(key).is_some());
-                quantities.filter_map(|(_, property)| property.as_object_mut()).for_each(allow_text);
+                for (key, property) in properties {
+                    let (Some(kind), Some(property)) = (QuantityKind::of_key(key), property.as_object_mut()) else {
+                        continue;
+                    };
+                    allow_text(property);
+                    property.insert("x-quantity".to_owned(), json!(kind.name()));
+                }
             }
             object.values_mut().for_each(allow_units);
         }
@@ -56,24 +70,13 @@ mod tests {
     use super::{QuantityKind, schema};
     use serde_json::Value;
 
-    const KINDS: [QuantityKind; 8] = [
-        QuantityKind::Length,
-        QuantityKind::Mass,
-        QuantityKind::Time,
-        QuantityKind::Speed,
-        QuantityKind::AngularVelocity,
-        QuantityKind::Density,
-        QuantityKind::Pressure,
-        QuantityKind::Angle,
-    ];
-
     /// Unit that a description names behind a comma.
     fn described_unit(description: &str) -> Option<QuantityKind> {
         let mut after_comma = description.split(", ").skip(1).map(|part| {
             let end = part.find([';', '.', ':', ',', '\n']).unwrap_or(part.len());
             part[..end].split(" (").next().unwrap_or_default().trim().to_owned()
         });
-        after_comma.find_map(|unit| KINDS.into_iter().find(|kind| kind.unit() == unit))
+        after_comma.find_map(|unit| QuantityKind::ALL.into_iter().find(|kind| kind.unit() == unit))
     }
 
     fn properties<'a>(schema: &'a Value, into: &mut Vec<(&'a String, &'a Value)>) {
@@ -103,6 +106,17 @@ mod tests {
             checked += 1;
         }
         assert!(checked > 50, "{checked} keys");
+    }
+
+    #[test]
+    fn a_quantity_is_named_with_its_units() {
+        let schema = schema();
+        let size = &schema["$defs"]["MeshSpec"]["properties"]["size"];
+        let length = &schema["x-quantities"][size["x-quantity"].as_str().unwrap()];
+        let units: Vec<&str> = length["units"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+        assert!(units.contains(&"mm") && !units.contains(&"kg"));
+        assert!(length["expected"].as_str().unwrap().starts_with("a number in m"));
+        assert!(schema["$defs"]["ContactSpec"]["properties"]["friction"].get("x-quantity").is_none());
     }
 
     #[test]
