@@ -107,7 +107,7 @@ class SweepFolder:
         ------
         GelfmuError
             If the folder was not made by a sweep, has a foreign file with the name of one that is needed, or cannot be
-            written; the disk is unchanged then.
+            written; its files are unchanged then.
         """
         with self._told():
             self.path.mkdir(parents=True, exist_ok=True)
