@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 pub const CAVITY_DRAG: f64 = 0.30;
 /// Resisting pressure of 10 % gelatin in Poncelet's law, Pa: a BB of 179.8 m/s then stops at 85 mm with this drag.
 pub const GEL_RESISTANCE: f64 = 2.32e6;
-/// Energy of a temporary cavity by its volume, Pa: fitted to the 26 computed cavities of `docs/shots.csv` whose runs
-/// came to rest. No measured cavity is behind it.
+/// Energy of a temporary cavity by its volume, Pa: fitted to the 26 computed cavities of `docs/shots.csv` that are not
+/// of the BB or of runs to a neck. No measured cavity is behind it.
 const CAVITY_PRESSURE: f64 = 0.65e6;
 /// Greatest relative error of the estimate against these cavities, of 44 to 109 mm. That of the BB, 9 mm, is
 /// overestimated by 60 %: it is hardly wider than the projectile.
