@@ -301,3 +301,43 @@ fn figures_and_tables_of_a_fixed_mesh_are_the_same_in_any_galilean_frame() {
     let moved = b.displacement - a.displacement - Vector3::from(BOOST) * 8e-3;
     assert!(moved.norm() < 1e-9 && (b.velocity - a.velocity - Vector3::from(BOOST)).norm() < 1e-9, "{a:?} {b:?}");
 }
+
+#[test]
+fn figures_of_a_remeshed_shot_are_the_same_in_any_galilean_frame_within_its_scatter() {
+    let shot = |name: &str, boost: f64, speed: f64| {
+        let keys =
+            [format!("gel.velocity=[0, 0, {boost:?}]"), format!("projectile.velocity=[0, 0, {:?}]", boost - speed)];
+        summary(name, &thin(&keys.each_ref().map(String::as_str)))
+    };
+    let repeats = [0.0, 1e-6, 2e-6].map(|part| shot(&format!("repeat-{part:e}"), 0.0, 179.8 * (1.0 + part)));
+    let boosted = shot("drifting", 89.9, 179.8);
+    assert_eq!((boosted["perforated"].as_bool(), boosted["peak_depth"].as_f64()), (Some(true), Some(0.012)));
+    for key in ["exit_time", "residual_energy", "energy_deposited", "peak_force", "greatest_cavity_diameter"] {
+        let figure =
+            |summary: &serde_json::Value| summary[key].as_f64().unwrap_or_else(|| panic!("{key} of {summary}"));
+        let all = repeats.each_ref().map(figure);
+        let mean = all.iter().sum::<f64>() / 3.0;
+        let scatter = all.iter().map(|value| (value - mean).abs()).fold(1e-3 * mean.abs(), f64::max);
+        assert!((figure(&boosted) - mean).abs() < 3.0 * scatter, "{key}: {} of {all:?}", figure(&boosted));
+    }
+}
+
+#[test]
+fn a_ball_rests_in_a_free_block_while_both_drift_on() {
+    let scene = thin(&[
+        "gel.shape.cylinder={radius=0.017,height=0.025}",
+        "mesh.size=1e-3",
+        "remesh.smallest=5e-4",
+        "projectile.velocity=[0, 0, -40]",
+        "scene.end_time=6e-3",
+        "scene.communication_step=5e-5",
+    ]);
+    let (summary, simulation) = run(&folder("drifts"), &scene);
+    let figure = |key: &str| summary[key].as_f64().unwrap_or_else(|| panic!("{key} of {summary}"));
+    let block = simulation.block_motion();
+    assert!(block.velocity.z < -0.5 && block.displacement.z < -2.5e-3, "{block:?}");
+    assert!((0.012..0.0135).contains(&figure("peak_depth")) && figure("time_of_peak_depth") < 1.5e-3, "{summary}");
+    assert!((figure("rest_depth") - figure("final_depth")).abs() < 1e-4 && figure("time_of_rest") < 5e-3, "{summary}");
+    let tip = -simulation.kinematics(0).position.z + 2.185e-3;
+    assert!((tip + block.displacement.z - figure("final_depth")).abs() < 1e-12, "{summary}");
+}

@@ -62,12 +62,16 @@ fn pair(columns: &ResultColumns, at: &str, value: &str) -> Vec<CurvePoint> {
     column(at).iter().zip(column(value)).map(|(at, value)| CurvePoint { at: *at, value: *value }).collect()
 }
 
-/// Returns the speed of the projectile by time.
+/// Returns the speed of the projectile relative to the block by time.
 fn speeds(columns: &ResultColumns) -> Vec<CurvePoint> {
-    let mut points = pair(columns, "time_s", "velocity_x_m_per_s");
-    let others = ["velocity_y_m_per_s", "velocity_z_m_per_s"].map(|name| pair(columns, "time_s", name));
-    for (i, point) in points.iter_mut().enumerate() {
-        point.value = others.iter().map(|other| other[i].value).fold(point.value, f64::hypot);
+    let component = |of: &str, axis: &str| pair(columns, "time_s", &format!("{of}_{axis}_m_per_s"));
+    let mut points: Vec<CurvePoint> =
+        component("velocity", "x").into_iter().map(|x| CurvePoint { value: 0.0, ..x }).collect();
+    for axis in ["x", "y", "z"] {
+        let relative = component("velocity", axis).into_iter().zip(component("block_velocity", axis));
+        for (point, (own, block)) in points.iter_mut().zip(relative) {
+            point.value = point.value.hypot(own.value - block.value);
+        }
     }
     points
 }
