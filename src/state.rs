@@ -103,7 +103,8 @@ pub struct RunRecord {
     pub pressed: f64,
     /// Impulse on the gel from outside.
     pub outside: OutsideImpulse,
-    /// True if the gel is no longer integrated: the projectile has left it, and `scene.stop_after_exit` has passed.
+    /// True if the gel is no longer integrated: the projectile has left it, and its end after the exit has
+    /// come.
     pub at_rest: bool,
     /// Contact record of each body.
     pub contacts: Vec<ContactRecord>,

@@ -90,6 +90,64 @@ fn a_shot_through_the_gel_is_told_with_its_exit_and_ends_after_it() {
 }
 
 #[test]
+fn a_run_goes_on_after_the_exit_until_the_cavity_has_turned() {
+    let awaiting = thin(&["scene.await_cavity=true"]);
+    let (told, ended) = run(&folder("turned"), &awaiting);
+    let figure = |key: &str| told[key].as_f64().unwrap_or_else(|| panic!("{key} of {told}"));
+    assert_eq!((told["ended_by"].as_str(), told["cavity_still_opening"].as_bool()), (Some("exit"), Some(false)));
+    assert!(figure("final_cavity_diameter") < 0.96 * figure("greatest_cavity_diameter"), "{told}");
+    let open = summary("open", &thin(&[]));
+    assert_eq!(open["cavity_still_opening"].as_bool(), Some(true), "{open}");
+    assert!(open["greatest_cavity_diameter"].as_f64().unwrap() < figure("greatest_cavity_diameter"));
+    // The end is found on the clock of the gel: a state between exit and end goes on to the same bits.
+    let (end, exit) = (figure("end_time"), figure("exit_time"));
+    for steps in [1, 7] {
+        let mut again = simulation(&awaiting, 1);
+        advance(&mut again, exit + 1e-4, steps);
+        assert!(!again.is_over(), "the cavity opens");
+        let saved = again.save();
+        let mut again = simulation(&awaiting, 1);
+        again.restore(&saved).unwrap();
+        advance(&mut again, end, steps);
+        assert!(again.is_over() && again.is_at_rest());
+        assert_eq!(again.digest(), ended.digest(), "{steps} steps");
+    }
+    let mut late = simulation(&thin(&["scene.await_cavity=true", "scene.stop_after_exit=never"]), 1);
+    advance(&mut late, end, 1);
+    assert!(!late.is_over());
+}
+
+#[test]
+fn a_run_ends_when_the_projectile_rests_in_the_gel_where_the_scene_says_so() {
+    let slow = [
+        "projectile.velocity=[0, 0, -30]",
+        "scene.end_time=2e-2",
+        "gel.shape.cylinder={radius=0.03,height=0.02}",
+        "gel.supports.z_min=roller",
+        "mesh.size=1e-3",
+        "scene.stop_at_rest=true",
+    ];
+    let mut resting = simulation(&thin(&slow), 1);
+    let (mut depths, mut end, mut before) = (vec![], 0.0, resting.save());
+    while !resting.is_over() && end < 1.9e-2 {
+        before = resting.save();
+        end += 1e-4;
+        advance(&mut resting, end, 1);
+        depths.push(resting.depth(0));
+    }
+    assert!(resting.is_over() && !resting.is_at_rest() && end > 3e-3, "{end} s");
+    let window = &depths[depths.len() - 20..];
+    let range = window.iter().copied().fold(0.0, f64::max) - window.iter().copied().fold(1.0, f64::min);
+    assert!(window[0] > 1e-3 && range < 2.1e-4, "{range} m in 2 ms");
+    // What the looks have found is part of a state.
+    let mut again = simulation(&thin(&slow), 1);
+    again.restore(&before).unwrap();
+    assert!(!again.is_over());
+    advance(&mut again, end, 3);
+    assert!(again.is_over() && again.digest() == resting.digest());
+}
+
+#[test]
 fn a_run_never_ends_by_the_exit_where_the_scene_says_so() {
     let summary = summary("never", &thin(&["scene.stop_after_exit=never", "scene.end_time=2.5e-4"]));
     assert_eq!((summary["ended_by"].as_str(), summary["end_time"].as_f64()), (Some("end_time"), Some(2.5e-4)));

@@ -191,8 +191,12 @@ fn a_cavity_that_grows_until_the_end_is_marked_as_still_opening() {
     record(&mut recorder, &scene, 0..=step, 1.0);
     let t = END * step as f64 / STEPS as f64;
     let (last, frame) = (observation(&scene, t, 1.0), frame(&scene, t, 1.0));
+    // A projectile that rests ends a run, too.
+    let last = Observation { is_over: true, ..last };
     recorder.conclude(&FinalState { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
-    assert_eq!(summary(&folder)["cavity_still_opening"], true);
+    let found = summary(&folder);
+    assert_eq!((&found["ended_by"], &found["completed"]), (&"rest".into(), &true.into()));
+    assert_eq!(found["cavity_still_opening"], true);
     let page = page_of(&folder);
     assert!(page.contains(" deep, still opening</dd>"), "{page}");
 }

@@ -69,7 +69,7 @@ pub struct SceneHeader {
     /// Without it `stop_after_exit` alone counts.
     #[serde(default = "default_await_cavity")]
     pub await_cavity: bool,
-    /// End of the run when the projectile rests in the gel: for 2 ms it has moved by less than 0.05 mm, and the cavity
+    /// End of the run when the projectile rests in the gel: for 2 ms it has moved by less than 0.1 mm, and the cavity
     /// has kept its diameter.
     #[serde(default)]
     pub stop_at_rest: bool,

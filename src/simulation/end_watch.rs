@@ -16,8 +16,9 @@ const MOST_LOOKS: f64 = 1e4;
 const TURNED: f64 = 0.95;
 /// Time for which a projectile at rest stays within [`REST_BAND`], s.
 const REST_TIME: f64 = 2e-3;
-/// Greatest change of the depth within that time, m.
-const REST_BAND: f64 = 5e-5;
+/// Greatest change of the depth within that time, m. The calibration shot ends after 10.8 of 13.8 ms by it, with a rest
+/// depth that changes by 0.05 mm from then on (`draft`).
+const REST_BAND: f64 = 1e-4;
 /// Greatest change of the diameter of the cavity within that time, as a fraction of the greatest diameter.
 const CAVITY_BAND: f64 = 0.05;
 /// Number of depths at which the cavity is measured.
@@ -146,7 +147,7 @@ impl EndWatch {
         self.rests = self.still_since.is_some_and(|from| sample.time - from.time >= REST_TIME * (1.0 - 1e-9));
     }
 
-    /// Returns true if the projectile rests in the gel: for 2 ms it has moved by less than 0.05 mm, and the cavity has
+    /// Returns true if the projectile rests in the gel: for 2 ms it has moved by less than 0.1 mm, and the cavity has
     /// kept its diameter.
     #[must_use]
     pub fn rests(&self) -> bool {
@@ -188,9 +189,9 @@ mod tests {
     fn a_projectile_rests_when_it_and_the_cavity_have_stood_still_for_two_milliseconds() {
         let stop = |time: f64| 0.085 - 0.02 * (1.0 - time / 3e-3).max(0.0).powi(2);
         let closed = |_: f64| 0.0;
-        // The last 0.05 mm take 5 % of the 3 ms.
+        // The last 0.1 mm take 7 % of the 3 ms.
         let rest = time_of_rest(stop, closed).unwrap();
-        assert!((rest - 4.9e-3).abs() < 1.5e-4, "{rest} s");
+        assert!((rest - 4.8e-3).abs() < 1.5e-4, "{rest} s");
         let closing = |time: f64| 0.03 * (1.0 - time / 8e-3).max(0.0);
         let later = time_of_rest(stop, closing).unwrap();
         assert!((9.5e-3..=10.1e-3).contains(&later), "a cavity that closes is not cut off: {later} s");

@@ -108,8 +108,8 @@ impl Simulation {
         can_rest && contact.touched.is_some() && contact.exit.is_none() && (1..self.n_bodies()).all(is_done)
     }
 
-    /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, and all
-    /// other bodies are away.
+    /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, the
+    /// cavity has turned if it is awaited, and all other bodies are away.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.model.is_at_rest()

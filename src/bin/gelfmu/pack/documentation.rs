@@ -65,7 +65,7 @@ const LIMITS: &str = "\
 <li>A step that the mesh cannot follow returns <code>fmi2Discard</code> with <code>fmi2Terminated</code> true; the log
 gives the element, the time and the remedy. Outputs, states and reset remain available.</li>
 <li>A body whose rear end has passed the back face of a block or cylinder has perforated it: <code>projectile.perforated</code>.
-<code>scene.stop_after_exit</code> later, once all bodies have left, the gel is at rest: later steps are free flight, at no cost.
+<code>scene.stop_after_exit</code> later, once the cavity has turned and all bodies have left, the gel is at rest: later steps are free flight, at no cost.
 A step that brings a body back then is refused with <code>fmi2Error</code>; <code>scene.stop_after_exit</code> of <code>never</code>
 keeps the gel active.</li>
 <li>Times in the log, in <code>history.csv</code>, in the frames and in <code>summary.json</code> count from the start
