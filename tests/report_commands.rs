@@ -95,6 +95,17 @@ fn a_film_is_a_gif_or_without_ffmpeg_left_as_pictures() {
         let words = "shot/scene.toml: found another scene (fbi-bb) than that of these results, expected the file as the run wrote";
         assert!(err(&said).contains(words), "{}", err(&said));
     }
+    fs::write(&scene, own).unwrap();
+    #[cfg(unix)]
+    {
+        let history = folder.path().join("shot/history.csv");
+        fs::remove_file(&history).unwrap();
+        assert!(Command::new("mkfifo").arg(&history).status().unwrap().success());
+        for command in [["movie", "shot", "--force"].as_slice(), &["report", "shot"]] {
+            let refused = err(&gelfmu(folder.path(), command));
+            assert!(refused.contains("cannot read shot/history.csv: found a device or a pipe"), "{refused}");
+        }
+    }
     let said = gelfmu(folder.path(), &["movie", "nothing"]);
     assert_eq!(said.status.code(), Some(2));
     assert!(err(&said).contains("found no scene.toml in nothing, expected a folder written by gelfmu run"));

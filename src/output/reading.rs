@@ -10,7 +10,8 @@ use std::path::Path;
 pub(crate) const MOST_FILE_BYTES: u64 = 1 << 27;
 /// Limit of a table that a user has written, and of `summary.json`, bytes.
 pub const MOST_TABLE_BYTES: u64 = 1 << 24;
-/// Limit of a table or a frame of a run, bytes, of a frame also inflated: 700 000 rows of a history without fragments, or 25 million elements.
+/// Limit of a table or a frame of a run, bytes, of a frame also inflated: that of 700 000 rows of a history without
+/// fragments, and of 10 million elements.
 pub const MOST_RESULT_BYTES: u64 = 1 << 30;
 
 /// Returns a reader of the files named by a scene, relative to a folder. A name with the backslashes of Windows is

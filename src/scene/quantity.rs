@@ -342,6 +342,9 @@ mod tests {
         for (kind, text) in [(Mass, "9 mm"), (Speed, "fast"), (Length, "3 grains"), (Length, ""), (Length, "1 m 2 m")] {
             assert!(kind.parse(text).is_err(), "{text}");
         }
+        for (kind, text) in [(Speed, "1e308 km/s"), (Length, "-1e308 km"), (Pressure, "1e308 kPa"), (Length, "1e400")] {
+            assert!(kind.parse(text).is_err(), "{text} is not finite in the unit of a scene");
+        }
     }
 
     #[test]

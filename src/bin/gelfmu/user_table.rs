@@ -6,9 +6,12 @@ use std::cell::Cell;
 use std::io;
 use std::path::Path;
 
-/// Text of a table, and how its cells and numbers are written.
+/// Rows of a table, and how its numbers are written.
 pub struct UserTable {
-    text: String,
+    /// Names of the columns.
+    pub header: TableRow,
+    /// Rows below the header, with as many cells as it.
+    pub rows: Vec<TableRow>,
     /// Separator of the cells: the comma, or the semicolon if the header has one.
     delimiter: u8,
     /// Decimal mark of the numbers read so far, if any had one.
@@ -21,49 +24,40 @@ pub struct TableRow {
     pub cells: StringRecord,
 }
 
-/// Fault of a table at a line.
-#[derive(Debug)]
-pub struct TableFault {
-    pub line: u64,
-    pub what: String,
+/// Fault of a table.
+#[derive(Debug, thiserror::Error)]
+pub enum TableFault {
+    /// The file cannot be read.
+    #[error("found no readable file ({0}), expected a CSV file")]
+    Unreadable(#[from] io::Error),
+    /// A line is none of a table.
+    #[error("line {line}: {what}")]
+    Line { line: u64, what: String },
 }
 
 impl UserTable {
     /// Reads the table in a file.
-    pub fn read(path: &Path) -> io::Result<Self> {
-        read_limited_text(path, MOST_TABLE_BYTES).map(|text| Self::of(&text))
+    pub fn read(path: &Path) -> Result<Self, TableFault> {
+        Self::parse(&read_limited_text(path, MOST_TABLE_BYTES)?)
     }
 
-    /// Returns the table of a text.
-    pub fn of(text: &str) -> Self {
-        let text = text.trim_start_matches('\u{feff}').to_owned();
-        let header = text.lines().find(|line| !is_skipped(line)).unwrap_or_default();
-        let delimiter = if header.contains(';') { b';' } else { b',' };
-        Self { text, delimiter, mark: Cell::new(None) }
-    }
-
-    /// Returns the rows, the header first: all have as many cells as it. Empty lines and those that begin with # are none.
-    pub fn rows(&self) -> Result<Vec<TableRow>, TableFault> {
+    /// Parses a table. Empty lines and lines that begin with # are no rows.
+    pub fn parse(text: &str) -> Result<Self, TableFault> {
+        let text = text.trim_start_matches('\u{feff}');
+        let first = text.lines().find(|line| !is_skipped(line)).unwrap_or_default();
+        let delimiter = if first.contains(';') { b';' } else { b',' };
         let mut builder = ReaderBuilder::new();
-        builder.trim(Trim::All).comment(Some(b'#')).delimiter(self.delimiter).has_headers(false).flexible(true);
-        let mut rows: Vec<TableRow> = vec![];
-        for cells in builder.from_reader(self.text.as_bytes()).records() {
-            let cells = cells.map_err(|error| TableFault { line: 1, what: format!("found no CSV table: {error}") })?;
-            let line = self.first_line(&cells);
-            if let Some(header) = rows.first().filter(|header| header.cells.len() != cells.len()) {
-                let what = format!("found {} cells, expected {}, as in the header", cells.len(), header.cells.len());
-                return Err(TableFault { line, what });
-            }
-            rows.push(TableRow { line, cells });
-        }
-        Ok(rows)
-    }
-
-    /// Returns the line of a record, from 1: the position of the reader is before the comments and empty lines above it.
-    fn first_line(&self, record: &StringRecord) -> u64 {
-        let Some(start) = record.position() else { return 1 };
-        let above = self.text.get(start.byte() as usize..).unwrap_or_default().lines();
-        start.line() + above.take_while(|line| is_skipped(line)).count() as u64
+        builder.trim(Trim::All).comment(Some(b'#')).delimiter(delimiter).has_headers(false).flexible(true);
+        let mut reader = builder.from_reader(text.as_bytes());
+        let mut rows = reader.records().map(|cells| {
+            let cells = cells.map_err(io::Error::from)?;
+            Ok(TableRow { line: first_line(text, &cells), cells })
+        });
+        let nothing = || TableRow { line: 1, cells: StringRecord::new() };
+        let header: TableRow = rows.next().transpose()?.unwrap_or_else(nothing);
+        let rows = rows.map(|row: Result<TableRow, TableFault>| row?.with_cells(header.cells.len()));
+        let rows = rows.collect::<Result<_, _>>()?;
+        Ok(Self { header, rows, delimiter, mark: Cell::new(None) })
     }
 
     /// Parses a finite number. Where semicolons separate the cells its decimal mark is a point or a comma, in all of the
@@ -96,6 +90,26 @@ impl UserTable {
     }
 }
 
+impl TableRow {
+    /// Refuses another number of cells than that of the header.
+    fn with_cells(self, expected: usize) -> Result<Self, TableFault> {
+        match self.cells.len() {
+            found if found == expected => Ok(self),
+            found => {
+                let what = format!("found {found} cells, expected {expected}, as in the header");
+                Err(TableFault::Line { line: self.line, what })
+            }
+        }
+    }
+}
+
+/// Returns the line of a record, from 1: the position of the reader is before the comments and empty lines above it.
+fn first_line(text: &str, record: &StringRecord) -> u64 {
+    let Some(start) = record.position() else { return 1 };
+    let above = text.get(start.byte() as usize..).unwrap_or_default().lines();
+    start.line() + above.take_while(|line| is_skipped(line)).count() as u64
+}
+
 /// Returns true for a line that is no row.
 fn is_skipped(line: &str) -> bool {
     line.is_empty() || line.starts_with('#')
@@ -112,7 +126,7 @@ mod tests {
     #[test]
     fn a_table_with_semicolons_has_decimal_commas_or_points_but_not_both() {
         let numbers = |table: &str, cells: &[&str]| {
-            let table = UserTable::of(table);
+            let table = UserTable::parse(table).unwrap();
             cells.iter().map(|cell| table.number(cell)).collect::<Result<Vec<f64>, _>>()
         };
         assert_eq!(numbers("a;b\n", &["1,5", "2", "-3,25e-3"]), Ok(vec![1.5, 2.0, -3.25e-3]));
@@ -132,11 +146,12 @@ mod tests {
 
     #[test]
     fn rows_have_their_lines_and_as_many_cells_as_the_header() {
-        let rows = UserTable::of("\u{feff}# range 3\n\na;b\n1;2\n# lens\n\"3\n\";4\n5;6\n").rows().unwrap();
-        let lines: Vec<u64> = rows.iter().map(|row| row.line).collect();
-        assert_eq!(lines, [3, 4, 6, 8]);
-        assert_eq!(rows[0].cells, vec!["a", "b"]);
-        let fault = UserTable::of("a,b\n1\n").rows().err().unwrap();
-        assert_eq!((fault.line, fault.what.as_str()), (2, "found 1 cells, expected 2, as in the header"));
+        let table = UserTable::parse("\u{feff}# range 3\n\na;b\n1;2\n# lens\n\"3\n\";4\n5;6\n").unwrap();
+        let lines: Vec<u64> = table.rows.iter().map(|row| row.line).collect();
+        assert_eq!((table.header.line, lines), (3, vec![4, 6, 8]));
+        assert_eq!(table.header.cells, vec!["a", "b"]);
+        let fault = UserTable::parse("a,b\n1\n").err().unwrap().to_string();
+        assert_eq!(fault, "line 2: found 1 cells, expected 2, as in the header");
+        assert!(UserTable::parse("").unwrap().header.cells.is_empty());
     }
 }

@@ -2,7 +2,7 @@
 
 use super::quantity::{MatchedColumn, MeasuredQuantity, match_column};
 use crate::failure::CommandError;
-use crate::user_table::{TableRow, UserTable};
+use crate::user_table::{TableFault, TableRow, UserTable};
 use ballistic_gel::output::{CurveAbscissa, CurvePoint};
 use csv::StringRecord;
 use std::path::Path;
@@ -36,28 +36,24 @@ struct TableHeader {
 /// Reads the file of `--measured`.
 pub fn read(path: &Path) -> Result<MeasuredTable, CommandError> {
     let file = path.display().to_string();
-    let table = UserTable::read(path).map_err(|error| {
-        CommandError::BadInput(format!("--measured {file}: found no readable file ({error}), expected a CSV file"))
-    })?;
-    parse(&file, &table)
+    let refuse = |fault: TableFault| CommandError::BadInput(format!("--measured {file}: {fault}"));
+    parse(&file, &UserTable::read(path).map_err(refuse)?)
 }
 
 /// Parses a table.
 fn parse(file: &str, table: &UserTable) -> Result<MeasuredTable, CommandError> {
     let refuse = |line: u64, what: &str| CommandError::BadInput(format!("--measured {file}: line {line}: {what}"));
-    let rows = table.rows().map_err(|fault| refuse(fault.line, &fault.what))?;
-    let (line, header) = rows.first().map_or((1, StringRecord::new()), |header| (header.line, header.cells.clone()));
-    let header = TableHeader::of(&header);
-    let abscissa = header.abscissa().map_err(|what| refuse(line, &what))?;
+    let header = TableHeader::of(&table.header.cells);
+    let abscissa = header.abscissa().map_err(|what| refuse(table.header.line, &what))?;
     let mut points: Vec<Vec<CurvePoint>> = vec![vec![]; header.names.len()];
-    for TableRow { line, cells } in rows.iter().skip(1) {
+    for TableRow { line, cells } in &table.rows {
         let values = header.values(table, cells).map_err(|what| refuse(*line, &what))?;
         let Some(at) = values[abscissa] else { continue };
         for (values, points) in values.iter().zip(&mut points) {
             points.extend(values.map(|value| CurvePoint { at, value }));
         }
     }
-    header.curves(file, abscissa, points).map_err(|what| refuse(line, &what))
+    header.curves(file, abscissa, points).map_err(|what| refuse(table.header.line, &what))
 }
 
 impl TableHeader {
@@ -137,7 +133,8 @@ mod tests {
     use super::*;
 
     fn parse_text(text: &str) -> Result<MeasuredTable, CommandError> {
-        parse("lab.csv", &UserTable::of(text))
+        let fault = |fault: TableFault| CommandError::BadInput(format!("{fault}"));
+        parse("lab.csv", &UserTable::parse(text).map_err(fault)?)
     }
 
     fn refusal(text: &str) -> String {

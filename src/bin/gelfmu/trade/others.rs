@@ -3,7 +3,6 @@
 use super::curve::{QUANTITIES, ReferenceValue, TradeCurve};
 use crate::failure::CommandError;
 use crate::user_table::{TableRow, UserTable};
-use csv::StringRecord;
 use std::path::Path;
 
 /// Run of another code.
@@ -33,38 +32,36 @@ const COST_COLUMN: &str = "cpu_seconds";
 /// Reads a table with the columns `run`, `cpu_seconds` and any of `trade.csv`, e.g. `peak_depth`; further columns are
 /// ignored.
 pub fn read_peers(path: &Path) -> Result<Vec<PeerRow>, CommandError> {
-    let refuse = |place: &str, what: &str| CommandError::BadInput(format!("--with {}: {place}{what}", path.display()));
-    let at = |line: u64, what: &str| refuse(&format!("line {line}: "), what);
-    let table = UserTable::read(path).map_err(|error| refuse("", &format!("{error}, expected a CSV file")))?;
-    let rows = table.rows().map_err(|fault| at(fault.line, &fault.what))?;
-    let (line, header) = rows.first().map_or((1, StringRecord::new()), |header| (header.line, header.cells.clone()));
+    let refuse = |what: String| CommandError::BadInput(format!("--with {}: {what}", path.display()));
+    let table = UserTable::read(path).map_err(|fault| refuse(fault.to_string()))?;
+    let TableRow { line, cells: header } = &table.header;
     let position = |name: &str| header.iter().position(|known| known == name);
     let column = |name: &str| {
         let found: Vec<&str> = header.iter().collect();
-        let missing = || at(line, &format!("found the columns {}, expected a column {name}", found.join(", ")));
+        let missing =
+            || refuse(format!("line {line}: found the columns {}, expected a column {name}", found.join(", ")));
         position(name).ok_or_else(missing)
     };
     let (name, cost) = (column(NAME_COLUMN)?, column(COST_COLUMN)?);
     let values = QUANTITIES.map(|quantity| position(quantity.key));
     let row = |TableRow { line, cells }: &TableRow| {
         let number = |i: usize, expected: &str| {
-            table.number(&cells[i]).map_err(|form| {
-                at(*line, &format!("{}: found {:?}, expected {expected}, {form}", &header[i], &cells[i]))
-            })
+            let at = |form| format!("line {line}: {}: found {:?}, expected {expected}, {form}", &header[i], &cells[i]);
+            table.number(&cells[i]).map_err(|form| refuse(at(form)))
         };
         let value = |column: &Option<usize>| {
             let column = column.filter(|i| !cells[*i].is_empty());
             column.map(|i| number(i, "a number or an empty cell")).transpose()
         };
-        let cpu_seconds = number(cost, "CPU seconds, a positive number")?;
+        let cpu_seconds = number(cost, "CPU seconds")?;
         if cpu_seconds <= 0.0 {
             let found = &cells[cost];
-            return Err(at(*line, &format!("{COST_COLUMN}: found {found}, expected CPU seconds, a positive number")));
+            return Err(refuse(format!("line {line}: {COST_COLUMN}: found {found}, expected CPU seconds above 0")));
         }
         let values = values.iter().map(value).collect::<Result<_, _>>()?;
         Ok(PeerRow { name: cells[name].to_owned(), cpu_seconds, values })
     };
-    rows.iter().skip(1).map(row).collect()
+    table.rows.iter().map(row).collect()
 }
 
 impl PeerRow {
@@ -108,7 +105,9 @@ mod tests {
         );
         assert!(read_text("run,cpu_seconds\n\na,soon\n").unwrap_err().contains("line 3: cpu_seconds: found \"soon\""));
         assert!(
-            read_text("run,cpu_seconds\na,0\n").unwrap_err().contains("line 2: cpu_seconds: found 0, expected CPU")
+            read_text("run,cpu_seconds\na,0\n")
+                .unwrap_err()
+                .contains("line 2: cpu_seconds: found 0, expected CPU seconds above 0")
         );
         let deep = read_text("run;cpu_seconds;peak_depth\na;2,5;deep\n").unwrap_err();
         assert!(deep.contains("line 2: peak_depth: found \"deep\", expected a number or an empty cell"), "{deep}");

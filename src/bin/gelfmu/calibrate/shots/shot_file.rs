@@ -3,7 +3,7 @@
 use super::target::FitTarget;
 use crate::calibrate::task;
 use crate::failure::CommandError;
-use crate::user_table::{TableRow, UserTable};
+use crate::user_table::{TableFault, TableRow, UserTable};
 use ballistic_gel::scene::{self, Override};
 use csv::StringRecord;
 use std::path::Path;
@@ -74,35 +74,35 @@ struct ShotRecord<'a> {
 
 /// Reads the shots of a file, or of a built-in file.
 pub fn read(name: &str) -> Result<Vec<MeasuredShot>, CommandError> {
-    if let Some((_, text)) = BUILTIN_FILES.iter().find(|(known, _)| *known == name) {
-        return parse(name, &UserTable::of(text));
-    }
-    let table = UserTable::read(Path::new(name)).map_err(|error| {
+    let builtin = BUILTIN_FILES.iter().find(|(known, _)| *known == name);
+    let table = builtin.map_or_else(|| UserTable::read(Path::new(name)), |(_, text)| UserTable::parse(text));
+    let table = table.map_err(|fault| {
         let known: Vec<&str> = BUILTIN_FILES.iter().map(|(known, _)| *known).collect();
-        let expected = format!("expected the path of a CSV file or one of {}", known.join(", "));
-        CommandError::BadInput(format!("--shots {name}: found no readable file ({error}), {expected}"))
+        let or_builtin = match fault {
+            TableFault::Unreadable(_) => format!(" or one of {}", known.join(", ")),
+            TableFault::Line { .. } => String::new(),
+        };
+        CommandError::BadInput(format!("--shots {name}: {fault}{or_builtin}"))
     })?;
     parse(name, &table)
 }
 
 /// Parses a table.
 fn parse(file: &str, table: &UserTable) -> Result<Vec<MeasuredShot>, CommandError> {
-    let fault = |line: u64, what: &str| CommandError::BadInput(format!("{file}: line {line}: {what}"));
-    let rows = table.rows().map_err(|found| fault(found.line, &found.what))?;
-    let (line, header) = rows.first().map_or((1, StringRecord::new()), |header| (header.line, header.cells.clone()));
-    let columns = parse_header(file, line, &header)?;
+    let columns = parse_header(file, &table.header)?;
     let shot =
         |TableRow { line, cells }: &TableRow| ShotRecord { file, table, line: *line, columns: &columns, cells }.parse();
-    rows.iter().skip(1).map(shot).collect()
+    table.rows.iter().map(shot).collect()
 }
 
 /// Returns the columns of a header; refuses unknown, missing and repeated columns.
-fn parse_header(file: &str, line: u64, header: &StringRecord) -> Result<Vec<&'static str>, CommandError> {
+fn parse_header(file: &str, header: &TableRow) -> Result<Vec<&'static str>, CommandError> {
+    let line = header.line;
     let refuse = |found: String, expected: String| {
         CommandError::BadInput(format!("{file}: line {line}: found {found}, expected {expected}"))
     };
     let mut columns: Vec<&'static str> = vec![];
-    for name in header {
+    for name in &header.cells {
         let Some(column) = COLUMNS.iter().find(|column| **column == name) else {
             let hint = scene::did_you_mean(name, COLUMNS.iter().copied());
             return Err(refuse(format!("the column `{name}`{hint}"), format!("columns of {}", COLUMNS.join(", "))));
@@ -216,7 +216,7 @@ mod tests {
         let text = "# measured\nspeed,name,measure,value,band,set,window\n\
                     180,\"BB, steel\",depth,0.085,5e-4,\"mesh.size=1e-3; projectile.position=[0, 0, 1]\",\n\
                     165 / 195,growth,slope,5.1e-4,2e-5,,5e-5\n\n# fast\n720,ball,cavity,0.058,8e-3,,0\n";
-        let shots = parse("shots.csv", &UserTable::of(text)).unwrap();
+        let shots = parse("shots.csv", &UserTable::parse(text).unwrap()).unwrap();
         assert_eq!(shots.len(), 3);
         assert_eq!(
             (shots[0].name.as_str(), shots[0].measure),
@@ -237,10 +237,11 @@ mod tests {
     fn shots_of_a_table_with_semicolons_have_decimal_commas() {
         let rows =
             "name;speed;measure;value;band;set\na;165,5/195;slope;5,1e-4;2e-5;\"mesh.size=1e-3; mesh.cells=2\"\n";
-        let shots = parse("s.csv", &UserTable::of(rows)).unwrap();
+        let shots = parse("s.csv", &UserTable::parse(rows).unwrap()).unwrap();
         assert_eq!(shots[0].measure, ShotMeasure::Slope { speeds: [165.5, 195.0] });
         assert_eq!((shots[0].target.value, shots[0].set.len()), (5.1e-4, 2));
-        let mixed = parse("s.csv", &UserTable::of(&rows.replace("2e-5", "0.2e-4"))).unwrap_err().to_string();
+        let mixed = UserTable::parse(&rows.replace("2e-5", "0.2e-4")).unwrap();
+        let mixed = parse("s.csv", &mixed).unwrap_err().to_string();
         assert!(
             mixed.contains("s.csv: line 2: value: found `5,1e-4`") && mixed.contains("with a decimal point, as"),
             "{mixed}"
@@ -266,7 +267,6 @@ mod tests {
                 "s.csv: line 1: found no column `band`, expected the columns name,",
             ),
             ("name,name,speed,measure,value,band\n".to_owned(), "line 1: found the column `name` twice"),
-            (row("a,180,depth,0.085,1e-3"), "s.csv: line 2: found 5 cells, expected 7"),
             (row(",180,depth,0.085,1e-3,,"), "s.csv: line 2: name: found nothing, expected a name"),
             (row("a,180,depth,deep,1e-3,,"), "s.csv: line 2: value: found `deep`, expected the measured value"),
             (row("a,180,depth,NaN,1e-3,,"), "value: found `NaN`"),
@@ -283,7 +283,7 @@ mod tests {
             (row("a,180,depth,0.085,1e-3,,mesh.size"), "set: found `mesh.size`, expected key=value"),
         ];
         for (text, message) in cases {
-            let refused = parse("s.csv", &UserTable::of(&text)).unwrap_err().to_string();
+            let refused = parse("s.csv", &UserTable::parse(&text).unwrap()).unwrap_err().to_string();
             assert!(refused.contains(message), "{text}: {refused}");
         }
     }
