@@ -17,7 +17,9 @@ pub fn claim(folder: &Path, wanted: &FolderClaim) -> Result<ResultFolder, Comman
         let why = match &error {
             OutputError::Refused { refusal, .. } => refusal.to_string(),
             OutputError::Write { path, source } => {
-                format!("found {source} at {}, expected a folder that can be written", path.display())
+                let source = source.to_string();
+                let found = source.strip_prefix("found ").unwrap_or(&source);
+                format!("found {found} at {}, expected a folder that can be written", path.display())
             }
             other => other.to_string(),
         };
@@ -82,7 +84,9 @@ pub fn replace(file: &Path, bytes: &[u8]) -> Result<(), RunError> {
 
 /// Creates a file that does not exist, whole or not at all: a full disk leaves nothing of it.
 pub fn create(file: &Path, bytes: &[u8]) -> io::Result<()> {
-    let whole = write_part_file(folder_of(file), bytes)?;
+    let folder = folder_of(file);
+    fs::metadata(folder)?; // an error without the name of the temporary file
+    let whole = write_part_file(folder, bytes)?;
     whole.as_file().sync_all()?;
     whole.persist_noclobber(file).map(drop).map_err(|error| error.error)
 }

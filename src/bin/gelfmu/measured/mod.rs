@@ -76,16 +76,21 @@ fn describe_residual(curve: &ComparedCurve) -> String {
     let Some(residual) = curve.residual() else {
         return format!("{}: no point of column {} lies within the computed curve", curve.title, curve.column);
     };
+    // In figures, and with an exponent where nobody would count them.
+    let told = |value: f64| {
+        let value = rounded(value);
+        if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
+    };
     let share = |percent: Option<f64>| percent.map_or(String::new(), |percent| format!(" ({percent:.2} %)"));
     format!(
         "{}: {} points of column {}, rms residual {} {}{}, greatest {} {}{}",
         curve.title,
         residual.points,
         curve.column,
-        rounded(residual.rms),
+        told(residual.rms),
         curve.unit,
         share(residual.rms_percent),
-        rounded(residual.greatest),
+        told(residual.greatest),
         curve.unit,
         share(residual.greatest_percent)
     )
