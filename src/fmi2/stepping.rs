@@ -26,9 +26,11 @@ impl ExperimentClock {
             let expected = format!("{} s, the end of the last step", format_number(self.now));
             return Err(CallError::value("currentCommunicationPoint", current, expected));
         }
-        let end = current + step;
+        // Some importers add up their steps, and end a run with the round-off that is left of it.
+        let is_remnant = step <= TOLERANCE * (current - self.start);
+        let end = if is_remnant { self.now.max(current + step) } else { current + step };
         let spacing = spacing(current.abs().max(self.start.abs()));
-        if spacing > MAX_RELATIVE_SPACING * step || end <= self.now {
+        if !is_remnant && (spacing > MAX_RELATIVE_SPACING * step || end <= self.now) {
             let shortest = spacing / MAX_RELATIVE_SPACING;
             let expected = format!(
                 "at least {shortest:e} s: at {} s, after a startTime of {} s, double precision cannot tell the \
@@ -139,6 +141,21 @@ mod tests {
         }
         for (start, step) in [(0.0, 1e-12), (100.0, 1e-6), (1e9, 1.0), (-0.25, 1e-8)] {
             assert!(ExperimentClock { start, stop: None, now: start }.end_of(start, step).is_ok(), "{step} at {start}");
+        }
+    }
+
+    #[test]
+    fn what_the_additions_of_an_importer_leave_before_the_end_is_a_step() {
+        for (step, stop) in [(1e-5, 1e-2), (5e-6, 4e-3), (1e-5, 1.0)] {
+            let mut clock = ExperimentClock { start: 0.0, stop: Some(stop), now: 0.0 };
+            let mut last = step;
+            while clock.now < stop {
+                last = step.min(stop - clock.now);
+                clock.now = clock.end_of(clock.now, last).unwrap();
+            }
+            assert!(last < 1e-6 * step && clock.now == stop, "{last} at {stop}");
+            assert_eq!(clock.end_of(stop * (1.0 + 1e-12), 1e-20).unwrap(), stop * (1.0 + 1e-12));
+            assert_eq!(clock.end_of(stop * (1.0 - 1e-12), 1e-20).unwrap(), stop, "time does not go back");
         }
     }
 

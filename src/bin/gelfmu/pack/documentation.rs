@@ -72,7 +72,8 @@ keeps the gel active.</li>
 of the simulation, whatever <code>startTime</code> is; the last successful time
 begin with <code>startTime</code>.</li>
 <li>A step so short, or so far from time 0, that double precision loses a millionth of it is refused with
-<code>fmi2Error</code>.</li>
+<code>fmi2Error</code>. One of at most 10<sup>-9</sup> of the time since the start is none of these: it is what the additions of
+an importer leave before the end of a run.</li>
 <li>Files that can no longer be written once the run is going on are given up with <code>fmi2Warning</code>; the call
 itself is done. Two instances cannot write into one folder at a time: the second is refused at
 <code>fmi2ExitInitializationMode</code> (where the system can lock a file). Give them different names.</li>
