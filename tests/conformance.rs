@@ -327,11 +327,11 @@ fn fmpy_accepts_and_runs_the_fmu() {
     pack("sphere-block", &fmu, &[]);
     pack(&coarse_scene(&folder), &coarse, &[]);
     let (fragments, other) = (folder.join("fragments.fmu"), folder.join("fbi-bb.fmu"));
-    pack(FRAGMENTS, &fragments, &[]);
+    pack(FRAGMENTS, &fragments, &["--terminals"]);
     let sets = folder.join("sets");
     fs::create_dir_all(&sets).unwrap();
     for outputs in ["integrated", "corrected", "full"] {
-        pack("sphere-block", &sets.join(outputs).with_extension("fmu"), &["--outputs", outputs]);
+        pack("sphere-block", &sets.join(outputs).with_extension("fmu"), &["--terminals", "--outputs", outputs]);
     }
     pack("fbi-bb", &other, &["--set", "mesh.size=2e-3"]);
     let coarse_systems = systems(&folder.join("systems"), &coarse_scene(&folder));

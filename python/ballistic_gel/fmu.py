@@ -30,6 +30,7 @@ def pack(
     platforms: str | None = None,
     fragments: int | None = None,
     sensors: int | None = None,
+    terminals: bool = False,
 ) -> Path:
     """Write the FMU of a scene and return its path.
 
@@ -45,10 +46,13 @@ def pack(
         Platforms whose libraries are packed, such as ``"linux64,win64"``.
     fragments, sensors : int, optional
         Number of fragments and sensors with variables.
+    terminals : bool
+        Describe each body and sensor as a terminal, too; FMI Library 3 and the tools around it report an error there.
     """
     scene = as_scene(scene)
     options = {"outputs": outputs, "platforms": platforms, "fragments": fragments, "sensors": sensors}
     given = [f"--{name}={value}" for name, value in options.items() if value is not None]
+    given += ["--terminals"] if terminals else []
     with scene.source() as name:
         call_json(["pack", name, *scene.arguments(), *given, f"--out={path}"])
     return Path(path)

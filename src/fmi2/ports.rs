@@ -1,7 +1,7 @@
 //! Ports: the variables that an FMU of a scene has, without those that the scene cannot use.
 
 use super::scalar::ScalarVariable;
-use super::table::{Causality, Input, Observed, Source, VARIABLES, Variable};
+use super::table::{Causality, Input, Observed, OutputSet, Source, VARIABLES, Variable};
 use crate::scene::{BodyShape, ContactLaw, Dimension, MOST_FRAGMENTS, MOST_SENSORS, MaterialModel, Scene};
 
 /// Bodies, sensors and gel of a scene, as far as its variables depend on them.
@@ -87,12 +87,8 @@ impl VariablePorts {
         }
         let Some(ports) = self.bodies.get(body).filter(|_| body == 0 || variable.each) else { return false };
         match variable.source {
-            // What remains of a quaternion about the axis is 1.
-            Source::Input(Input::ProjectileOrientation) if self.dimension == Dimension::Axisymmetric => false,
             Source::Input(input) => match input_group(input) {
-                InputGroup::Motion | InputGroup::Wrench => {
-                    !ports.is_fixed && !excluded_components(input, self.dimension).contains(&component)
-                }
+                InputGroup::Motion | InputGroup::Wrench => !ports.is_fixed && self.is_free(input, component),
                 InputGroup::Activity => true,
                 InputGroup::Bulge => ports.is_dome,
             },
@@ -101,6 +97,25 @@ impl VariablePorts {
             }
             Source::Scene => self.include_parameter(variable),
             Source::Setting(_) | Source::Observed(_) => true,
+        }
+    }
+
+    /// Returns true if the dimension of the motion leaves a component of a motion, force or torque free.
+    fn is_free(&self, input: Input, component: usize) -> bool {
+        // What remains of a quaternion about the axis is 1.
+        let is_one = self.dimension == Dimension::Axisymmetric && input == Input::ProjectileOrientation;
+        !is_one && !excluded_components(input, self.dimension).contains(&component)
+    }
+
+    /// Returns the causality of a scalar in an FMU with a set of outputs. In [`OutputSet::Integrated`] a predicted component that
+    /// the dimension of the motion keeps at its start is a local.
+    #[must_use]
+    pub fn causality(&self, scalar: &ScalarVariable, set: OutputSet) -> Causality {
+        let is_kept = set == OutputSet::Integrated
+            && predicted_motion(scalar.variable).is_some_and(|motion| !self.is_free(motion, scalar.component));
+        match scalar.variable.causality_in(set) {
+            Causality::Output if is_kept => Causality::Local,
+            causality => causality,
         }
     }
 
@@ -157,6 +172,17 @@ pub(super) fn input_group(input: Input) -> InputGroup {
     }
 }
 
+/// Returns the input of the motion that a variable predicts.
+fn predicted_motion(variable: &Variable) -> Option<Input> {
+    match variable.source {
+        Source::Observed(Observed::ProjectilePredictedPosition) => Some(Input::ProjectilePosition),
+        Source::Observed(Observed::ProjectilePredictedVelocity) => Some(Input::ProjectileVelocity),
+        Source::Observed(Observed::ProjectilePredictedOrientation) => Some(Input::ProjectileOrientation),
+        Source::Observed(Observed::ProjectilePredictedAngularVelocity) => Some(Input::ProjectileAngularVelocity),
+        _ => None,
+    }
+}
+
 /// Returns the components out of the plane or off the axis.
 pub(super) fn excluded_components(input: Input, dimension: Dimension) -> &'static [usize] {
     let is_translational =
@@ -176,7 +202,6 @@ pub(super) fn excluded_components(input: Input, dimension: Dimension) -> &'stati
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::table::OutputSet;
     use crate::scene;
 
     #[test]
@@ -240,14 +265,40 @@ mod tests {
         assert_eq!(missing.as_deref(), Some("fragment[1].active"));
     }
 
+    /// Names of the outputs of a scene in a set.
+    fn outputs(scene: &str, set: OutputSet) -> Vec<String> {
+        let ports = VariablePorts::of(&scene::read(scene::builtin(scene).unwrap()).unwrap());
+        let outputs = ports.scalars().filter(|scalar| ports.causality(scalar, set) == Causality::Output);
+        outputs.map(|scalar| scalar.name()).collect()
+    }
+
     #[test]
     fn the_sets_of_a_coupling_mode_offer_sixteen_outputs_of_a_sphere_at_most() {
-        let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let ports = VariablePorts::of(&scene);
-        let count = |set| {
-            let is_output = |scalar: &ScalarVariable| scalar.variable.causality_in(set) == Causality::Output;
-            ports.scalars().filter(is_output).count()
-        };
-        assert_eq!([OutputSet::Integrated, OutputSet::Corrected, OutputSet::Full].map(count), [16, 14, 46]);
+        let count = |set| outputs("sphere-block", set).len();
+        assert_eq!([OutputSet::Integrated, OutputSet::Corrected, OutputSet::Full].map(count), [16, 16, 46]);
+    }
+
+    #[test]
+    fn a_mode_in_which_the_importer_owns_the_body_has_the_step_and_the_energy_of_the_coupling() {
+        let corrected = outputs("sphere-block", OutputSet::Corrected);
+        for name in ["coupling.step_advice", "coupling.energy_residual"] {
+            assert!(corrected.contains(&name.to_owned()), "{name}");
+        }
+    }
+
+    #[test]
+    fn no_built_in_scene_has_more_outputs_by_default_than_importers_plot() {
+        for (scene, _) in scene::builtins() {
+            let outputs = outputs(scene, OutputSet::Integrated);
+            assert!(outputs.len() <= 16, "{scene}: {outputs:?}");
+        }
+        let dent = outputs("backface-dent", OutputSet::Integrated);
+        let on_axis = ["contact.active", "contact.bulge_height_impulse", "contact.bulge_radius_impulse"];
+        let motion = ["predicted_position[3]", "predicted_velocity[3]", "depth", "perforated"];
+        let motion = motion.map(|name| format!("projectile.{name}"));
+        let sensors = [1, 2, 3].map(|sensor| format!("sensor[{sensor}].pressure"));
+        for name in on_axis.map(str::to_owned).into_iter().chain(motion).chain(sensors) {
+            assert!(dent.contains(&name), "{name}: {dent:?}");
+        }
     }
 }

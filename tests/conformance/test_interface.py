@@ -14,7 +14,7 @@ SETS = ["integrated", "corrected", "full"]
 
 @pytest.fixture(scope="module")
 def archives():
-    """`sphere-block` with each set of outputs."""
+    """`sphere-block` with each set of outputs, and with terminals."""
     folder = Path(os.environ["BALLISTIC_GEL_OUTPUT_SETS"])
     return {name: str(folder / f"{name}.fmu") for name in SETS}
 
@@ -26,7 +26,7 @@ def variables(fmu, causality):
 def test_the_outputs_without_an_option_are_those_of_the_mode_and_few(fmu, archives):
     outputs = {name: variables(archive, "output") for name, archive in archives.items()}
     assert variables(fmu, "output") == outputs["integrated"]
-    assert [len(outputs[name]) for name in SETS] == [16, 14, 46]
+    assert [len(outputs[name]) for name in SETS] == [16, 16, 46]
     assert {"projectile.predicted_velocity[3]", "contact.active"} <= outputs["integrated"]
     assert {"contact.impulse[3]", "projectile.predicted_orientation[4]"} <= outputs["corrected"]
 
@@ -49,6 +49,15 @@ def test_texts_are_short_and_quantities_have_units_for_display_and_magnitudes(fm
     assert all(float(v.nominal) > 0.0 for v in model.modelVariables if v.type == "Real")
     factors = {d.name: d.factor for unit in model.unitDefinitions for d in unit.displayUnits}
     assert factors == {"mm": 1e3, "ms": 1e3, "g": 1e3, "kPa": 1e-3}
+
+
+def test_an_archive_has_terminals_only_when_asked_because_fmi_library_3_refuses_their_version(fmu, archives):
+    def entries(file):
+        with zipfile.ZipFile(file) as archive:
+            return {name for name in archive.namelist() if name.startswith("terminalsAndIcons/")}
+
+    assert entries(fmu) == set()
+    assert entries(archives["full"]) == {"terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons/icon.png"}
 
 
 def test_the_terminals_follow_the_schema_and_hold_every_port(fragments_fmu):

@@ -12,7 +12,7 @@ use crate::failure::{CommandError, RunError};
 use crate::options::{DEFAULT_SCENE, PackOptions};
 use crate::results;
 use crate::source::{self, SceneSource};
-use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, OutputSet, VariablePorts};
+use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, Causality, OutputSet, ScalarVariable, VariablePorts};
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -72,12 +72,19 @@ pub struct PackedInterface {
     pub ports: VariablePorts,
     /// Set of its outputs.
     pub outputs: OutputSet,
+    /// True for an archive that describes the ports of each body and sensor as a terminal.
+    pub has_terminals: bool,
 }
 
 impl PackedInterface {
-    /// Returns the interface with every port of a scene and every output.
+    /// Returns the interface with every port of a scene and every output, without terminals.
     pub fn full(scene: &Scene) -> Self {
-        Self { ports: VariablePorts::of(scene), outputs: OutputSet::Full }
+        Self { ports: VariablePorts::of(scene), outputs: OutputSet::Full, has_terminals: false }
+    }
+
+    /// Returns the causality of a scalar.
+    pub fn causality(&self, scalar: &ScalarVariable) -> Causality {
+        self.ports.causality(scalar, self.outputs)
     }
 }
 
@@ -91,7 +98,8 @@ fn interface_of(scene: &Scene, options: &PackOptions) -> Result<PackedInterface,
         CouplingMode::Corrected | CouplingMode::Prescribed => OutputSet::Corrected,
     };
     let outputs = options.outputs.map_or(own, OutputSet::from);
-    Ok(PackedInterface { ports: ports.limited_to(fragments, sensors), outputs })
+    let ports = ports.limited_to(fragments, sensors);
+    Ok(PackedInterface { ports, outputs, has_terminals: options.terminals })
 }
 
 /// Returns the number of ports of a kind: the requested number, at most the number of tables; by default all.
@@ -157,11 +165,14 @@ fn archive_entries(
     let manifest = ArchiveManifest::of(&content);
     resources.insert(ArchiveManifest::FILE.to_owned(), manifest.to_json().into_bytes());
     let picture = model_picture(&frame, scene);
-    let terminals = terminals::xml(interface)
-        .map_err(|e| RunError::Component { call: "pack", reason: format!("{}: {e}", terminals::FILE) })?;
-    let mut entries = ArchiveEntries::from([
-        (terminals::ICON.to_owned(), picture.clone()),
-        (terminals::FILE.to_owned(), terminals.into_bytes()),
+    let mut entries = ArchiveEntries::new();
+    if interface.has_terminals {
+        let terminals = terminals::xml(interface)
+            .map_err(|e| RunError::Component { call: "pack", reason: format!("{}: {e}", terminals::FILE) })?;
+        entries.insert(terminals::ICON.to_owned(), picture.clone());
+        entries.insert(terminals::FILE.to_owned(), terminals.into_bytes());
+    }
+    entries.extend([
         ("model.png".to_owned(), picture),
         ("modelDescription.xml".to_owned(), describe(manifest.guid())?.into_bytes()),
         ("documentation/index.html".to_owned(), documentation::page(scene, interface, &libraries.files).into_bytes()),

@@ -1,7 +1,7 @@
 //! `modelDescription.xml`.
 
 use super::PackedInterface;
-use ballistic_gel::fmi2::{self, Causality, Kind, OutputSet, ScalarVariable, Start};
+use ballistic_gel::fmi2::{self, Causality, Kind, ScalarVariable, Start};
 use ballistic_gel::scene::Scene;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -23,7 +23,7 @@ pub fn xml(scene: &Scene, interface: &PackedInterface, guid: &str, tool: &str) -
     // Some importers refuse an independent variable, which is optional.
     let is_listed = |scalar: &ScalarVariable| scalar.variable.causality != Causality::Independent;
     let scalars: Vec<ScalarVariable> = interface.ports.scalars().filter(is_listed).collect();
-    let (table, outputs) = (fmi2::table_of(scene), interface.outputs);
+    let table = fmi2::table_of(scene);
     let attributes = [
         ("fmiVersion", "2.0"),
         ("modelName", &printable(&format!("{} {}", fmi2::MODEL, scene.scene.name))),
@@ -40,8 +40,8 @@ pub fn xml(scene: &Scene, interface: &PackedInterface, guid: &str, tool: &str) -
         units(xml)?;
         categories(xml)?;
         experiment(xml, scene)?;
-        variables(xml, &scalars, outputs, &table)?;
-        structure(xml, &scalars, outputs)
+        variables(xml, &scalars, interface, &table)?;
+        structure(xml, &scalars, interface)
     })
 }
 
@@ -128,16 +128,23 @@ fn experiment(xml: &mut Xml, scene: &Scene) -> io::Result<()> {
     Ok(())
 }
 
-fn variables(xml: &mut Xml, scalars: &[ScalarVariable], outputs: OutputSet, scene: &toml::Table) -> io::Result<()> {
-    let each = |xml: &mut Xml| scalars.iter().try_for_each(|scalar| variable(xml, scalar, outputs, scene));
+fn variables(
+    xml: &mut Xml,
+    scalars: &[ScalarVariable],
+    interface: &PackedInterface,
+    scene: &toml::Table,
+) -> io::Result<()> {
+    let each = |xml: &mut Xml| {
+        scalars.iter().try_for_each(|scalar| variable(xml, scalar, role_of(interface.causality(scalar)), scene))
+    };
     xml.create_element("ModelVariables").write_inner_content(each)?;
     Ok(())
 }
 
-fn variable(xml: &mut Xml, scalar: &ScalarVariable, outputs: OutputSet, scene: &toml::Table) -> io::Result<()> {
+fn variable(xml: &mut Xml, scalar: &ScalarVariable, role: VariableRole, scene: &toml::Table) -> io::Result<()> {
     let of = scalar.variable;
     let (name, description, reference) = (scalar.name(), scalar.description(), scalar.reference().to_string());
-    let VariableRole { causality, initial } = role_of(of.causality_in(outputs));
+    let VariableRole { causality, initial } = role;
     let mut attributes = vec![
         ("name", name.as_str()),
         ("valueReference", &reference),
@@ -190,7 +197,7 @@ fn start(scalar: &ScalarVariable, scene: &toml::Table) -> Option<String> {
 
 /// Writes the dependencies. Within a step only the carrier of the directional derivative depends on inputs; initial
 /// values depend on the parameters alone.
-fn structure(xml: &mut Xml, scalars: &[ScalarVariable], outputs: OutputSet) -> io::Result<()> {
+fn structure(xml: &mut Xml, scalars: &[ScalarVariable], interface: &PackedInterface) -> io::Result<()> {
     let moves =
         |s: &ScalarVariable| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s);
     let fed = |of: &ScalarVariable| match of.variable.name {
@@ -198,7 +205,7 @@ fn structure(xml: &mut Xml, scalars: &[ScalarVariable], outputs: OutputSet) -> i
         _ => String::new(),
     };
     let parameters = indices(scalars, shapes_the_start);
-    let is = |causality| move |scalar: &ScalarVariable| scalar.variable.causality_in(outputs) == causality;
+    let is = |causality| move |scalar: &ScalarVariable| interface.causality(scalar) == causality;
     xml.create_element("ModelStructure").write_inner_content(|xml| {
         xml.create_element("Outputs")
             .write_inner_content(|xml| unknowns(xml, scalars, is(Causality::Output), fed))?

@@ -169,7 +169,7 @@ fn packed(scene: &Scene) -> String {
 }
 
 fn table(interface: &PackedInterface) -> String {
-    let PackedInterface { ports, outputs } = interface;
+    let PackedInterface { ports, outputs, .. } = interface;
     let (fragments, sensors) = (ports.fragments(), ports.sensors());
     let mut rows = String::from("<h2>Variables</h2>\n");
     rows += match outputs {
@@ -201,26 +201,35 @@ fn table(interface: &PackedInterface) -> String {
     rows += "<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
          <th>meaning</th></tr>\n";
     for variable in fmi2::VARIABLES {
-        rows += &row(variable, interface);
+        rows += &rows_of(variable, interface);
     }
     rows + "</table>\n"
 }
 
-/// Makes the row of a variable, as the first body or sensor has it; empty if none has it.
-fn row(variable: &'static Variable, interface: &PackedInterface) -> String {
+/// Makes the rows of a variable, as the first body or sensor has it: one for all components of the same causality.
+fn rows_of(variable: &'static Variable, interface: &PackedInterface) -> String {
     let components = |body: usize| -> Vec<ScalarVariable> {
         ScalarVariable::of(variable, body).filter(|own| interface.ports.include(own)).collect()
     };
     let scalars = (0..=interface.ports.fragments()).map(components).find(|scalars| !scalars.is_empty());
-    let Some(scalars) = scalars.filter(|_| variable.causality != Causality::Independent) else { return String::new() };
-    let (name, reference) = name_and_reference(&scalars);
+    let scalars = scalars.filter(|_| variable.causality != Causality::Independent).unwrap_or_default();
+    scalars
+        .chunk_by(|one, next| interface.causality(one) == interface.causality(next))
+        .map(|own| row(own, interface))
+        .collect()
+}
+
+/// Makes the row of components of one causality.
+fn row(scalars: &[ScalarVariable], interface: &PackedInterface) -> String {
+    let variable = scalars[0].variable;
+    let (name, reference) = name_and_reference(scalars);
     let star = if interface.ports.fragments() > 0 && variable.each { " *" } else { "" };
     let description = variable.description().replace(['{', '}'], "").replace('|', ", ");
     let details = if variable.details.is_empty() { String::new() } else { format!(". {}", variable.details) };
     let items = variable.items().iter().map(|item| format!("; {}: {}", item.name, item.description));
     format!(
         "<tr><td><code>{name}</code>{star}</td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-        causality(variable.causality_in(interface.outputs)),
+        causality(interface.causality(&scalars[0])),
         kind(variable),
         variable.unit.unwrap_or_default(),
         escaped(&(description + &details + &items.collect::<String>())),
@@ -279,7 +288,8 @@ mod tests {
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
         let libraries = BTreeMap::from([("linux64/a.so".to_owned(), b"\0GLIBC_2.4\0".to_vec())]);
-        let every = PackedInterface { ports: fmi2::VariablePorts::all(), outputs: OutputSet::Full };
+        let every =
+            PackedInterface { ports: fmi2::VariablePorts::all(), outputs: OutputSet::Full, has_terminals: false };
         let full = page(&scene, &every, &libraries);
         for variable in fmi2::VARIABLES.iter().filter(|variable| variable.causality != Causality::Independent) {
             assert!(full.contains(variable.name), "{}", variable.name);

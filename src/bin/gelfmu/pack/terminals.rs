@@ -15,7 +15,7 @@ pub const ICON: &str = "terminalsAndIcons/icon.png";
 pub fn xml(interface: &PackedInterface) -> io::Result<String> {
     let is_port = |scalar: &ScalarVariable| {
         let belongs = scalar.variable.each || scalar.variable.is_of_sensors();
-        belongs && matches!(scalar.variable.causality_in(interface.outputs), Causality::Input | Causality::Output)
+        belongs && matches!(interface.causality(scalar), Causality::Input | Causality::Output)
     };
     let mut terminals: BTreeMap<TerminalKey, Vec<ScalarVariable>> = BTreeMap::new();
     for scalar in interface.ports.scalars().filter(is_port) {
