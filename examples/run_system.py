@@ -73,20 +73,17 @@ def with_libcosim(ssp, step, stop, watched=None):
 
     log_output_level(CosimLogLevel.FATAL)
     watched = watched or System(ssp).shown()
-    with tempfile.TemporaryDirectory() as folder:
-        with zipfile.ZipFile(ssp) as archive:
-            archive.extractall(folder)
-        execution = CosimExecution.from_ssp_file(folder, step_size=round(step * 1e9))
-        observer = CosimObserver.create_last_value()
-        execution.add_observer(observer)
-        places = []
-        for unit, name in watched:
-            index = execution.slave_index_from_instance_name(unit)
-            found = (v.reference for v in execution.slave_variables(index) if v.name.decode() == name)
-            places.append((index, next(found)))
-        if not execution.step(count(step, stop)):
-            raise RuntimeError(f"libcosim could not run {ssp}")
-        return [observer.last_real_values(index, [reference])[0] for index, reference in places]
+    execution = CosimExecution.from_ssp_file(str(ssp), step_size=round(step * 1e9))
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    places = []
+    for unit, name in watched:
+        index = execution.slave_index_from_instance_name(unit)
+        found = (v.reference for v in execution.slave_variables(index) if v.name.decode() == name)
+        places.append((index, next(found)))
+    if not execution.step(count(step, stop)):
+        raise RuntimeError(f"libcosim could not run {ssp}")
+    return [observer.last_real_values(index, [reference])[0] for index, reference in places]
 
 
 def with_ecos(ssp, step, stop, watched=None):

@@ -1,8 +1,14 @@
 """The system of gel and body in several importers."""
 
+import re
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
 import pytest
 import run_system
 from conftest import ON_LINUX
+from fmpy import read_model_description
 
 STOP, STEP = 4e-3, 2e-5
 WATCHED = [("gel", "projectile.depth"), ("body", "total_impulse[3]"), ("body", "velocity[3]")]
@@ -53,6 +59,26 @@ def test_what_a_system_wires_and_shows_is_a_port_of_its_fmus(systems, system):
     assert all(start in loop.system.outputs for start, _ in loop.system.connections)
     assert len(loop.system.connections) == SYSTEMS[system]
     loop.free()
+
+
+OMS = "{https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd}"
+SSC, SSD = (f"{{http://ssp-standard.org/SSP1/SystemStructure{name}}}" for name in ("Common", "Description"))
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_a_system_has_the_names_and_the_annotation_without_which_omsimulator_refuses_it(systems, system):
+    ssp = systems.folder / f"{system}.ssp"
+    with zipfile.ZipFile(ssp) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    names = [root.get("name"), *(each.get("name") for tag in ("System", "Component") for each in root.iter(SSD + tag))]
+    assert names[0] == system.replace("-", "_") and all(re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", name) for name in names)
+    annotation = root.find(f"{SSD}System/{SSD}Annotations/{SSC}Annotation[@type='org.openmodelica']")
+    master = annotation.find(f"{OMS}Annotations/{OMS}SimulationInformation/{OMS}FixedStepMaster")
+    experiment = root.find(f"{SSD}DefaultExperiment")
+    gel = systems.folder / Path(run_system.System(ssp).files["gel"]).name
+    own = read_model_description(str(gel)).defaultExperiment
+    assert master.get("description") == "oms-ma" and float(master.get("stepSize")) == float(own.stepSize)
+    assert (experiment.get("startTime"), float(experiment.get("stopTime"))) == ("0", float(own.stopTime))
 
 
 @pytest.mark.parametrize("importer", EVERY)

@@ -1,7 +1,7 @@
 //! The command of the gel, `gelfmu`: bodies of a scene, and the FMUs that it packs.
 
 use crate::run;
-use quick_xml::events::Event;
+use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -26,9 +26,13 @@ pub struct GelOptions {
     pub outputs: &'static str,
 }
 
-/// Names of the inputs and outputs of a packed gel.
+/// Inputs, outputs and default experiment of a packed gel.
 #[derive(Debug, Default)]
 pub struct GelPorts {
+    /// End of the run, s, as the description writes it.
+    pub stop_time: String,
+    /// Communication step, s, as the description writes it.
+    pub step: String,
     /// Scalars that the gel takes.
     pub inputs: BTreeSet<String>,
     /// Scalars that the gel offers.
@@ -90,22 +94,34 @@ impl GelPorts {
         loop {
             let element = match reader.read_event().map_err(|error| error.to_string())? {
                 Event::Eof => return Ok(ports),
-                Event::Start(element) | Event::Empty(element) if element.name().as_ref() == "ScalarVariable" => element,
+                Event::Start(element) | Event::Empty(element) => element,
                 _ => continue,
             };
-            let value = |name: &str| -> Result<String, String> {
-                let attribute = element.try_get_attribute(name).map_err(|error| error.to_string())?;
-                let attribute = attribute.ok_or_else(|| format!("a ScalarVariable has no {name}"))?;
-                attribute
-                    .normalized_value(XmlVersion::Explicit1_0)
-                    .map(Cow::into_owned)
-                    .map_err(|error| error.to_string())
-            };
-            match value("causality").as_deref() {
-                Ok("input") => ports.inputs.insert(value("name")?),
-                Ok("output") => ports.outputs.insert(value("name")?),
-                _ => continue,
-            };
+            match element.name().as_ref() {
+                "DefaultExperiment" => {
+                    ports.stop_time = attribute(&element, "stopTime")?;
+                    ports.step = attribute(&element, "stepSize")?;
+                }
+                "ScalarVariable" => ports.insert(&element)?,
+                _ => {}
+            }
         }
     }
+
+    /// Inserts the name of an input or output.
+    fn insert(&mut self, variable: &BytesStart) -> Result<(), String> {
+        match attribute(variable, "causality").as_deref() {
+            Ok("input") => self.inputs.insert(attribute(variable, "name")?),
+            Ok("output") => self.outputs.insert(attribute(variable, "name")?),
+            _ => return Ok(()),
+        };
+        Ok(())
+    }
+}
+
+/// Returns the value of an attribute of an element.
+fn attribute(element: &BytesStart, name: &str) -> Result<String, String> {
+    let found = element.try_get_attribute(name).map_err(|error| error.to_string())?;
+    let found = found.ok_or_else(|| format!("a {} has no {name}", element.name().as_ref()))?;
+    found.normalized_value(XmlVersion::Explicit1_0).map(Cow::into_owned).map_err(|error| error.to_string())
 }

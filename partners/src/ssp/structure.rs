@@ -76,27 +76,46 @@ struct Connector {
 pub const GEL: &str = "gel";
 
 const NAMESPACE: &str = "http://ssp-standard.org/SSP1/";
+/// Namespace of the annotations of OMSimulator.
+const OMSIMULATOR: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
 
-/// Returns the description of a system. Inputs that the gel's scene cannot use stay unwired.
+/// Returns the description of a system. Inputs that the gel's scene cannot use stay unwired. The name of the system in it is an
+/// identifier, which some importers demand: with underscores for hyphens.
 pub fn ssd(name: &str, units: &[Unit], wires: &[Wire], gel: &GelPorts) -> io::Result<String> {
     let space = |which: &str| format!("{NAMESPACE}SystemStructure{which}");
     let attributes = [
         ("xmlns:ssc", space("Common")),
         ("xmlns:ssd", space("Description")),
+        ("xmlns:oms", OMSIMULATOR.to_owned()),
         ("version", "1.0".to_owned()),
-        ("name", name.to_owned()),
+        ("name", name.replace('-', "_")),
     ];
     let connections = connections(wires, gel);
     let components: Vec<BTreeSet<Connector>> = units.iter().map(|unit| connectors(unit, &connections)).collect();
     check_outputs(units, &components, gel)?;
     document("ssd:SystemStructureDescription", &attributes, |xml| {
-        xml.create_element("ssd:System")
-            .with_attribute(("name", "system"))
+        xml.create_element("ssd:System").with_attribute(("name", "system")).write_inner_content(|xml| {
+            inside(xml, "ssd:Elements", |xml| {
+                units.iter().zip(&components).try_for_each(|(unit, connectors)| component(xml, unit, connectors))
+            })?;
+            inside(xml, "ssd:Connections", |xml| connections.iter().try_for_each(|each| connection(xml, each)))?;
+            fixed_step(xml, &gel.step)
+        })?;
+        let times = [("startTime", "0"), ("stopTime", gel.stop_time.as_str())];
+        empty(xml, "ssd:DefaultExperiment", &times)
+    })
+}
+
+/// Writes the annotation without which OMSimulator runs no system: master algorithm and communication step, s.
+fn fixed_step(xml: &mut Xml, step: &str) -> io::Result<()> {
+    let master = [("description", "oms-ma"), ("stepSize", step), ("relativeTolerance", "1e-4")];
+    inside(xml, "ssd:Annotations", |xml| {
+        xml.create_element("ssc:Annotation")
+            .with_attribute(("type", "org.openmodelica"))
             .write_inner_content(|xml| {
-                inside(xml, "ssd:Elements", |xml| {
-                    units.iter().zip(&components).try_for_each(|(unit, connectors)| component(xml, unit, connectors))
-                })?;
-                inside(xml, "ssd:Connections", |xml| connections.iter().try_for_each(|each| connection(xml, each)))
+                inside(xml, "oms:Annotations", |xml| {
+                    inside(xml, "oms:SimulationInformation", |xml| empty(xml, "oms:FixedStepMaster", &master))
+                })
             })
             .map(drop)
     })
