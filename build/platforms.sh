@@ -24,6 +24,7 @@ SOURCES="$TOOLS/rust-src-$RUST_VERSION"
 tools() {
     local venv="$TOOLS/platforms"
     if ! cmp --silent build/platforms.txt "$venv/complete"; then
+        printf 'tools: getting zig and cargo-zigbuild, some 100 MB, once\n'
         rm -rf "$venv"
         python3 -m venv "$venv"
         "$venv/bin/pip" install --quiet --require-hashes --only-binary :all: --requirement build/platforms.txt
@@ -36,6 +37,7 @@ tools() {
 # The sources of the standard library, checked by the signed index of the suite; 1 where this version is not served, 2 on errors.
 sources() {
     [[ -d "$SOURCES/library" ]] && return
+    printf 'sources: getting those of the standard library of rustc %s, once\n' "$RUST_VERSION"
     local apt="$OUT/apt" base version options package sum
     rm -rf "$apt"
     mkdir -p "$apt/lists/partial" "$apt/cache/archives/partial"
@@ -61,8 +63,9 @@ sources() {
 
 # library PLATFORM TARGET FILE EXTENSION [OPTION...]: builds the library of one target, with the options of rustc in RUST_OPTIONS.
 library() {
-    local platform=$1 target=$2 file=$3 extension=$4 folder=$OUT/target/$1 cargo_home
+    local platform=$1 target=$2 file=$3 extension=$4 folder=$OUT/target/$1 cargo_home start=$SECONDS
     shift 4
+    printf '%s: building; one core is busy for minutes, and nothing is printed until the end\n' "$platform"
     cargo_home=${CARGO_HOME:-$HOME/.cargo}
     # No folder of this machine in the library.
     local flags=("--remap-path-prefix=$cargo_home=/cargo" "--remap-path-prefix=$PWD=/ballistic-gel"
@@ -74,7 +77,7 @@ library() {
         --profile fmu --lib --no-default-features --target "$target" --target-dir "$folder" "$@"
     mkdir -p "$binaries/$platform"
     cp "$folder/${target%.2.17}/fmu/$file" "$binaries/$platform/BallisticGel.$extension"
-    printf '%s: %s bytes\n' "$platform" "$(stat --format %s "$binaries/$platform/BallisticGel.$extension")"
+    printf '%s: %s bytes, in %s s\n' "$platform" "$(stat --format %s "$binaries/$platform/BallisticGel.$extension")" "$((SECONDS - start))"
 }
 
 # The same with the standard library built for the target.
@@ -91,7 +94,12 @@ platform() {
     linux64) library linux64 x86_64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
     # Without native thread-local storage each load of the library takes indices that Windows has 1088 of, and that none gives back:
     # a process that loads and frees it some hundred times would end.
-    win64) RUST_OPTIONS=-Zhas-thread-local=yes library_with_std win64 x86_64-pc-windows-gnu ballistic_gel.dll dll ;;
+    # cargo-zigbuild drops the list of exports that rustc makes, and a library without one exports every symbol of Rust.
+    win64)
+        { echo EXPORTS && sed -n 's/.*extern "C" fn \(fmi2[A-Za-z]*\)(.*/    \1/p' src/fmi2/abi/*.rs; } >"$OUT/win64.def"
+        RUST_OPTIONS='-Zhas-thread-local=yes -Clink-arg=target/platforms/win64.def' \
+            library_with_std win64 x86_64-pc-windows-gnu ballistic_gel.dll dll
+        ;;
     aarch64-linux) library_with_std aarch64-linux aarch64-unknown-linux-gnu.2.17 libballistic_gel.so so ;;
     # Without a name of its own the library would name the folder that it was built in.
     darwin64)

@@ -4,8 +4,8 @@
 
 Packs scenes with all libraries inside GELFMU, compiles drive.c for each platform with ZIG, and runs it: linux64 directly,
 win64 under wine, aarch64-linux under qemu. Impulse and state must be equal in each of four floating-point environments and
-on every platform, and the memory of a process that loads, runs and unloads the library must stay flat. darwin64 cannot be run
-here. Prints what each library needs of its system. With CYCLES of load and unload, 1000 say, only a coarse scene is run.
+on every platform, and the memory of a process that loads, runs and unloads the library must stay flat. A library exports the
+functions of FMI 2.0 for co-simulation and nothing else. darwin64 cannot be run here. Prints what each library needs of its system. With CYCLES of load and unload, 1000 say, only a coarse scene is run.
 """
 
 import os
@@ -33,6 +33,18 @@ NEWEST_GLIBC = (2, 17)
 SYSTEM_DLLS = re.compile(
     r"(api-ms-win-[a-z0-9-]+|advapi32|bcrypt|bcryptprimitives|kernel32|ntdll|ole32|oleaut32|pdh|powrprof|psapi|shell32"
     r"|userenv|ws2_32|msvcrt|ucrtbase)\.dll", re.IGNORECASE)
+
+
+# Functions of FMI 2.0 for co-simulation (sections 2.1 and 4.2 of the standard).
+TYPES = ["Real", "Integer", "Boolean", "String"]
+INTERFACE = {
+    "fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2SetDebugLogging", "fmi2Instantiate", "fmi2FreeInstance", "fmi2SetupExperiment",
+    "fmi2EnterInitializationMode", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset", "fmi2GetFMUstate", "fmi2SetFMUstate",
+    "fmi2FreeFMUstate", "fmi2SerializedFMUstateSize", "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate",
+    "fmi2GetDirectionalDerivative", "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2DoStep", "fmi2CancelStep",
+    "fmi2GetStatus", *(f"fmi2Get{kind}" for kind in TYPES), *(f"fmi2Set{kind}" for kind in TYPES),
+    *(f"fmi2Get{kind}Status" for kind in TYPES),
+}
 
 
 def output(*command, **options):
@@ -85,6 +97,24 @@ def packed(gelfmu, scene, options, folder):
     return unpacked, root.get("guid"), references
 
 
+def exported(library):
+    """Names that a library exports, by binutils."""
+    if library.suffix == ".dll":
+        table = output("objdump", "-p", library).split("[Ordinal/Name Pointer] Table", 1)[1].split("\n\n", 1)[0]
+        return set(re.findall(r"^\s*\[ *\d+\].* (\S+)$", table, re.MULTILINE))
+    symbols = [line.split() for line in output("readelf", "--dyn-syms", "--wide", library).splitlines()]
+    return {symbol[7].split("@")[0] for symbol in symbols if len(symbol) > 7 and symbol[6].isdigit()}
+
+
+def check_exports(library):
+    """Refuses a library that exports anything but its interface, or not all of it."""
+    names = exported(library)
+    if names != INTERFACE:
+        more, missing = sorted(names - INTERFACE), sorted(INTERFACE - names)
+        raise SystemExit(f"{library}: found {len(more)} exports beyond the interface, {more[:9]}, and without {missing}, expected the "
+                         "functions of FMI 2.0 for co-simulation alone: see the list of exports in build/platforms.sh")
+
+
 def check_needs(library):
     """Prints what a library needs, and refuses what old systems lack."""
     if library.suffix == ".dll":
@@ -129,6 +159,7 @@ def main():
                     print(f"{platform}: skipped, not in the archive")
                     continue
                 if platform not in drivers:
+                    check_exports(library)
                     check_needs(library)
                     drivers[platform] = compiled(zig, platform, folder)
                 found = runner(platform, folder)
