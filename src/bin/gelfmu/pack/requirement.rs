@@ -1,4 +1,4 @@
-//! C library that the packed libraries need on the system that loads one.
+//! System and C library that the packed libraries need to be loaded.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,21 +6,26 @@ use std::fmt::Write as _;
 /// Marks a version of the GNU C library in the table of symbols that a library imports.
 const MARK: &[u8] = b"GLIBC_";
 
+/// Oldest Windows that the standard library of Rust supports (platform support of rustc, x86_64-pc-windows-gnu).
+const OLDEST_WINDOWS: &str = "Windows 10, Windows Server 2016";
+
 /// Describes what the libraries, by their paths below `binaries/`, need in a paragraph of HTML: the C library of those that
-/// name the GNU C library, nothing of others.
+/// name the GNU C library, the system of those for Windows, nothing of others.
 pub fn paragraph(libraries: &BTreeMap<String, Vec<u8>>) -> String {
     let mut lines = String::new();
     for (path, bytes) in libraries {
-        if let Some(version) = newest_glibc(bytes) {
+        let need = if let Some(version) = newest_glibc(bytes) {
             let version: Vec<String> = version.iter().map(u32::to_string).collect();
             let version = version.join(".");
-            let _ = write!(
-                lines,
-                "The library <code>binaries/{path}</code> needs the GNU C library, version {version} or later. "
-            );
-        }
+            format!("the GNU C library, version {version} or later (<code>ldd --version</code> shows that of a system)")
+        } else if path.starts_with("win64/") {
+            format!("{OLDEST_WINDOWS} or later")
+        } else {
+            continue;
+        };
+        let _ = write!(lines, "The library <code>binaries/{path}</code> needs {need}. ");
     }
-    if lines.is_empty() { lines } else { format!("<p>{lines}<code>ldd --version</code> shows that of a system.</p>\n") }
+    if lines.is_empty() { lines } else { format!("<p>{}</p>\n", lines.trim_end()) }
 }
 
 /// Returns the newest version of the GNU C library that an imported symbol requires.
@@ -52,7 +57,9 @@ mod tests {
     }
 
     #[test]
-    fn a_library_of_another_system_says_nothing() {
-        assert_eq!(paragraph(&BTreeMap::from([("win64/a.dll".to_owned(), b"KERNEL32.dll".to_vec())])), "");
+    fn a_library_for_windows_names_the_oldest_and_one_of_another_system_says_nothing() {
+        let of = |path: &str| paragraph(&BTreeMap::from([(path.to_owned(), b"KERNEL32.dll".to_vec())]));
+        assert!(of("win64/a.dll").contains("binaries/win64/a.dll</code> needs Windows 10"), "{}", of("win64/a.dll"));
+        assert_eq!(of("darwin64/a.dylib"), "");
     }
 }
