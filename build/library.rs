@@ -10,6 +10,7 @@ use std::fs;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Instant;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
@@ -36,7 +37,12 @@ pub fn collect(out: &Path, stamp: &str) -> Result<Option<Release>, String> {
     let messages = match libraries.entry(own_path()?) {
         Entry::Occupied(_) => cargo(out, &["check"])?,
         Entry::Vacant(own) => {
+            let start = Instant::now();
             let messages = cargo(out, &["rustc", "--crate-type", "cdylib"])?;
+            let seconds = start.elapsed().as_secs();
+            println!(
+                "cargo::warning=the library of the FMU, optimized as a whole, took {seconds} s; the command follows"
+            );
             let file = messages.lines().find_map(cdylib);
             own.insert(file.ok_or("cargo did not say where it put the library of the FMU")?);
             messages
