@@ -66,7 +66,7 @@ fn pair(columns: &ResultColumns, at: &str, value: &str) -> Vec<CurvePoint> {
 fn speeds(columns: &ResultColumns) -> Vec<CurvePoint> {
     let component = |of: &str, axis: &str| pair(columns, "time_s", &format!("{of}_{axis}_m_per_s"));
     let mut points: Vec<CurvePoint> =
-        component("velocity", "x").into_iter().map(|x| CurvePoint { value: 0.0, ..x }).collect();
+        component("block_velocity", "x").into_iter().map(|x| CurvePoint { value: 0.0, ..x }).collect();
     for axis in ["x", "y", "z"] {
         let relative = component("velocity", axis).into_iter().zip(component("block_velocity", axis));
         for (point, (own, block)) in points.iter_mut().zip(relative) {
