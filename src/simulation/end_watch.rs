@@ -37,6 +37,8 @@ pub(super) struct EndRules {
     pub stops_at_rest: bool,
     /// Line of the shot; `None` for a body that does not fly along −z, or a gel without a back face.
     pub line: Option<CavityLine>,
+    /// Latest end of the run, s: nothing is awaited from then on.
+    end_time: f64,
     /// Interval between two looks, s.
     interval: f64,
 }
@@ -51,10 +53,10 @@ pub(super) struct CavityLine {
 }
 
 impl CavityLine {
-    /// Returns the line of a projectile with initial motion along −z.
-    fn of(scene: &Scene) -> Option<Self> {
+    /// Returns the line of a projectile with initial motion along −z against a block of this velocity, m/s.
+    fn of(scene: &Scene, block: &Vector3) -> Option<Self> {
         let gel = scene.gel.shape.bounding_box()?;
-        let velocity = Vector3::from(scene.projectile.velocity) - Vector3::from(scene.gel.velocity);
+        let velocity = Vector3::from(scene.projectile.velocity) - block;
         let is_shot = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
         let section = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
         is_shot.then_some(Self { origin: scene.projectile.position.into(), depth: -gel.lower.z, section })
@@ -73,13 +75,14 @@ impl CavityLine {
 }
 
 impl EndRules {
-    /// Returns the rules of a scene.
-    pub fn of(scene: &Scene) -> Self {
+    /// Returns the rules of a scene whose block starts with this velocity, m/s.
+    pub fn of(scene: &Scene, block: &Vector3) -> Self {
         Self {
             stop_after_exit: scene.scene.stop_after_exit.time(),
             awaits_cavity: scene.scene.await_cavity,
             stops_at_rest: scene.scene.stop_at_rest,
-            line: CavityLine::of(scene),
+            line: CavityLine::of(scene, block),
+            end_time: scene.scene.end_time,
             interval: INTERVAL.max(scene.scene.end_time / MOST_LOOKS),
         }
     }
@@ -87,9 +90,10 @@ impl EndRules {
     /// Returns the time of the next look, s; `None` if nothing is awaited.
     pub fn next_look(&self, time: f64) -> Option<f64> {
         let awaits_turn = self.awaits_cavity && self.stop_after_exit.is_finite() && self.line.is_some();
+        let is_awaited = (awaits_turn || self.stops_at_rest) && time < self.end_time;
         let passed = (time / self.interval).floor();
         let looks = [0.0, 1.0, 2.0].map(|k| (passed + k) * self.interval);
-        looks.into_iter().find(|look| *look > time).filter(|_| awaits_turn || self.stops_at_rest)
+        looks.into_iter().find(|look| *look > time).filter(|_| is_awaited)
     }
 
     /// Returns the time from the exit of the projectile until the gel is put to rest, s; infinite while the cavity is
@@ -99,8 +103,13 @@ impl EndRules {
     }
 
     /// Returns true if the cavity has turned or is not awaited.
-    pub fn has_turned(&self, watch: &EndWatch) -> bool {
-        !self.awaits_cavity || self.line.is_none() || watch.has_turned
+    fn has_turned(&self, watch: &EndWatch) -> bool {
+        !self.awaits_cavity || self.line.is_none() || watch.has_turned || watch.is_last
+    }
+
+    /// Returns true if no look follows one at this time, s.
+    pub fn is_last(&self, time: f64) -> bool {
+        time >= self.end_time
     }
 }
 
@@ -130,6 +139,8 @@ pub struct EndWatch {
     still_since: Option<EndSample>,
     /// True if the projectile rests.
     rests: bool,
+    /// True if the latest end of the run has passed.
+    pub(super) is_last: bool,
 }
 
 impl EndWatch {
@@ -201,13 +212,14 @@ mod tests {
     #[test]
     fn looks_are_at_multiples_of_an_interval_and_none_is_left_out() {
         let scene = crate::scene::read(crate::scene::builtin("fbi-bb").unwrap()).unwrap();
-        let rules = EndRules::of(&scene);
+        let rules = EndRules::of(&scene, &Vector3::zeros());
         let mut time = 0.0;
-        for k in 1..=1000 {
+        for k in 1..=80 {
             let look = rules.next_look(time).unwrap();
             assert_eq!(look, f64::from(k) * INTERVAL);
             assert_eq!(rules.next_look(look - 1e-9), Some(look));
             time = look;
         }
+        assert_eq!(rules.next_look(time), None, "nothing is awaited after the end time");
     }
 }

@@ -71,12 +71,12 @@ impl Simulation {
     pub(super) fn look(&mut self) {
         let has_left = self.exit(0).is_some();
         if has_left || self.constants.end_rules.stops_at_rest {
-            let at = self.seen(0);
-            let (time, depth, diameter) = (self.time, self.model.body(0).0.depth(&at), self.cavity_diameter(&at));
+            let (time, depth, diameter) = (self.time, self.depth(0), self.cavity_diameter());
             let may_rest = depth > 0.0 && self.may_rest();
             self.watch.add(EndSample { time, depth, diameter, has_left, may_rest });
-            self.apply_watch();
         }
+        self.watch.is_last = self.constants.end_rules.is_last(self.time);
+        self.apply_watch();
     }
 
     /// Lets the gel be put to rest as the watch has found.
@@ -84,17 +84,15 @@ impl Simulation {
         self.model.set_rest_after(self.constants.end_rules.rest_after(&self.watch));
     }
 
-    /// Greatest diameter of the cavity behind the projectile, m, below one width of the projectile; 0 without one. `at`
-    /// is the projectile as it is seen from the block.
-    fn cavity_diameter(&self, at: &BodyState) -> f64 {
-        let (fixed, displacement) = (self.model.body(0).0, self.block_motion().displacement);
-        let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(at, &side)).iter().sum::<f64>();
-        let fills = at.active && fixed.depth(at) > 0.0;
-        let rear = if fills { -fixed.rear(at) } else { f64::INFINITY };
-        self.constants.end_rules.line.map_or(0.0, |line| {
-            let facets = self.model.facet_corners(self.time).into_iter();
-            line.diameter(facets.map(|corners| corners.map(|corner| corner - displacement)), width, rear)
-        })
+    /// Greatest diameter of the cavity behind the projectile, m, below one width of the projectile; 0 without one.
+    fn cavity_diameter(&self) -> f64 {
+        let (fixed, seen, displacement) = (self.model.body(0).0, self.seen(0), self.block_motion().displacement);
+        let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(&seen, &side)).iter().sum::<f64>();
+        let fills = seen.active && fixed.depth(&seen) > 0.0;
+        let rear = if fills { -fixed.rear(&seen) } else { f64::INFINITY };
+        let facets = || self.model.facet_corners(self.time).into_iter();
+        let facets = || facets().map(|corners| corners.map(|corner| corner - displacement));
+        self.constants.end_rules.line.map_or(0.0, |line| line.diameter(facets(), width, rear))
     }
 
     /// Returns true if the projectile has touched the gel and has not left it, and every other body is away or slow.

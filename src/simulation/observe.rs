@@ -290,7 +290,8 @@ impl MeshFrame {
     /// Returns the corners of the boundary facets as they are seen from the block, outward oriented; in two dimensions
     /// the third one has no meaning.
     pub fn facet_corners(&self) -> impl Iterator<Item = [Vector3; 3]> + '_ {
-        self.cells.facets.iter().map(|nodes| nodes.map(|node| self.points[node as usize] - self.gel_displacement))
+        let corner = |node: u32| self.points[node as usize] - self.gel_displacement;
+        self.cells.facets.iter().map(move |nodes| nodes.map(corner))
     }
 }
 

@@ -38,7 +38,7 @@ pub struct DepthGrid {
 /// flatter normal flares out towards an exit hole; a steeper normal belongs to the back face around the hole.
 const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 
-/// Computes the radius of the void at each depth, m, around a line that moves with the block: 0 where the line runs through gel, `None` where gel does not
+/// Computes the radius of the void at each depth, m: 0 where the line runs through gel, `None` where gel does not
 /// enclose the void.
 ///
 /// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene, and in space
@@ -47,7 +47,7 @@ const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// gel lies on the line, the void is the one that overlaps the void above. The outer surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
 /// left out, up to the first void that ends at a cavity wall.
 ///
-/// `facets` are the corners of the surface, outward oriented; a plane or axisymmetric facet has two.
+/// `facets` are the corners of the surface as they are seen from the block, outward oriented; a plane or axisymmetric facet has two.
 #[must_use]
 pub fn void_radii(
     gel: GelSection,

@@ -70,7 +70,7 @@ impl SceneConstants {
             energy_round_off: model.energy_round_off(),
             shear_torque: model.shear_torque(),
             gel_box: scene.gel.shape.bounding_box(),
-            end_rules: EndRules::of(scene),
+            end_rules: EndRules::of(scene, &model.block_motion(0.0).velocity),
         }
     }
 }
