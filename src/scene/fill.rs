@@ -89,7 +89,7 @@ fn insert_at_path<'a>(table: &mut DeTable<'a>, path: &[&'a str], value: &'a str,
     if rest.is_empty() {
         let is_free = table.get(*first).is_none();
         if is_free {
-            let value = DeValue::parse(value).expect("a preset is TOML").into_inner();
+            let value = DeValue::parse(value).expect("values of presets and the library are TOML").into_inner();
             table.insert(name(), Spanned::new(place, value));
         }
         return is_free;

@@ -53,6 +53,7 @@ fn first() -> u32 {
     1
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
 fn is_first(version: &u32) -> bool {
     *version == first()
 }

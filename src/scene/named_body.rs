@@ -5,6 +5,9 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// Key of the version of the library in the table of a body.
+const VERSION: &str = "library_version";
+
 /// Body of a scene text that names a projectile of the library.
 pub(super) struct NamedBody {
     /// Index of the body; 0 is the projectile.
@@ -45,7 +48,7 @@ fn named_body(body: usize, table: &DeTable<'_>) -> Result<Option<NamedBody>, Sce
         body,
         projectile,
         place: table.get("library").map_or(0..0, Spanned::span),
-        version: value("library_version").and_then(DeValue::as_integer).and_then(|number| number.as_str().parse().ok()),
+        version: value(VERSION).and_then(DeValue::as_integer).and_then(|number| number.as_str().parse().ok()),
         is_fixed: value("fixed").and_then(DeValue::as_bool).unwrap_or(false),
         keys: table.keys().map(|key| key.get_ref().to_string()).collect(),
     }))
@@ -57,16 +60,22 @@ impl NamedBody {
         body_name(self.body)
     }
 
+    /// Quantities that the name stands for, and the density, which would give another mass.
+    pub(super) fn quantities(&self) -> Vec<String> {
+        let given = self.projectile.values().into_iter().map(|value| value.quantity().to_owned());
+        given.chain(["density".to_owned()]).collect()
+    }
+
     /// Returns true if the text sets a value of the body itself.
     pub(super) fn has_own_values(&self) -> bool {
-        ["mass", "density", "shape", "inertia"].iter().any(|key| self.sets(key))
+        self.quantities().iter().any(|key| self.sets(key))
     }
 
     fn sets(&self, key: &str) -> bool {
         self.keys.iter().any(|own| own == key)
     }
 
-    /// Values of the library that the text does not set.
+    /// Values of the library that the text does not set, and its version if the text states none.
     ///
     /// # Errors
     /// [`SceneError`] if the text states a version of the library in which the projectile had other values.
@@ -75,19 +84,20 @@ impl NamedBody {
             let quantity = value.quantity();
             !self.sets(quantity) && !(self.is_fixed && quantity != "shape")
         };
-        let missing: Vec<LibraryValue> = self.projectile.values().into_iter().filter(is_free).collect();
+        let mut missing: Vec<LibraryValue> = self.projectile.values().into_iter().filter(is_free).collect();
         let LibraryProjectile { name, since, .. } = &self.projectile;
-        match self.version {
-            Some(version) if version < *since && !missing.is_empty() => {
-                let expected = format!(
-                    "{LIBRARY_VERSION}, or the values of that version beside the name, as in the scene.toml of a run or \
-                     an archive: {name} has others since version {since}"
-                );
-                let key = format!("{}.library_version", self.key());
-                Err(SceneError::value(&key, version.to_string(), expected))
-            }
-            _ => Ok(missing),
+        if let Some(version) = self.version.filter(|version| version < since && !missing.is_empty()) {
+            let expected = format!(
+                "{LIBRARY_VERSION}, or the values of that version beside the name, as the scene.toml of a run has them: \
+                 {name} has others since version {since}"
+            );
+            return Err(SceneError::value(&format!("{}.{VERSION}", self.key()), version.to_string(), expected));
         }
+        if !self.sets(VERSION) {
+            let (key, value) = (VERSION.to_owned(), LIBRARY_VERSION.to_string());
+            missing.push(LibraryValue { key, value, source: String::new() });
+        }
+        Ok(missing)
     }
 }
 
@@ -106,7 +116,8 @@ mod tests {
     #[test]
     fn the_name_alone_is_refused_where_the_body_has_changed_since_the_stated_version() {
         let scene = |more: &str| format!("[projectile]\nlibrary = \"bb\"\n{more}");
-        assert_eq!(missing(&scene("")).unwrap().len(), 2);
+        let keys: Vec<String> = missing(&scene("")).unwrap().into_iter().map(|value| value.key).collect();
+        assert_eq!(keys, ["mass", "shape.sphere.radius", "library_version"]);
         assert_eq!(missing(&scene("library_version = 3")).unwrap().len(), 2);
         let refused = missing(&scene("library_version = 2")).unwrap_err();
         assert_eq!(refused.key, "projectile.library_version");

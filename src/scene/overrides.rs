@@ -24,7 +24,7 @@ use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 pub struct Override {
     /// Dotted key, such as `mesh.size` or `projectile.shape.sphere.radius`.
     pub key: String,
-    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML is read as a string.
+    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML is read as a string, also with dots.
     pub value: String,
 }
 
@@ -89,8 +89,8 @@ pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError>
     edit_document(text, overrides, write_override)
 }
 
-/// Writes the values that the library gives into the bodies that name it, so that the text holds them under any version
-/// of the library.
+/// Writes the values that the library gives into the bodies that name it, and its version: the text then holds them under
+/// any version of the library.
 ///
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or states a version of the library in which a body had other values.
@@ -152,7 +152,7 @@ fn release_body(document: &mut DocumentMut, named: &NamedBody, overrides: &[Over
         let key = plain_key(&format!("{}.{quantity}", named.key()));
         overrides.iter().any(|o| keys_overlap(&plain_key(&o.key), &key))
     };
-    if !["mass", "density", "shape", "inertia"].into_iter().any(replaces) {
+    if !named.quantities().iter().any(|quantity| replaces(quantity)) {
         return Ok(());
     }
     let mut values = named.missing_values()?;
@@ -282,7 +282,9 @@ fn no_member(change: &Override, name: &Key, length: usize) -> SceneError {
 
 fn parse_value(change: &Override) -> Result<Value, SceneError> {
     let text = &change.value;
-    let bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    // A name of the library may have a dot, such as sphere-4.8mm; a number has another beginning.
+    let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic());
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_' || c == '.' && is_name;
     match text.parse::<Value>() {
         Ok(value) => Ok(value),
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::from(text.as_str())),
