@@ -159,8 +159,6 @@ pub struct RunSummary {
     pub time_of_greatest_cavity: Option<f64>,
     /// Greatest diameter of the cavity at the end, m, without the hole that the projectile fills.
     pub final_cavity_diameter: Option<f64>,
-    /// True if the greatest diameter of the cavity is that of the end: the cavity still opens, and is to be greater.
-    pub cavity_still_opening: Option<bool>,
     /// Rest of the projectile, course of the cavity and permanent track.
     #[serde(flatten)]
     pub wound: WoundFigures,
@@ -368,7 +366,6 @@ impl RunSummary {
             greatest_cavity_diameter: greatest_cavity.map(|greatest| greatest.diameter),
             time_of_greatest_cavity: greatest_cavity.map(|greatest| greatest.time),
             final_cavity_diameter: penetration.and_then(|shot| shot.cavity.last_diameter),
-            cavity_still_opening: greatest_cavity.map(|greatest| greatest.time == *time && greatest.diameter > 0.0),
             wound: WoundFigures::default(),
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),

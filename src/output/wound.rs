@@ -16,9 +16,11 @@ pub struct WoundFigures {
     pub time_of_rest: Option<f64>,
     /// Length of the neck, m: depth at which the yaw passes 30°.
     pub neck_length: Option<f64>,
-    /// Depth of the greatest diameter of the cavity, m. This figure and the next need a penetration along −z by which
+    /// Depth of the greatest diameter of the cavity, m. This figure and the next two need a penetration along −z by which
     /// the rear of the projectile is deeper than one projectile diameter.
     pub depth_of_greatest_cavity: Option<f64>,
+    /// True if the greatest diameter of the cavity is that of the end: the cavity still opens.
+    pub cavity_still_opening: Option<bool>,
     /// Greatest diameter of the cavity over the depth by time.
     pub cavity_course: Option<Vec<CavityCoursePoint>>,
     /// Time of the collapse, s: the first time after the greatest diameter at which the diameter is below 40 % of it.
@@ -42,6 +44,7 @@ impl WoundFigures {
         let (course, pulsation) = (&shot.cavity.course, shot.cavity.course.pulsation());
         Self {
             neck_length: shot.track.neck_length(),
+            cavity_still_opening: course.greatest().map(|_| shot.cavity.still_opens),
             depth_of_greatest_cavity: course.greatest().map(|point| point.depth),
             cavity_course: Some(course.points().to_vec()).filter(|points| !points.is_empty()),
             time_of_cavity_collapse: course.time_of_collapse(),

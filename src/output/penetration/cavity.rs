@@ -26,6 +26,8 @@ pub(in crate::output) struct CavityProfile {
 pub(in crate::output) struct CavityFigures {
     /// Greatest diameter over the depth by time.
     pub(in crate::output) course: CavityCourse,
+    /// True if the greatest diameter is that of the last profile.
+    pub(in crate::output) still_opens: bool,
     /// Greatest diameter at the end, m; `None` where the rear of the projectile is above the first depth that counts.
     pub(in crate::output) last_diameter: Option<f64>,
     /// Temporary cavity: depth, m, and greatest radius of the run at this depth, m.
@@ -84,7 +86,9 @@ impl CavityFigures {
         let course = CavityCourse(widest.into_iter().flatten().collect());
         let time = course.greatest().map(|greatest| greatest.time);
         let at_greatest = profiles.iter().find(|profile| Some(profile.time) == time);
+        let opened = course.greatest().filter(|greatest| greatest.diameter > 0.0);
         Self {
+            still_opens: opened.is_some_and(|widest| profiles.last().is_some_and(|last| last.time == widest.time)),
             last_diameter,
             temporary: envelope(profiles).curve(),
             widest: at_greatest.map_or(vec![], CavityProfile::curve),

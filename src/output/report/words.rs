@@ -181,7 +181,7 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
         (&*peak_force, quantity(summary.peak_force, "N") + per_thickness(scene)),
     ];
     let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
-        let still = if summary.cavity_still_opening == Some(true) { ", still opening" } else { "" };
+        let still = if summary.wound.cavity_still_opening == Some(true) { ", still opening" } else { "" };
         let place = summary.wound.depth_of_greatest_cavity;
         let place = place.map_or(String::new(), |depth| format!(", {} deep", quantity(depth, "m")));
         [("temporary cavity", quantity(greatest, "m") + &place + still), ("cavity at the end", quantity(last, "m"))]
