@@ -26,13 +26,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     let cost = simulation.observe().cost;
     let bodies: Vec<Value> = (0..scene.n_bodies()).map(|body| body_json(&scene, &simulation, body)).collect();
     let (modelled, off) = (scene::modelled_physics(&scene), scene::switched_off(&scene));
-    let preset_facts = scene::from_preset(&text);
-    let at_level = |fidelity| {
-        let set: Vec<_> = options.set.iter().cloned().chain([level::level_override(fidelity)]).collect();
-        Ok(source::load(&options.scene, &set)?.scene)
-    };
-    let refused = level::refused_levels(&scene.fidelity, at_level);
-    let doubts = [scene::doubts(&scene), refused].concat();
+    let (preset_facts, doubts) = (scene::from_preset(&text), doubts_of(&scene, options));
     let result = json!({
         "scene": scene.scene.name,
         "title": scene.scene.title,
@@ -81,6 +75,15 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     );
     console.result(&result, &text);
     Ok(())
+}
+
+/// Doubts about a scene, and about its levels that a run refuses.
+fn doubts_of(scene: &Scene, options: &CheckOptions) -> Vec<String> {
+    let at_level = |fidelity| {
+        let set: Vec<_> = options.set.iter().cloned().chain([level::level_override(fidelity)]).collect();
+        Ok(source::load(&options.scene, &set)?.scene)
+    };
+    [scene::doubts(scene), level::refused_levels(&scene.fidelity, at_level)].concat()
 }
 
 /// Describes the largest memory that a run needs, and the available memory.

@@ -9,8 +9,8 @@ use std::fmt::Write;
 /// Table of the measured errors.
 const TABLE: &str = include_str!("../../../../projectiles/level-errors.csv");
 /// Greatest relative difference of calibre, speed, and mass by the cube of the calibre, at which a measured error
-/// holds. Cells are fractions of the radius, so these decide how many of them a shot passes. From 180 to 300 m/s the
-/// error of `draft` grows from 16 to 21 %, by one point in a tenth of the speed (`docs/shots.md`).
+/// holds. Cells are fractions of the radius, so these decide how many of them a shot passes. The error of
+/// `draft` grows by 0.6 points in a tenth of the speed, and by 0.7 in a tenth of the calibre (`docs/shots.md`).
 const BAND: f64 = 0.1;
 
 /// Shot as the table identifies it.
