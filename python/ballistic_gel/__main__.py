@@ -59,7 +59,9 @@ def _parser() -> argparse.ArgumentParser:
     levels.add_argument("--yaw", type=float, metavar="ANGLE", help="as in gelfmu new")
     levels.add_argument("--block", metavar="AxBxC", help="as in gelfmu new")
     levels.add_argument("--gel", help="as in gelfmu new")
-    levels.add_argument("--reference", default="fine", choices=LEVELS[1:], help="level to compare with (fine if absent)")
+    levels.add_argument(
+        "--reference", default="fine", choices=LEVELS[1:], help="level to compare with (fine if absent)"
+    )
     levels.add_argument("--out", default="gelfmu-out/levels", metavar="FOLDER", help="folder for the runs")
     levels.add_argument("--table", metavar="FILE.csv", help="table of level errors that gets the rows")
     levels.add_argument("--workers", type=int, metavar="N", help="number of local workers (all cores if absent)")

@@ -27,7 +27,7 @@ def level_errors(
     speeds: Sequence[float | str],
     *,
     yaw: float | None = None,
-    block: str | Sequence[float] | None = None,
+    block: str | None = None,
     gel: str | None = None,
     reference: str = "fine",
     out: str | Path = "gelfmu-out/levels",
@@ -63,7 +63,7 @@ def level_errors(
     Returns
     -------
     DataFrame
-        One row for each speed and level: the shot, ``depth`` and ``reference_depth`` (m), ``error`` and the ``command``.
+        One row for each speed and level: the shot, ``depth`` and ``reference_depth`` (m), ``error``, ``command``.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def level_errors(
     """
     if table is not None:
         _read_table(Path(table))  # refuses another file before the first shot
-    options = {"yaw": yaw, "block": block, "gel": gel}
+    options: dict[str, Any] = {"yaw": yaw, "block": block, "gel": gel}
     made = []
     for speed in speeds:
         new = new_shot_values(projectile, speed, **options)
@@ -86,7 +86,7 @@ def level_errors(
         depths = {shot["scene.fidelity"]: _depth_of(scene.name, shot) for _, shot in shots.iterrows()}
         given = {"speed": new["shot"]["speed"], **options, "reference": None if reference == "fine" else reference}
         command = shlex.join(["python", "-m", "ballistic_gel", "levels", projectile, *_arguments(given)])
-        rows = pd.DataFrame(
+        rows = [
             {
                 **new["shot"],
                 "level": level,
@@ -97,18 +97,19 @@ def level_errors(
                 "command": command,
             }
             for level in levels[:-1]
-        )[COLUMNS]
+        ]
+        made.append(pd.DataFrame(rows)[COLUMNS])
         if table is not None:
             known = _read_table(Path(table))
-            both = pd.concat([known, rows.astype(str)]).drop_duplicates(IDENTITY, keep="last")
+            both = pd.concat([known, made[-1].astype(str)]).drop_duplicates(IDENTITY, keep="last")
             write_whole(Path(table), both.to_csv(index=False).encode())
-        made.append(rows)
     return pd.concat(made, ignore_index=True)
 
 
 def _levels_up_to(reference: str, scene: Scene) -> list[str]:
     """Return the levels of a scene from the cheapest to the reference."""
-    known = [level for level in LEVELS if level in scene["fidelity"]]  # type: ignore[operator]
+    tables: Any = scene["fidelity"]
+    known = [level for level in LEVELS if level in tables]
     if reference not in known[1:]:
         remedy = f"one of {', '.join(known[1:])}"
         raise GelfmuError(f"reference {reference}: found no such level above another, expected {remedy}", remedy=remedy)
@@ -116,10 +117,12 @@ def _levels_up_to(reference: str, scene: Scene) -> list[str]:
 
 
 def _depth_of(name: str, shot: pd.Series[Any]) -> float:
-    """Return the depth at rest of a shot, or at its end."""
+    """Return the depth at rest of a shot, or at its end, m."""
     place = f"{name} at {shot['scene.fidelity']}"
     if shot["status"] != COMPLETED:
-        raise GelfmuError(f"{place}: the shot has no depth, it is {shot['status']} ({shot['reason']})")
+        remedy = "measure against a cheaper level (reference)"
+        found = f"the shot has no depth, it is {shot['status']} ({shot['reason']})"
+        raise GelfmuError(f"{place}: {found}: {remedy}", remedy=remedy)
     if shot["perforated"]:
         remedy = "take a longer block"
         raise GelfmuError(f"{place}: the projectile left the block, which has no depth: {remedy}", remedy=remedy)

@@ -52,7 +52,7 @@ pub struct FidelityLevels {
 pub struct FidelityLevel {
     /// Overrides that the level writes over the scene, such as "mesh.size=2e-3".
     pub set: Vec<String>,
-    /// Greatest relative error of the projectile's motion, from the limit of refinement.
+    /// Greatest relative error of the projectile's motion, from the limit of refinement or a finer level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     /// Element updates of a run.
