@@ -118,7 +118,8 @@ pub struct RunSummary {
     /// Former name of `incompatible_fraction`, until the next release.
     #[serde(deserialize_with = "super::numbers::number")]
     pub remesh_fallback: f64,
-    /// Volume of self-overlap of the gel at the end, m³: gel surfaces have no mutual contact.
+    /// Volume of self-overlap of the gel at the end, m³: without self-contact surfaces pass through each other; with it
+    /// they are stopped where they stand in each other, and not pushed out.
     #[serde(deserialize_with = "super::numbers::number")]
     pub overlapped_volume: f64,
     /// Smallest J = det F of the run.

@@ -85,10 +85,16 @@ fn neck_row(s: &Value) -> Option<(&'static str, String)> {
     Some(("neck", format!("{}, then the yaw passes 30°", format_quantity(&s["neck_length"], "m"))))
 }
 
-/// Returns a row that marks a run in which the gel overlaps itself.
+/// Returns a row that marks a run in which the gel overlaps itself, with or without self-contact.
 fn overlap_row(s: &Value) -> Option<(&'static str, String)> {
     let volume = s["overlapped_volume"].as_f64().filter(|volume| *volume > 0.0)?;
-    Some(("self-overlap", format!("{:.3} cm³ of gel overlap other gel: there is no self-contact", 1e6 * volume)))
+    let mut off = s["switched_off"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let cause = if off.any(|entry| entry.starts_with("self-contact of the gel: none")) {
+        "there is no self-contact"
+    } else {
+        "self-contact stops it there and does not push it out"
+    };
+    Some(("self-overlap", format!("{:.3} cm³ of gel overlap other gel: {cause}", 1e6 * volume)))
 }
 
 fn describe_completion(s: &Value) -> &'static str {
@@ -209,6 +215,7 @@ fn list_files(folder: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::{describe, format_quantity};
+    use ballistic_gel::scene;
     use serde_json::{Value, json};
     use std::path::Path;
 
@@ -269,5 +276,24 @@ mod tests {
         assert!(text.contains("reached, after the exit of the projectile, at 4.000 ms"), "{text}");
         assert!(text.contains("none: perforated, exit at 98.500 m/s and 1.930 ms, 38.800 J retained"), "{text}");
         assert!(text.contains("451.2 J"), "{text}");
+    }
+
+    #[test]
+    fn gel_that_overlaps_itself_is_said_to_lack_self_contact_only_where_it_does() {
+        let overlapping = |name: &str| {
+            let scene = scene::read(scene::builtin(name).unwrap()).unwrap();
+            let summary = json!({ "overlapped_volume": 2.5e-8, "switched_off": scene::switched_off(&scene) });
+            describe(&summary, Path::new("nowhere"))
+        };
+        let text = overlapping("sphere-block");
+        assert!(text.contains("0.025 cm³ of gel overlap other gel: there is no self-contact"), "{text}");
+        // About an axis, and in space, where its limit is named among what is switched off.
+        for name in ["fbi-bb", "bullet-yaw"] {
+            let text = overlapping(name);
+            assert!(
+                text.contains("other gel: self-contact stops it there") && !text.contains("no self-contact"),
+                "{text}"
+            );
+        }
     }
 }
