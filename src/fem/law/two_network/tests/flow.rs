@@ -99,6 +99,23 @@ fn a_power_law_branch_converges_to_the_solution_at_every_rate() {
     }
 }
 
+/// Steady flow of the branch of `gelatin-10` at the rate, 1/s, at which that of Bergström and Boyce bears 3 MPa: they have
+/// |λ̇/λ| = ε̇, we ε̇ (λ³ + 2)/(2λ³ + 1).
+#[test]
+fn steady_flow_differs_from_that_of_bergstrom_and_boyce_by_as_much_as_the_documents_say() {
+    let law = PowerLaw::new(600.0, 0.8);
+    let rate = law.rate_at(3e6);
+    for (strain, part) in [(-1.5, 0.859), (1.5, 1.184)] {
+        let ramp = Ramp { dashpot: Dashpot::PowerLaw(law), rate: rate.copysign(strain), strain };
+        let b = ramp.stepped(2000).exp();
+        let stress = MODULUS * (b - b.powf(-0.5)).abs();
+        assert!((stress / 3e6 / part - 1.0).abs() < 2e-3, "{strain}: {stress} Pa");
+        let cube = b.powf(1.5);
+        let flow = law.rate_at(stress) * (cube + 2.0) / (2.0 * cube + 1.0);
+        assert!((flow / rate - 1.0).abs() < 5e-3, "{strain}: {flow}/s, not {rate}/s");
+    }
+}
+
 #[test]
 fn a_linear_branch_converges_with_second_order() {
     for strain in [1e-3, 0.3, 1.5] {
