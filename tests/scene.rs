@@ -331,6 +331,16 @@ fn the_disc_of_ball_square_is_of_steel() {
 #[test]
 fn a_scene_written_as_toml_reads_as_itself() {
     for (name, text) in scene::builtins() {
+/// Runs of `fbi-bb` whose speeds differ by a millionth rest within 0.5 mm of each other (`docs/studies.md`, *Scatter*).
+#[test]
+fn no_level_of_the_calibration_shot_promises_less_than_its_scatter() {
+    let levels = builtin("fbi-bb").fidelity;
+    for level in [levels.draft, levels.coarse, levels.standard, levels.fine, levels.reference] {
+        let error = level.and_then(|level| level.error).expect("all levels are measured");
+        assert!(error > 0.5 / 85.2, "{error}");
+    }
+}
+
         let before = read(text);
         assert_eq!(read(&toml::to_string(&before).unwrap()), before, "{name}");
     }
