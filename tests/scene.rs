@@ -1,5 +1,8 @@
 //! Every way in which a scene can be wrong has its own message: key, line, what was found, what was expected.
 
+#[path = "scene/defaults.rs"]
+mod defaults;
+
 use ballistic_gel::scene::{self, Override, Scene};
 use std::f64::consts::PI;
 
@@ -328,9 +331,6 @@ fn the_disc_of_ball_square_is_of_steel() {
     assert!((mass / (7850.0 * disc) - 1.0).abs() < 1e-6, "{mass}");
 }
 
-#[test]
-fn a_scene_written_as_toml_reads_as_itself() {
-    for (name, text) in scene::builtins() {
 /// Runs of `fbi-bb` whose speeds differ by a millionth rest within 0.5 mm of each other (`docs/studies.md`, *Scatter*).
 #[test]
 fn no_level_of_the_calibration_shot_promises_less_than_its_scatter() {
@@ -341,6 +341,9 @@ fn no_level_of_the_calibration_shot_promises_less_than_its_scatter() {
     }
 }
 
+#[test]
+fn a_scene_written_as_toml_reads_as_itself() {
+    for (name, text) in scene::builtins() {
         let before = read(text);
         assert_eq!(read(&toml::to_string(&before).unwrap()), before, "{name}");
     }
