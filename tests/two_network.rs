@@ -28,17 +28,49 @@ fn run(scene: &Scene, steps: u32, threads: usize) -> Simulation {
     simulation
 }
 
+/// Depth of the nose of the BB after 0.15 ms, mm, by Poncelet's law m dv/dt = −(½ρ`drag`v² + `resistance`) A, Pa.
+fn nose_by_law(drag: f64, resistance: f64) -> f64 {
+    let (speed, mass, area, time) = (179.8, 0.343e-3, std::f64::consts::PI * 2.185e-3_f64.powi(2), 1.5e-4);
+    let inertia = 0.5 * 1030.0 * drag;
+    let (fast, pace) = ((resistance / inertia).sqrt(), (resistance * inertia).sqrt() * area / mass);
+    let slowed = fast * ((speed / fast).atan() - pace * time).tan();
+    let ratio = (inertia * speed * speed + resistance) / (inertia * slowed * slowed + resistance);
+    1e3 * mass / (2.0 * inertia * area) * ratio.ln()
+}
+
+/// Resistances, Pa, with which Poncelet's law with this drag stops the recovered bullets of grade B where they were found.
+fn resistances_of_recovered_bullets(drag: f64) -> Vec<f64> {
+    let rows = include_str!("../projectiles/validation.csv").lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let recovered = rows.filter(|row| row[1].ends_with("-recovered") && row[5] == "depth" && row[8] == "B");
+    let resistance = |row: Vec<&str>| {
+        let projectile = scene::LibraryProjectile::named(row[1]).unwrap();
+        let scene::BodyShape::Bullet(bullet) = projectile.shape else { panic!("{} is no bullet", row[1]) };
+        let [speed, depth]: [f64; 2] = [2, 6].map(|column| row[column].parse().unwrap());
+        let (inertia, area) = (0.5 * 1030.0 * drag, std::f64::consts::PI * bullet.radius.powi(2));
+        inertia * speed * speed / (2.0 * inertia * area * depth / projectile.mass).exp_m1()
+    };
+    recovered.map(resistance).collect()
+}
+
+/// The laws have the drag of a sphere with an open cavity, 0.30 to 0.37 (May 1975), and resistances of other shots: the depth to
+/// which the gel is fitted has no part in them.
 #[test]
-fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
+fn the_beginning_of_the_calibration_shot_is_within_the_laws_of_other_shots() {
     let scene = shot(&[]);
     let mass = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap().frame().mass;
     let done = run(&scene, 3, 1);
     let seen = done.observe();
     assert!(seen.cost.remeshes > 5, "{} meshes", seen.cost.remeshes);
     assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-11, "{:?}", seen.energy);
-    // Poncelet's law with a drag of 0.35 that stops at 85 mm has the nose at 23.2 mm then.
     let depth = 1e3 * seen.projectile().depth;
-    assert!((depth / 23.2 - 1.0).abs() < 0.03, "{depth} mm");
+    let found = resistances_of_recovered_bullets(0.30);
+    let (softest, hardest) = found.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), own| (a.min(*own), b.max(*own)));
+    assert_eq!((found.len(), (softest / 1e4).round(), (hardest / 1e4).round()), (7, 132.0, 247.0), "{found:?}");
+    let [least, most] = [nose_by_law(0.37, hardest), nose_by_law(0.30, softest)];
+    // The laws leave out the slam at entry, and cells of R/4 are 1 % too stiff here.
+    assert!((0.98 * least..most).contains(&depth), "{depth} mm, not {least} to {most} mm");
+    // As first computed in these cells: a dashpot that bears twice as much takes 0.56 mm, one that bears half gives 0.35 mm.
+    assert!((depth - 22.85).abs() < 0.1, "{depth} mm");
     // 3.5e-3 on cells of R/4, of which 3e-3 is gel pushed out of the ball where facets are chords in it; 1e-3 on R/8.
     assert!(seen.energy.energy_defect < 5e-3, "defect {}", seen.energy.energy_defect);
     let whole = done.frame().mass + seen.cost.eroded_mass;

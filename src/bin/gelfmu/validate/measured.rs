@@ -84,7 +84,21 @@ impl ValidationShot {
 
 #[cfg(test)]
 mod tests {
-    use super::measured_shots;
+    use super::{MeasuredFigure, SourceGrade, measured_shots};
+
+    /// Poncelet's law of `gelfmu new` has its resistance from the calibration shot; these shots had no part in it.
+    #[test]
+    fn the_law_of_the_estimate_stops_recovered_bullets_within_a_quarter_of_their_measured_depths() {
+        let counts = |grade, measure| (grade, measure) == (SourceGrade::B, MeasuredFigure::Depth);
+        let is_recovered = |name: &str| name.ends_with("-recovered");
+        let shots = measured_shots()
+            .into_iter()
+            .filter(|shot| counts(shot.grade, shot.measure) && is_recovered(&shot.projectile));
+        let ratios: Vec<f64> = shots.map(|shot| shot.ratio(shot.shot(0.0, 0.0).longest_path())).collect();
+        assert!(ratios.len() == 7 && ratios.iter().all(|ratio| (0.75..1.25).contains(ratio)), "{ratios:?}");
+        let mean = ratios.iter().sum::<f64>() / 7.0;
+        assert!((mean - 0.9).abs() < 0.05, "{mean}");
+    }
 
     #[test]
     fn every_measured_shot_is_one_of_the_library_in_a_block_that_is_longer_than_its_depth() {
