@@ -22,6 +22,8 @@ pub struct Ride {
     pub part: f64,
     /// Remeshings.
     pub remeshings: u64,
+    /// Remeshings in which the mesh was made as a whole, as local operations did not suffice.
+    pub whole: usize,
     /// Times at which no new mesh was taken, and why each attempt was refused the last time.
     pub refused: usize,
     /// The words of that.
@@ -30,6 +32,8 @@ pub struct Ride {
     pub closure: [f64; 3],
     /// What the mass of the gel changed by, as a part of it.
     pub mass: f64,
+    /// Mass of the eroded gel, as a part of all.
+    pub eroded: f64,
     /// Least J.
     pub least: f64,
     /// Defect of the energy, and what remeshings made of it, as parts of it.
@@ -51,10 +55,12 @@ impl Ride {
             stop: Some(stop.to_owned()),
             part: 0.0,
             remeshings: 0,
+            whole: 0,
             refused: 0,
             why: String::new(),
             closure: [f64::NAN; 3],
             mass: f64::NAN,
+            eroded: f64::NAN,
             least: f64::NAN,
             defect: f64::NAN,
             remesh: f64::NAN,
@@ -92,10 +98,12 @@ pub fn ride(text: &str) -> Ride {
         stop,
         part: simulation.time() / scene.scene.end_time,
         remeshings: seen.cost.remeshes,
+        whole: simulation.renewals().iter().filter(|made| made.edits.total() == 0).count(),
         refused: simulation.refusals().len(),
         why: why.unwrap_or_default(),
         closure,
         mass: ((simulation.frame().mass + seen.cost.eroded_mass) / mass - 1.0).abs(),
+        eroded: seen.cost.eroded_mass / mass,
         least: seen.cost.min_jacobian,
         defect: seen.energy.energy_defect,
         remesh: seen.energy.remesh / seen.energy.initial,
