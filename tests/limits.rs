@@ -169,6 +169,7 @@ fn a_misspelt_name_is_answered_with_the_one_that_is_near() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
         (["check", "sphere-blok"].as_slice(), "(did you mean `sphere-block`?), expected one of fbi-bb"),
+        (&["check", "spere-blok"], "(did you mean `sphere-block`?)"),
         (&["scenes", "l-baem"], "found no built-in scene of this name (did you mean `l-beam`?)"),
         (
             &["check", "l-beam", "--set", "mesh.siez=1"],

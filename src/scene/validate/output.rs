@@ -49,6 +49,9 @@ mod tests {
     fn a_field_that_the_gel_has_not_is_refused_with_those_that_it_has() {
         assert_eq!(refusal("fbi-bb", "[\"damage\", \"viscous_strain\", \"von_mises\"]"), "");
         assert_eq!(refusal("sphere-block", "[\"pressure\", \"strain_rate\"]"), "");
+        // A gel with branches and without damage.
+        assert_eq!(refusal("bounce-visco", "[\"viscous_strain\"]"), "");
+        assert!(refusal("bounce-visco", "[\"damage\"]").ends_with("with gel.damage"));
         assert_eq!(
             refusal("sphere-block", "[\"pressure\", \"damage\"]"),
             "output.fields: found \"damage\", expected fields that this gel has, \"pressure\", \"von_mises\", \
