@@ -75,7 +75,7 @@ fn digest(scene: &Scene, n: u32) -> u128 {
     simulation.digest()
 }
 
-/// True if the ball has met the gel: before, runs that fail or stand still are alike.
+/// Returns true if the ball has met the gel: before, runs that fail or stand still are alike.
 fn has_met(simulation: &Simulation) -> bool {
     simulation.observe().projectile().contact.total_impulse.z > 0.0
 }

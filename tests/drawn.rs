@@ -135,8 +135,8 @@ fn remeshings_do_not_feed_a_run() {
     assert!(ride.remesh <= 0.0 && ride.defect.abs() < 0.05, "{ride:?}");
 }
 
-/// Of 11 speeds from 35.5 to 36.1 m/s five once stopped, that of the seed among them; of five speeds below, 35.0 m/s. Those of a fold where
-/// two planes of symmetry meet (178) were 17 of 18.
+/// Five of 11 speeds from 35.5 to 36.1 m/s once stopped (580), that of the seed among them, and 35.0 m/s of five below; 17 of 18 where the gel
+/// folded at the line between two planes of symmetry (178).
 #[test]
 fn speeds_beside_that_of_a_seed_do_not_stop_a_run() {
     goes_to_its_end(580);
