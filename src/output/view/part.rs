@@ -195,8 +195,7 @@ fn flat_body(solid: &BodySurface, y: f64) -> ViewPart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::BlockMotion;
-    use crate::simulation::FrameCells;
+    use crate::simulation::{BlockMotion, FrameCells};
 
     #[test]
     fn the_section_of_elements_has_the_area_of_the_plane_in_them() {
