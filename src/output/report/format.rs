@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_label_of_a_peak_force_names_its_window() {
-        let windows = [24e-6, 24.35e-6, 1e-4, 0.0].map(|window| peak_force_label(window));
+        let windows = [24e-6, 24.35e-6, 1e-4, 0.0].map(peak_force_label);
         let expected = ["24 µs", "24.35 µs", "100 µs", "0 s"].map(|width| format!("peak force, mean over {width}"));
         assert_eq!(windows, expected);
     }
