@@ -177,8 +177,9 @@ mod tests {
     }
 
     /// Returns the corners of facets as the gel has them: a third one that a flat facet does not use.
-    fn facets<const N: usize>(facets: &[[[f64; 3]; N]]) -> impl Iterator<Item = [Vector3; 3]> {
-        facets.iter().map(|facet| std::array::from_fn(|i| Vector3::from(facet[i.min(N - 1)])))
+    fn facets<const N: usize>(facets: &[[[f64; 3]; N]]) -> std::vec::IntoIter<[Vector3; 3]> {
+        let corners = |facet: &[[f64; 3]; N]| std::array::from_fn(|i| Vector3::from(facet[i.min(N - 1)]));
+        facets.iter().map(corners).collect::<Vec<_>>().into_iter()
     }
 
     /// Returns a wall at x from above the entry down to a depth, m.
