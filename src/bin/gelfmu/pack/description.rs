@@ -134,17 +134,16 @@ fn variables(
     interface: &PackedInterface,
     scene: &toml::Table,
 ) -> io::Result<()> {
-    let each = |xml: &mut Xml| {
-        scalars.iter().try_for_each(|scalar| variable(xml, scalar, role_of(interface.causality(scalar)), scene))
-    };
+    let each =
+        |xml: &mut Xml| scalars.iter().try_for_each(|scalar| variable(xml, scalar, interface.causality(scalar), scene));
     xml.create_element("ModelVariables").write_inner_content(each)?;
     Ok(())
 }
 
-fn variable(xml: &mut Xml, scalar: &ScalarVariable, role: VariableRole, scene: &toml::Table) -> io::Result<()> {
+fn variable(xml: &mut Xml, scalar: &ScalarVariable, causality: Causality, scene: &toml::Table) -> io::Result<()> {
     let of = scalar.variable;
     let (name, description, reference) = (scalar.name(), scalar.description(), scalar.reference().to_string());
-    let VariableRole { causality, initial } = role;
+    let VariableRole { causality, initial } = role_of(causality);
     let mut attributes = vec![
         ("name", name.as_str()),
         ("valueReference", &reference),
