@@ -82,7 +82,8 @@ impl NamedBody {
     pub(super) fn missing_values(&self) -> Result<Vec<LibraryValue>, SceneError> {
         let is_free = |value: &LibraryValue| {
             let quantity = value.quantity();
-            !self.sets(quantity) && !(self.is_fixed && quantity != "shape")
+            let is_needless = self.is_fixed && quantity != "shape";
+            !self.sets(quantity) && !is_needless
         };
         let mut missing: Vec<LibraryValue> = self.projectile.values().into_iter().filter(is_free).collect();
         let LibraryProjectile { name, since, .. } = &self.projectile;
