@@ -413,8 +413,8 @@ fn the_values_of_the_library_are_written_out_where_the_text_has_none() {
 /// The message of a scene with overrides that is refused, and the overrides at fault.
 #[track_caller]
 fn refused_with(text: &str, changes: &[&str]) -> (String, Vec<String>) {
-    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
-    let refused = scene::read_with(text, &changes, &scene::no_files).unwrap_err();
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().expect("a key and a value")).collect();
+    let refused = scene::read_with(text, &changes, &scene::no_files).expect_err("a scene that is refused");
     (refused.error.to_string(), refused.overrides.into_iter().map(|o| o.key).collect())
 }
 
