@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import pandas as pd
 
-from .errors import GelfmuError, unknown_name
-from .scene import Scene
+from .errors import DoubtWarning, GelfmuError, unknown_name
+from .scene import Scene, new_shot_values
 
 # Columns of a table of cartridges: the arguments of `Scene.new_shot`. Keys of a scene have a dot.
 COLUMNS = ("projectile", "speed", "yaw", "roll", "block", "gel")
@@ -29,7 +30,11 @@ def cartridge_scenes(table: pd.DataFrame) -> tuple[list[Scene], pd.DataFrame]:
         raise GelfmuError(f"scene: found none, expected {remedy}", key="scene", remedy=remedy)
     given = [column for column in COLUMNS if column in table]
     rows = [dict(zip(given, row, strict=True)) for row in table[given].itertuples(index=False)]
-    return [_scene_of(number, row) for number, row in enumerate(rows)], table.drop(columns=given)
+    scenes: dict[str, Scene] = {}
+    for number, row in enumerate(rows):
+        if repr(row) not in scenes:
+            scenes[repr(row)] = _scene_of(number, row)
+    return [scenes[repr(row)] for row in rows], table.drop(columns=given)
 
 
 def _scene_of(number: int, row: dict[str, Any]) -> Scene:
@@ -39,9 +44,12 @@ def _scene_of(number: int, row: dict[str, Any]) -> Scene:
         message = f"row {number}: projectile: found nothing, expected {remedy}"
         raise GelfmuError(message, key="projectile", remedy=remedy)
     try:
-        return Scene.new_shot(**arguments)
+        made = new_shot_values(**arguments)
     except GelfmuError as error:
         raise GelfmuError(f"row {number}: {error}", key=error.key, remedy=error.remedy) from error
+    for doubt in made["doubts"]:
+        warnings.warn(f"row {number}: {doubt}", DoubtWarning, stacklevel=5)
+    return Scene(made["text"])
 
 
 def _is_empty(value: Any) -> bool:

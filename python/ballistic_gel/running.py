@@ -144,8 +144,9 @@ class ProgressBar:
             return
         if self._lines is not None:
             end = self._end_time
-            task = f"{1e3 * time:.3f} ms" if end is None else f"{1e3 * time:.3f} of {1e3 * end:.3f} ms"
-            self._lines.tell(task, None if end is None else time / end)
+            # A run may end much earlier, by the exit or the rest of the projectile: no time left is told.
+            most = "" if end is None else f" of at most {1e3 * end:.3f}"
+            self._lines.tell(f"{1e3 * time:.3f}{most} ms", None)
             return
         if self._bar is None:
             from tqdm.auto import tqdm

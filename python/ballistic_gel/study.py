@@ -162,7 +162,8 @@ class Study:
         if "projectile" in samples:
             _refuse_beside("cartridges", [name for name in ("scene", "shot") if name in self.content])
             same = {key: [value] * len(samples) for key, value in self.content.get("set", {}).items()}
-            samples = samples.assign(**same)
+            # A value of a row wins over that of all, as it does beside a scene.
+            samples = pd.DataFrame({**same, **{name: samples[name] for name in samples}})
         else:
             scene = self.scene()
         return sweep(scene, samples, self.folder, share=share, workers=workers, **settings)

@@ -87,8 +87,8 @@ def sweep(
     Raises
     ------
     GelfmuError
-        For an unknown key, a row that makes no scene, a folder that no sweep has made, a foreign file with the name of a result, or if no further
-        shot can be run: a worker has another `gelfmu`, or died.
+        For an unknown key, a row that makes no scene, a folder that no sweep has made, a foreign file with the name of
+        a result, or if no further shot can be run: a worker has another `gelfmu`, or died.
     KeyboardInterrupt
         If it was interrupted; its message tells how many shots are kept.
 
@@ -96,6 +96,8 @@ def sweep(
     -----
     CrashWarning
         If the `gelfmu` of a shot died or could not write: such a row is not kept, and is run again by the same call.
+    DoubtWarning
+        If the block of a cartridge is too small for its shot, or a level of it cannot be run.
     """
     scene = None if scene is None else as_scene(scene)
     table, folder = sample_table(samples), SweepFolder(out)
@@ -163,7 +165,9 @@ def _run_all(
                 for key, task in tasks.items():
                     shots[submit(task)] = key
                 for shot in _shown(as_completed(shots), len(shots), progress):
-                    store.write(shots[shot], rows.setdefault(shots[shot], _row_in(shot)))
+                    row = _row_in(shot)
+                    store.write(shots[shot], row)
+                    rows[shots[shot]] = row
             finally:
                 for shot in shots:
                     shot.cancel()

@@ -23,10 +23,11 @@ def test_a_grid_of_a_shot_of_the_library(tmp_path):
 
 
 def test_a_grid_of_cartridges_makes_a_scene_for_each(tmp_path):
-    keys = "[keys]\nprojectile = ['bb', 'sphere-4.8mm']\nspeed = [200, 300]\n"
+    keys = "[keys]\nprojectile = ['bb', 'sphere-4.8mm']\nspeed = [200, 300]\n'scene.end_time' = [5e-5]\n"
     text = "fidelity = 'draft'\n[set]\n'scene.end_time' = 1e-4\n" + keys
     made = bg.Study.load(write_study(tmp_path, text)).run()
     assert list(made["speed"]) == [200, 300, 200, 300] and made["digest"].is_unique
+    assert made["end_time"].max() < 6e-5, "the value of a row wins over that of all"
     with pytest.raises(bg.GelfmuError, match="scene: found it beside cartridges"):
         bg.Study.load(write_study(tmp_path, "scene = 'fbi-bb'\n" + keys)).run()
 
