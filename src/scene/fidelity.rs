@@ -119,6 +119,8 @@ mod tests {
     use super::FidelityKind;
     use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, rebase_scene, resolve};
 
+    /// Scatter of the rest depth of `fbi-bb`, 0.5 of 84.5 mm (docs/studies.md): no level promises less.
+    const SCATTER: f64 = 0.0059;
     const LEVELS: &str =
         "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";
 
@@ -191,12 +193,13 @@ mod tests {
     }
 
     #[test]
-    fn the_levels_of_builtin_scenes_are_scenes_that_cost_more_and_miss_by_less() {
+    fn the_levels_of_builtin_scenes_are_scenes_that_cost_more_and_miss_by_less_down_to_the_scatter() {
         for (name, text) in builtins() {
             let levels = read(text).unwrap().fidelity;
             let known: Vec<_> =
                 levels.known().map(|(_, level)| (level.updates.unwrap(), level.error.unwrap())).collect();
-            assert!(known.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{name}: {known:?}");
+            let is_better = |pair: &[(f64, f64)]| pair[0].1 > pair[1].1 || pair[0].1 == SCATTER;
+            assert!(known.windows(2).all(|pair| pair[0].0 < pair[1].0 && is_better(pair)), "{name}: {known:?}");
             for (fidelity, _) in levels.known() {
                 let choice: Override = format!("scene.fidelity={}", fidelity.as_str()).parse().unwrap();
                 let read = resolve(text, &[choice]).and_then(|text| read(&text));
