@@ -184,8 +184,8 @@ impl ContactRecord {
     }
 }
 
-/// Exit record of a body: its rear end passes the undisturbed back face of the gel. Velocity and energies are those in the
-/// inertial frame in which the gel was at rest at the start.
+/// Exit record of a body: its rear end passes the undisturbed back face of the gel. Velocity and energies are those in
+/// the inertial frame in which the gel was at rest at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExitRecord {
     /// Time, s.

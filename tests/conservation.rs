@@ -68,7 +68,8 @@ fn sliced(scene: &Scene, n: u32) -> Simulation {
     simulation
 }
 
-/// The digest at the end of a run that does not fail: two runs that fail at once are alike, whatever is wrong with them.
+/// The digest at the end of a run that does not fail: two runs that fail at once are alike, whatever is wrong with
+/// them.
 fn digest(scene: &Scene, n: u32) -> u128 {
     let simulation = sliced(scene, n);
     assert!(simulation.failure().is_none(), "{:?}", simulation.failure());

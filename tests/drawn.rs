@@ -73,8 +73,8 @@ fn goes_on_after(event: RunEvent, seed: u64) -> ride::Ride {
     ride
 }
 
-/// Each has stopped a former version, but for the first seven: a wall that crossed itself (55, 87), a needle (49), a fold of the axis (133),
-/// a wall pinched to nothing (190). What stopped them may no longer come about.
+/// Each has stopped a former version, but for the first seven: a wall that crossed itself (55, 87), a needle (49), a
+/// fold of the axis (133), a wall pinched to nothing (190). What stopped them may no longer come about.
 #[test]
 fn some_of_all_classes_and_seeds_that_once_stopped_reach_their_ends() {
     for seed in [66, 130, 132, 54, 157, 56, 80] {
@@ -107,8 +107,9 @@ fn where_operations_do_not_suffice_a_whole_mesh_is_made() {
     }
 }
 
-/// Errors of masses after a remeshing, and gel cut off a wall, were once compressed against the bulk modulus: 142, 48 and 19 % of the
-/// energy. 191 and 194 were stopped by it. Of 111 an element that filled a gap was drawn together: 141 %.
+/// Errors of masses after a remeshing, and gel cut off a wall, were once compressed against the bulk modulus: 142, 48
+/// and 19 % of the energy. 191 and 194 were stopped by it. Of 111 an element that filled a gap was drawn together: 141
+/// %.
 #[test]
 fn a_remeshing_stores_little_in_a_stiff_volume() {
     for (seed, most) in [(69, 0.1), (71, 0.05), (34, 0.12), (194, 0.1), (191, 0.3), (111, 0.05)] {
@@ -125,8 +126,9 @@ fn an_erosion_stores_nothing_in_what_remains_of_a_patch() {
     assert!(defect.abs() < 0.03, "{defect}");
 }
 
-/// One patch had three times all of the energy (210), where the mean of F of what is turned against each other was all but flat: the run
-/// had gained 114 % in the end. Operations give it 1.3 % at most. Nothing asks for a remeshing of 403, which had gained 67 %.
+/// One patch had three times all of the energy (210), where the mean of F of what is turned against each other was all
+/// but flat: the run had gained 114 % in the end. Operations give it 1.3 % at most. Nothing asks for a remeshing of
+/// 403, which had gained 67 %.
 #[test]
 fn remeshings_do_not_feed_a_run() {
     let ride = goes_on_after(RunEvent::Remeshings, 210);
@@ -135,8 +137,8 @@ fn remeshings_do_not_feed_a_run() {
     assert!(ride.remesh <= 0.0 && ride.defect.abs() < 0.05, "{ride:?}");
 }
 
-/// Five of 11 speeds from 35.5 to 36.1 m/s once stopped (580), that of the seed among them, and 35.0 m/s of five below; 17 of 18 where the gel
-/// folded at the line between two planes of symmetry (178).
+/// Five of 11 speeds from 35.5 to 36.1 m/s once stopped (580), that of the seed among them, and 35.0 m/s of five below;
+/// 17 of 18 where the gel folded at the line between two planes of symmetry (178).
 #[test]
 fn speeds_beside_that_of_a_seed_do_not_stop_a_run() {
     goes_to_its_end(580);

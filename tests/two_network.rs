@@ -38,7 +38,8 @@ fn nose_by_law(drag: f64, resistance: f64) -> f64 {
     1e3 * mass / (2.0 * inertia * area) * ratio.ln()
 }
 
-/// Resistances, Pa, with which Poncelet's law with this drag stops the recovered bullets of grade B where they were found.
+/// Resistances, Pa, with which Poncelet's law with this drag stops the recovered bullets of grade B where they were
+/// found.
 fn resistances_of_recovered_bullets(drag: f64) -> Vec<f64> {
     let rows = include_str!("../projectiles/validation.csv").lines().map(|row| row.split(',').collect::<Vec<_>>());
     let recovered = rows.filter(|row| row[1].ends_with("-recovered") && row[5] == "depth" && row[8] == "B");
@@ -52,8 +53,8 @@ fn resistances_of_recovered_bullets(drag: f64) -> Vec<f64> {
     recovered.map(resistance).collect()
 }
 
-/// The laws have the drag of a sphere with an open cavity, 0.30 to 0.37 (May 1975), and resistances of other shots: the depth to
-/// which the gel is fitted has no part in them.
+/// The laws have the drag of a sphere with an open cavity, 0.30 to 0.37 (May 1975), and resistances of other shots: the
+/// depth to which the gel is fitted has no part in them.
 #[test]
 fn the_beginning_of_the_calibration_shot_is_within_the_laws_of_other_shots() {
     let scene = shot(&[]);

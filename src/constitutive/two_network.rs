@@ -6,7 +6,8 @@ use crate::math::Number;
 
 /// Two-network gel: an elastic network in parallel with viscous branches and a volumetric part (numerics 6.2).
 ///
-/// The arrangement is that of Bergström and Boyce (1998), the flow of a power-law branch that of Simo and Hughes (1998).
+/// The arrangement is that of Bergström and Boyce (1998), the flow of a power-law branch that of Simo and Hughes
+/// (1998).
 ///
 /// ψ = (1 − d) μ/2 (tr b̄ − 3) + Σ μ_i/2 (tr b̄_i − 3) + U(J), b̄ = J^(−2/3) F A Fᵀ and b̄_i = J^(−2/3) F C̄_i⁻¹ Fᵀ of
 /// determinant 1.

@@ -107,8 +107,8 @@ impl VariablePorts {
         !is_one && !excluded_components(input, self.dimension).contains(&component)
     }
 
-    /// Returns the causality of a scalar in an FMU with a set of outputs. In [`OutputSet::Integrated`] a predicted component that
-    /// the dimension of the motion keeps at its start is a local.
+    /// Returns the causality of a scalar in an FMU with a set of outputs. In [`OutputSet::Integrated`] a predicted
+    /// component that the dimension of the motion keeps at its start is a local.
     #[must_use]
     pub fn causality(&self, scalar: &ScalarVariable, set: OutputSet) -> Causality {
         let is_kept = set == OutputSet::Integrated

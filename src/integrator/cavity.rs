@@ -1,13 +1,13 @@
 //! Air in the cavity behind the projectile: its gauge pressure on the wall of the cavity.
 //!
-//! The wall is the part of the surface that stems from the entry surface and lies below z = 0 in the frame of the block,
-//! also where it touches the projectile: there contact carries the stress less the pressure in the cavity, and a uniform
-//! pressure all around the projectile has no resultant. The projectile hence feels the air on its rear through the contact
-//! at its front, and contact ends where the stress falls to the pressure in the cavity.
+//! The wall is the part of the surface that stems from the entry surface and lies below z = 0 in the frame of the
+//! block, also where it touches the projectile: there contact carries the stress less the pressure in the cavity, and a
+//! uniform pressure all around the projectile has no resultant. The projectile hence feels the air on its rear through
+//! the contact at its front, and contact ends where the stress falls to the pressure in the cavity.
 //!
-//! The cavity begins when the rear of the projectile passes z = 0 in the frame of the block: the pressure rises with the
-//! depth of the rear over a ramp length δ, and on the wall with its depth over δ, so that neither an event nor the rim of
-//! the entry hole makes a jump. From then on the work is p dV, with the volume V below z = 0.
+//! The cavity begins when the rear of the projectile passes z = 0 in the frame of the block: the pressure rises with
+//! the depth of the rear over a ramp length δ, and on the wall with its depth over δ, so that neither an event nor the
+//! rim of the entry hole makes a jump. From then on the work is p dV, with the volume V below z = 0.
 
 use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, PressureSource};
@@ -28,7 +28,8 @@ pub(super) struct OpenCavity {
 }
 
 impl OpenCavity {
-    /// Returns the cavity at a time, s, if it is sealed and the rear of an active projectile is below the entry surface.
+    /// Returns the cavity at a time, s, if it is sealed and the rear of an active projectile is below the entry
+    /// surface.
     pub fn at<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> Option<Self> {
         let CavityAir { gauge, ramp } = system.model.gel.loads.air?;
         let (body, last) = (&system.model.bodies[0], &system.state.bodies[0]);

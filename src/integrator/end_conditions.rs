@@ -1,6 +1,6 @@
 //! Conditions that end a mesh, or the integration of the gel.
 
-use super::ExitRule;
+use crate::contact::BodyState;
 use crate::state::Tick;
 
 /// End conditions of a mesh.
@@ -12,6 +12,24 @@ pub(super) struct EndConditions {
     pub at: Vec<Tick>,
     /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
     pub exits: Option<ExitRule>,
+}
+
+/// Exit rule: the face through which bodies leave a gel, and how long it is integrated after that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExitRule {
+    /// Height of the undisturbed back face in the frame of the block, m; negative.
+    pub back_face: f64,
+    /// Half width of the back face along x and along y, m: a body that passes beside it has left at a side.
+    pub half_width: [f64; 2],
+    /// Time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
+    pub rest_after: f64,
+}
+
+impl ExitRule {
+    /// Returns true if a body below the back face is not beside it.
+    pub(super) fn is_behind(&self, seen: &BodyState) -> bool {
+        seen.position.x.abs() <= self.half_width[0] && seen.position.y.abs() <= self.half_width[1]
+    }
 }
 
 /// Distortion limits: a mesh is distorted as soon as one of its elements exceeds them.

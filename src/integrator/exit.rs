@@ -3,35 +3,18 @@
 //! Exits are found at ticks, never at communication points: a saved state, a thread or another communication step
 //! changes no bit of them.
 //!
-//! The back face moves with the block. Velocities and energies are those in the inertial frame in which the block was at
-//! rest at the start: a chronograph behind the block stands there.
+//! The back face moves with the block. Velocities and energies are those in the inertial frame in which the block was
+//! at rest at the start: a chronograph behind the block stands there.
 
+use super::end_conditions::ExitRule;
 use super::system::DiscreteSystem;
 use crate::contact::{BodyMotion, BodyState};
 use crate::fem::Potential;
 use crate::state::ExitRecord;
 
-/// Exit rule: the face through which bodies leave a gel, and how long it is integrated after that.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExitRule {
-    /// Height of the undisturbed back face in the frame of the block, m; negative.
-    pub back_face: f64,
-    /// Half width of the back face along x and along y, m: a body that passes beside it has left at a side.
-    pub half_width: [f64; 2],
-    /// Time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
-    pub rest_after: f64,
-}
-
 /// Fraction of its exit speed that a body must keep to be away from the gel. Gel drawn out behind the back face could
 /// otherwise hold the body, slow it down and bring it back.
 const KEPT_SPEED: f64 = 0.5;
-
-impl ExitRule {
-    /// Returns true if a body below the back face is not beside it.
-    fn is_behind(&self, seen: &BodyState) -> bool {
-        seen.position.x.abs() <= self.half_width[0] && seen.position.y.abs() <= self.half_width[1]
-    }
-}
 
 /// Updates the exit record of a body at a tick; a body that comes back has not left.
 pub(super) fn update_exit<const D: usize, P: Potential<D>>(

@@ -4,12 +4,11 @@
 //!
 //!   X(t) = V₀ t + Σ J (t − t_J)/M,
 //!
-//! with its velocity V₀ at the start, its mass M and the impulses J on it from outside. Eroded gel counts as part of the
-//! block that flies on. Where something holds the gel in a direction, its deformation is no motion of the block, and X is 0.
+//! with its velocity V₀ at the start, its mass M and the impulses J on it from outside. Eroded gel counts as part of
+//! the block that flies on. Where something holds the gel in a direction, its deformation is no motion of the block,
+//! and X is 0.
 
-use super::system::DiscreteSystem;
 use crate::contact::BodyState;
-use crate::fem::Potential;
 use crate::math::Vector3;
 use crate::state::OutsideImpulse;
 
@@ -50,24 +49,12 @@ impl BlockMotion {
     }
 }
 
-impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
-    /// Returns the rigid motion of the block at a time, s, not before the last impulse.
-    pub fn block_motion(&self, time: f64) -> BlockMotion {
-        self.model.frame.motion(&self.state.record.outside, time)
-    }
-
-    /// Returns the height of the undeformed entry surface at a time, s, in m: 0 unless the block moves as a whole.
-    pub fn entry_height(&self, time: f64) -> f64 {
-        self.block_motion(time).displacement.z
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{Engine, IntegratorSettings, test_cube};
     use super::*;
     use crate::contact::{BodyMotion, FreeDirections, ImpulseExchange, RigidBody};
-    use crate::fem::Simplices;
+    use crate::fem::{Potential, Simplices};
     use crate::geometry::{ShapeGeometry, Sphere};
     use crate::math::Tensor3;
     use crate::mesh::NodeId;

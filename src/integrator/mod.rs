@@ -60,12 +60,11 @@ mod tile_overlap;
 mod worker_spin;
 mod workspace;
 
-pub use end_conditions::DistortionLimits;
+pub use end_conditions::{DistortionLimits, ExitRule};
 pub use engine::Engine;
 pub use error::StepError;
 pub(crate) use error::fixed;
 pub use events::AdvanceOutcome;
-pub use exit::ExitRule;
 pub use gel::DiscreteGel;
 pub use gel_frame::{BlockMotion, GelFrame};
 pub use grid::TickGrid;

@@ -9,7 +9,8 @@ use crate::mesh::{CAVITY_MARK, ElementId, Facet};
 pub struct PressureHistory {
     /// Times, s, and pressures, Pa.
     points: Vec<(f64, f64)>,
-    /// Depth below z = 0 in the frame of the block, over which the pressure rises from zero, m; 0 if it acts at any height.
+    /// Depth below z = 0 in the frame of the block, over which the pressure rises from zero, m; 0 if it acts at any
+    /// height.
     depth: f64,
 }
 

@@ -56,8 +56,8 @@ pub struct BalanceTotals {
     pub angular_momentum_scale: f64,
 }
 
-/// Energy that has driven a run, in the inertial frame in which the gel was at rest at the start: there it does not count
-/// the motion that all have in common.
+/// Energy that has driven a run, in the inertial frame in which the gel was at rest at the start: there it does not
+/// count the motion that all have in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProvidedEnergy {
     /// Initial energy and external work since, [`EnergyAccounts::scale_of_work`], J.

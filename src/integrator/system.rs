@@ -6,7 +6,7 @@
 use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
 use super::element_order::ElementLayout;
-use super::gel_frame::GelFrame;
+use super::gel_frame::{BlockMotion, GelFrame};
 use super::substep::TickContext;
 use super::workspace::Workspace;
 use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
@@ -54,6 +54,16 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
     /// Returns the directions of motion that the dimension leaves to every body.
     pub fn freedom(&self) -> FreeDirections {
         self.model.bodies[0].freedom
+    }
+
+    /// Returns the rigid motion of the block at a time, s, not before the last impulse.
+    pub fn block_motion(&self, time: f64) -> BlockMotion {
+        self.model.frame.motion(&self.state.record.outside, time)
+    }
+
+    /// Returns the height of the undeformed entry surface at a time, s, in m: 0 unless the block moves as a whole.
+    pub fn entry_height(&self, time: f64) -> f64 {
+        self.block_motion(time).displacement.z
     }
 
     /// Returns true if the gel is no longer integrated.

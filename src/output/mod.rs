@@ -312,5 +312,8 @@ mod tests {
                 .map(|scene| scene_digest(&scene));
         assert!(own == written && own != standard);
         assert!(titled == standard && faster != standard);
+        let prescribed = read("coupling.mode=prescribed");
+        assert_ne!(prescribed.coupling.mode, scene::read(text).unwrap().coupling.mode);
+        assert_eq!(scene_digest(&prescribed), standard);
     }
 }

@@ -1,13 +1,15 @@
 //! Digest of a scene, by which the results of a run know their scene.
 
-use crate::scene::{BodyShape, FidelityKind, FidelityLevels, Scene};
+use crate::scene::{BodyShape, CouplingSpec, FidelityKind, FidelityLevels, Scene};
 use xxhash_rust::xxh3::xxh3_128;
 
 /// Returns the XXH3-128 hash of the values of a scene in 32 hexadecimal digits. Its title changes nothing of a run, nor
-/// does the level that gave it its values; an STL file counts by its content, wherever it lies.
+/// does the level that gave it its values, nor the coupling mode, in whose place `gelfmu run` has its own; an STL file
+/// counts by its content, wherever it lies.
 pub(super) fn scene_digest(scene: &Scene) -> String {
     let mut scene = scene.clone();
     scene.scene.title.clear();
+    scene.coupling = CouplingSpec::default();
     (scene.scene.fidelity, scene.fidelity) = (FidelityKind::default(), FidelityLevels::default());
     for body in std::iter::once(&mut scene.projectile).chain(&mut scene.fragment) {
         if let BodyShape::Stl(stl) = &mut body.shape {

@@ -137,7 +137,8 @@ pub struct RunSummary {
     /// Figures of the exit at the back face.
     #[serde(flatten)]
     pub exit: ExitFigures,
-    /// Rebound speed relative to the block, against the initial velocity, m/s (numerics A14); absent during contact and after a perforation.
+    /// Rebound speed relative to the block, against the initial velocity, m/s (numerics A14); absent during contact and
+    /// after a perforation.
     pub rebound_velocity: Option<f64>,
     /// Velocity at the end in the world frame, m/s.
     #[serde(deserialize_with = "super::numbers::vector")]
@@ -163,8 +164,8 @@ pub struct RunSummary {
     /// Rest of the projectile, course of the cavity and permanent track.
     #[serde(flatten)]
     pub wound: WoundFigures,
-    /// Energy given to the gel in each centimetre of depth, seen from the block, J; the last centimetre ends at the greatest depth. Needs a
-    /// penetration along −z beyond the length of the projectile.
+    /// Energy given to the gel in each centimetre of depth, seen from the block, J; the last centimetre ends at the
+    /// greatest depth. Needs a penetration along −z beyond the length of the projectile.
     #[serde(deserialize_with = "super::numbers::list")]
     pub energy_per_centimetre: Option<Vec<f64>>,
     /// Figures of each fragment.
@@ -205,8 +206,8 @@ pub struct RunSummary {
     pub doubt: Option<String>,
 }
 
-/// Exit of the projectile at the back face of the gel, SI. The back face moves with the block; velocity and energies are
-/// those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
+/// Exit of the projectile at the back face of the gel, SI. The back face moves with the block; velocity and energies
+/// are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExitFigures {
     /// True if the rear end of the projectile has passed the undisturbed back face of the gel.
@@ -464,8 +465,8 @@ fn from_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Summary
     Ok(ACCOUNTS.iter().filter_map(account).collect())
 }
 
-/// Returns the rebound speed relative to the block, against the initial velocity relative to it, m/s (numerics A14). The
-/// last impulse must be older than 10 % of the contact time; a perforating body has no rebound.
+/// Returns the rebound speed relative to the block, against the initial velocity relative to it, m/s (numerics A14).
+/// The last impulse must be older than 10 % of the contact time; a perforating body has no rebound.
 #[must_use]
 pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;

@@ -16,8 +16,8 @@ pub struct WoundFigures {
     pub time_of_rest: Option<f64>,
     /// Length of the neck, m: depth at which the yaw passes 30°.
     pub neck_length: Option<f64>,
-    /// Depth of the greatest diameter of the cavity, m. This figure and the next two need a penetration along −z by which
-    /// the rear of the projectile is deeper than one projectile diameter.
+    /// Depth of the greatest diameter of the cavity, m. This figure and the next two need a penetration along −z by
+    /// which the rear of the projectile is deeper than one projectile diameter.
     pub depth_of_greatest_cavity: Option<f64>,
     /// True if the greatest diameter of the cavity is that of the end: the cavity still opens.
     pub cavity_still_opening: Option<bool>,

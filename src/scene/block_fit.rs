@@ -81,8 +81,8 @@ fn tight_block(scene: &Scene, body: usize) -> Option<String> {
     })
 }
 
-/// Velocity of a body against the gel, m/s.
-fn approach(scene: &Scene, projectile: &ProjectileSpec) -> Vector3 {
+/// Returns the velocity of a body against the gel, m/s.
+pub(super) fn approach(scene: &Scene, projectile: &ProjectileSpec) -> Vector3 {
     Vector3::from(projectile.velocity) - Vector3::from(scene.gel.velocity)
 }
 

@@ -1,5 +1,6 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
+use super::block_fit::approach;
 use super::preset::{NOTHING, ShotRange};
 use super::{
     BranchSpec, DifferingValue, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, block_doubts,
@@ -71,14 +72,9 @@ fn greatest_rate(scene: &Scene) -> f64 {
     let rate = |body: usize| {
         let (projectile, shape) = (scene.body(body), scene.shape(body));
         let is_still = projectile.fixed || !projectile.active || shape.volume().is_none();
-        if is_still { 0.0 } else { 2.0 * relative_speed(scene, projectile) / calibre(&shape) }
+        if is_still { 0.0 } else { 2.0 * approach(scene, projectile).norm() / calibre(&shape) }
     };
     (0..scene.n_bodies()).map(rate).fold(0.0, f64::max)
-}
-
-/// Returns the speed of a body against the gel, m/s.
-fn relative_speed(scene: &Scene, body: &ProjectileSpec) -> f64 {
-    (Vector3::from(body.velocity) - Vector3::from(scene.gel.velocity)).norm()
 }
 
 /// Doubts about one body; none about a fixed or inactive body.
@@ -122,8 +118,7 @@ fn density(scene: &Scene, body: usize) -> Option<String> {
 
 /// Returns true if a body outside of a block or cylinder moves away from it.
 fn is_turned_away(scene: &Scene, body: &ProjectileSpec) -> bool {
-    let (position, velocity) = (Vector3::from(body.position), Vector3::from(body.velocity));
-    let approach = velocity - Vector3::from(scene.gel.velocity);
+    let (position, approach) = (Vector3::from(body.position), approach(scene, body));
     let Some(gel) = scene.gel.shape.bounding_box() else { return false };
     let way = position.sup(&gel.lower).inf(&gel.upper) - position;
     approach != Vector3::zeros() && way != Vector3::zeros() && approach.dot(&way) <= 0.0
@@ -146,7 +141,7 @@ fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) ->
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::TwoNetwork)?;
     shape.volume()?;
     let ShotRange { speed, calibre: sizes, fitted, validated } = preset.shots();
-    let found = relative_speed(scene, body);
+    let found = approach(scene, body).norm();
     let size = calibre(shape);
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
     let known = if validated == NOTHING { "fitted" } else { "fitted and validated" };

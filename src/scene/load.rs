@@ -19,7 +19,8 @@ pub struct LoadSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<BoxRegion>,
     /// Depth below the entry surface of the block over which the pressure rises from 0 to its full value, by current
-    /// position, m; 0 is full pressure everywhere. A cavity wall then carries the pressure, the surface around the entry hole does not.
+    /// position, m; 0 is full pressure everywhere. A cavity wall then carries the pressure, the surface around the
+    /// entry hole does not.
     #[serde(default)]
     pub depth: f64,
     /// Pressure, Pa; positive pushes the surface inwards, negative pulls it outwards.

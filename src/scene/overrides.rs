@@ -24,7 +24,8 @@ use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 pub struct Override {
     /// Dotted key, such as `mesh.size` or `projectile.shape.sphere.radius`.
     pub key: String,
-    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML is read as a string, also with dots.
+    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML is read as a string, also
+    /// with dots.
     pub value: String,
 }
 
@@ -89,8 +90,8 @@ pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError>
     edit_document(text, overrides, write_override)
 }
 
-/// Writes the values that the library gives into the bodies that name it, and its version: the text then holds them under
-/// any version of the library.
+/// Writes the values that the library gives into the bodies that name it, and its version: the text then holds them
+/// under any version of the library.
 ///
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or states a version of the library in which a body had other values.

@@ -43,6 +43,12 @@ pub(super) struct EndRules {
     interval: f64,
 }
 
+/// Returns true if a velocity relative to the block, m/s, is that of a shot along −z.
+#[must_use]
+pub fn is_shot(velocity: &Vector3) -> bool {
+    velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z
+}
+
 /// Vertical line of a shot, about which the cavity is measured.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CavityLine {
@@ -57,9 +63,8 @@ impl CavityLine {
     fn of(scene: &Scene, block: &Vector3) -> Option<Self> {
         let gel = scene.gel.shape.bounding_box()?;
         let velocity = Vector3::from(scene.projectile.velocity) - block;
-        let is_shot = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
         let section = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
-        is_shot.then_some(Self { origin: scene.projectile.position.into(), depth: -gel.lower.z, section })
+        is_shot(&velocity).then_some(Self { origin: scene.projectile.position.into(), depth: -gel.lower.z, section })
     }
 
     /// Returns the greatest diameter of the cavity from the entry to the first depth closed by gel, at depths between
@@ -87,10 +92,10 @@ impl EndRules {
         }
     }
 
-    /// Returns the time of the next look, s; `None` if nothing is awaited.
-    pub fn next_look(&self, time: f64) -> Option<f64> {
+    /// Returns the time of the next look, s; `None` if nothing is awaited, or the last look is over.
+    pub fn next_look(&self, time: f64, watch: &EndWatch) -> Option<f64> {
         let awaits_turn = self.awaits_cavity && self.stop_after_exit.is_finite() && self.line.is_some();
-        let is_awaited = (awaits_turn || self.stops_at_rest) && time < self.end_time;
+        let is_awaited = (awaits_turn || self.stops_at_rest) && !watch.is_last;
         let passed = (time / self.interval).floor();
         let looks = [0.0, 1.0, 2.0].map(|k| (passed + k) * self.interval);
         looks.into_iter().find(|look| *look > time).filter(|_| is_awaited)
@@ -211,15 +216,22 @@ mod tests {
 
     #[test]
     fn looks_are_at_multiples_of_an_interval_and_none_is_left_out() {
-        let scene = crate::scene::read(crate::scene::builtin("fbi-bb").unwrap()).unwrap();
-        let rules = EndRules::of(&scene, &Vector3::zeros());
-        let mut time = 0.0;
-        for k in 1..=80 {
-            let look = rules.next_look(time).unwrap();
-            assert_eq!(look, f64::from(k) * INTERVAL);
-            assert_eq!(rules.next_look(look - 1e-9), Some(look));
-            time = look;
+        let mut scene = crate::scene::read(crate::scene::builtin("fbi-bb").unwrap()).unwrap();
+        // Three times the interval is greater than 3e-4 in double precision: the last look is after the end time.
+        for end_time in [8e-3, 3e-4] {
+            scene.scene.end_time = end_time;
+            let (rules, mut watch) = (EndRules::of(&scene, &Vector3::zeros()), EndWatch::default());
+            let n = (end_time / INTERVAL).round() as u32;
+            let mut time = 0.0;
+            for k in 1..=n {
+                let look = rules.next_look(time, &watch).unwrap();
+                assert_eq!(look, f64::from(k) * INTERVAL);
+                assert_eq!(rules.next_look(look - 1e-9, &watch), Some(look));
+                time = look;
+            }
+            assert_eq!(rules.next_look(end_time.min(time - 1e-19), &watch), Some(time), "no step leaves out the last");
+            watch.is_last = rules.is_last(time);
+            assert_eq!(rules.next_look(time, &watch), None, "nothing is awaited after the end time");
         }
-        assert_eq!(rules.next_look(time), None, "nothing is awaited after the end time");
     }
 }

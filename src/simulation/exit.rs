@@ -27,7 +27,8 @@ fn meets_box(gel: &GelBox, body: &RigidBody, from: &BodyState, to: &BodyState) -
 }
 
 impl Simulation {
-    /// Exit of a body at the back face of the gel, which moves with the block; `None` for a body that has not left there.
+    /// Exit of a body at the back face of the gel, which moves with the block; `None` for a body that has not left
+    /// there.
     #[must_use]
     pub fn exit(&self, body: usize) -> Option<ExitReport> {
         self.model.record().contacts[body].exit.map(|exit| ExitReport {
@@ -37,8 +38,8 @@ impl Simulation {
         })
     }
 
-    /// Energy that a body has given to the gel, J, up to its exit if it has left; in the inertial frame in which the gel
-    /// was at rest at the start.
+    /// Energy that a body has given to the gel, J, up to its exit if it has left; in the inertial frame in which the
+    /// gel was at rest at the start.
     #[must_use]
     pub fn energy_deposited(&self, body: usize) -> f64 {
         let (contact, start) = (&self.model.record().contacts[body], &self.model.block_frame().initial_velocity);
@@ -64,7 +65,7 @@ impl Simulation {
 
     /// Returns the time of the next look of the watch over the end, s; `None` if there is nothing to wait for.
     pub(super) fn next_look(&self) -> Option<f64> {
-        self.constants.end_rules.next_look(self.time).filter(|_| !self.is_at_rest())
+        self.constants.end_rules.next_look(self.time, &self.watch).filter(|_| !self.is_at_rest())
     }
 
     /// Looks at projectile and cavity for the watch over the end, as they are seen from the block.

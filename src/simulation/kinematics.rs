@@ -28,8 +28,8 @@ impl BodyKinematics {
         }
     }
 
-    /// Yaw angle, rad: between the body's axis from rear to tip (−z of its frame) and its velocity relative to a block of
-    /// this velocity, m/s. 0 is nose first, π rear first; also 0 for a body that rests in the block.
+    /// Yaw angle, rad: between the body's axis from rear to tip (−z of its frame) and its velocity relative to a block
+    /// of this velocity, m/s. 0 is nose first, π rear first; also 0 for a body that rests in the block.
     #[must_use]
     pub fn yaw_from(&self, block_velocity: &Vector3) -> f64 {
         let [w, x, y, z] = self.orientation;

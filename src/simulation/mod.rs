@@ -2,7 +2,8 @@
 //!
 //! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
 //! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
-//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them; `rest`: rest depth from reports;
+//! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them;
+//!   `rest`: rest depth from reports;
 //!   `end_watch`: the end of a run, with the `opening` of the cavity in its `cross_section`s.
 //! - `saved`: a state as a value and as bytes; `memory`: bytes needed, before they are.
 //!
@@ -36,7 +37,7 @@ pub use crate::scene::CouplingMode;
 pub use build_error::BuildError;
 pub use cross_section::signed_area;
 pub use doubts::doubts;
-pub use end_watch::{EndSample, EndWatch};
+pub use end_watch::{EndSample, EndWatch, is_shot};
 pub use kinematics::{BodyKinematics, StepInputs};
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{

@@ -67,13 +67,14 @@ pub struct BodyReport {
     pub contact: ContactReport,
     /// Exit at the back face of the gel, if the body has perforated the gel.
     pub exit: Option<ExitReport>,
-    /// Energy given to the gel, J, up to the exit if there is one, in the inertial frame in which the gel was at rest at
-    /// the start.
+    /// Energy given to the gel, J, up to the exit if there is one, in the inertial frame in which the gel was at rest
+    /// at the start.
     pub energy_deposited: f64,
 }
 
-/// Exit of a body: its rear end has passed the undisturbed back face of the gel, which moves with the block. Velocity and
-/// energy are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
+/// Exit of a body: its rear end has passed the undisturbed back face of the gel, which moves with the block. Velocity
+/// and energy are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ExitReport {
     /// Time, s.

@@ -47,7 +47,8 @@ const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// gel lies on the line, the void is the one that overlaps the void above. The outer surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
 /// left out, up to the first void that ends at a cavity wall.
 ///
-/// `facets` are the corners of the surface as they are seen from the block, outward oriented; a plane or axisymmetric facet has two.
+/// `facets` are the corners of the surface as they are seen from the block, outward oriented; a plane or axisymmetric
+/// facet has two.
 #[must_use]
 pub fn void_radii(
     gel: GelSection,

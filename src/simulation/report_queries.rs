@@ -63,8 +63,8 @@ impl Simulation {
         }
     }
 
-    /// Depth of the foremost point of a body below the undeformed entry surface, m (negative above), which moves with the
-    /// [block](Self::block_motion).
+    /// Depth of the foremost point of a body below the undeformed entry surface, m (negative above), which moves with
+    /// the [block](Self::block_motion).
     #[must_use]
     pub fn depth(&self, body: usize) -> f64 {
         self.model.body(body).0.depth(&self.seen(body))

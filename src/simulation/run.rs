@@ -116,8 +116,8 @@ impl Simulation {
         BodyKinematics::of(fixed, &self.now(body))
     }
 
-    /// Rigid motion of the block: what the gel moves by as a whole since the start, by the impulses on it. It is zero in
-    /// directions in which a support or a plane of symmetry holds the gel, and for a gel without an entry face.
+    /// Rigid motion of the block: what the gel moves by as a whole since the start, by the impulses on it. It is zero
+    /// in directions in which a support or a plane of symmetry holds the gel, and for a gel without an entry face.
     #[must_use]
     pub fn block_motion(&self) -> BlockMotion {
         self.model.block_motion(self.time)

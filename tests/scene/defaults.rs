@@ -28,10 +28,12 @@ pressure = 1e3
 "#;
 
 /// Every key that [`MINIMAL`] leaves out and that has a default, with it.
-const DEFAULTS: [&str; 44] = [
+const DEFAULTS: [&str; 46] = [
     "scene.title=\"\"",
     "scene.fidelity=standard",
     "scene.stop_after_exit=2e-3",
+    "scene.await_cavity=true",
+    "scene.stop_at_rest=false",
     "gel.strength_scale=1.0",
     "gel.cavity=vented",
     "gel.symmetry=none",

@@ -79,8 +79,8 @@ const NAMESPACE: &str = "http://ssp-standard.org/SSP1/";
 /// Namespace of the annotations of OMSimulator.
 const OMSIMULATOR: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
 
-/// Returns the description of a system. Inputs that the gel's scene cannot use stay unwired. The name of the system in it is an
-/// identifier, which some importers demand: with underscores for hyphens.
+/// Returns the description of a system. Inputs that the gel's scene cannot use stay unwired. The name of the system in
+/// it is an identifier, which some importers demand: with underscores for hyphens.
 pub fn ssd(name: &str, units: &[Unit], wires: &[Wire], gel: &GelPorts) -> io::Result<String> {
     let space = |which: &str| format!("{NAMESPACE}SystemStructure{which}");
     let attributes = [

@@ -29,8 +29,8 @@ pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Re
     Ok(LeveledScene { source, expectation })
 }
 
-/// Doubts about levels that `gelfmu run` refuses, for their mesh or the memory that it needs, without a mesh being built.
-/// `at_level` loads the scene at a level.
+/// Doubts about levels that `gelfmu run` refuses, for their mesh or the memory that it needs, without a mesh being
+/// built. `at_level` loads the scene at a level.
 pub fn refused_levels(
     levels: &FidelityLevels,
     at_level: impl Fn(FidelityKind) -> Result<Scene, CommandError>,

@@ -345,8 +345,8 @@ pub struct PackOptions {
     /// Variables that are outputs (those of the coupling mode of the scene if absent); other results are locals
     #[arg(long, value_name = "SET", value_enum)]
     pub outputs: Option<OutputChoice>,
-    /// Describe each body and sensor as a terminal, too (FMI 2.0.4); importers with FMI Library 3, among them PyFMI and the FMU
-    /// Compliance Checker, report an error in such an archive
+    /// Describe each body and sensor as a terminal, too (FMI 2.0.4); importers with FMI Library 3, among them PyFMI and
+    /// the FMU Compliance Checker, report an error in such an archive
     #[arg(long)]
     pub terminals: bool,
     /// Platforms whose libraries are packed, e.g. linux64,win64 (all that are inside this gelfmu if absent)

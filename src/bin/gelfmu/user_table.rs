@@ -1,4 +1,5 @@
-//! Tables that a user has written: CSV files whose cells commas separate, or semicolons, as where decimals have a comma.
+//! Tables that a user has written: CSV files whose cells commas separate, or semicolons, as where decimals have a
+//! comma.
 
 use ballistic_gel::output::{MOST_TABLE_BYTES, read_limited_text};
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -41,7 +42,7 @@ impl UserTable {
         Self::parse(&read_limited_text(path, MOST_TABLE_BYTES)?)
     }
 
-    /// Parses a table. Empty lines and lines that begin with # are no rows.
+    /// Parses a table. Lines without a cell that has text, and lines that begin with #, are no rows.
     pub fn parse(text: &str) -> Result<Self, TableFault> {
         let text = text.trim_start_matches('\u{feff}');
         let first = text.lines().find(|line| !is_skipped(line)).unwrap_or_default();
@@ -49,7 +50,8 @@ impl UserTable {
         let mut builder = ReaderBuilder::new();
         builder.trim(Trim::All).comment(Some(b'#')).delimiter(delimiter).has_headers(false).flexible(true);
         let mut reader = builder.from_reader(text.as_bytes());
-        let mut rows = reader.records().map(|cells| {
+        let is_empty = |cells: &StringRecord| cells.iter().all(str::is_empty);
+        let mut rows = reader.records().filter(|cells| !cells.as_ref().is_ok_and(is_empty)).map(|cells| {
             let cells = cells.map_err(io::Error::from)?;
             Ok(TableRow { line: first_line(text, &cells), cells })
         });
@@ -60,11 +62,11 @@ impl UserTable {
         Ok(Self { header, rows, delimiter, mark: Cell::new(None) })
     }
 
-    /// Parses a finite number. Where semicolons separate the cells its decimal mark is a point or a comma, in all of the
-    /// table the same.
+    /// Parses a finite number. Where semicolons separate the cells its decimal mark is a point or a comma, in all of
+    /// the table the same.
     ///
     /// # Errors
-    /// How a number is written in the table, to follow the words "expected a number".
+    /// The form of numbers in the table, to follow the words "expected a number".
     pub fn number(&self, cell: &str) -> Result<f64, &'static str> {
         if self.delimiter == b',' {
             return parse_finite(cell).ok_or("with a decimal point");
@@ -112,7 +114,7 @@ fn first_line(text: &str, record: &StringRecord) -> u64 {
 
 /// Returns true for a line that is no row.
 fn is_skipped(line: &str) -> bool {
-    line.is_empty() || line.starts_with('#')
+    line.trim().is_empty() || line.starts_with('#')
 }
 
 fn parse_finite(text: &str) -> Option<f64> {
@@ -146,9 +148,9 @@ mod tests {
 
     #[test]
     fn rows_have_their_lines_and_as_many_cells_as_the_header() {
-        let table = UserTable::parse("\u{feff}# range 3\n\na;b\n1;2\n# lens\n\"3\n\";4\n5;6\n").unwrap();
+        let table = UserTable::parse("\u{feff}# range 3\n \na;b\n1;2\n# lens\n\"3\n\";4\n;\n5;6\n; \n").unwrap();
         let lines: Vec<u64> = table.rows.iter().map(|row| row.line).collect();
-        assert_eq!((table.header.line, lines), (3, vec![4, 6, 8]));
+        assert_eq!((table.header.line, lines), (3, vec![4, 6, 9]));
         assert_eq!(table.header.cells, vec!["a", "b"]);
         let fault = UserTable::parse("a,b\n1\n").err().unwrap().to_string();
         assert_eq!(fault, "line 2: found 1 cells, expected 2, as in the header");

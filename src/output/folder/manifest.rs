@@ -73,6 +73,8 @@ pub(super) struct FolderContents {
     pub(super) process: Option<u32>,
     /// Listed files.
     pub(super) files: BTreeSet<String>,
+    /// Release that wrote the first line.
+    pub(super) version: Option<String>,
     /// Digest of the scene of the results.
     pub(super) scene: Option<String>,
 }
@@ -274,7 +276,7 @@ impl FolderContents {
     /// Applies a line of the journal; `None` for a line that is invalid in a manifest.
     fn apply(&mut self, line: JournalLine) -> Option<()> {
         if self.command.is_none() {
-            self.command = Some(line.results_of?);
+            (self.command, self.version) = (Some(line.results_of?), line.version);
         }
         if let Some(state) = line.state {
             (self.state, self.process) = (Some(state), line.process);

@@ -283,11 +283,13 @@ impl Drop for ResultFolder {
     }
 }
 
-/// Reads the digest of the scene of the results in a folder; `None` if its manifest has none.
+/// Reads the digest of the scene of the results in a folder; `None` if it has no manifest, or one of another release,
+/// whose scenes had other keys, or without a digest.
 #[cfg(feature = "cli")]
 pub(super) fn read_scene_digest(folder: &Path) -> io::Result<Option<String>> {
     match manifest::read_contents(folder) {
-        Ok(contents) => Ok(contents.scene),
+        Ok(contents) => Ok(contents.scene.filter(|_| contents.version.as_deref() == Some(env!("CARGO_PKG_VERSION")))),
+        Err(JournalError::Io(error)) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(JournalError::Io(error)) => Err(error),
         Err(JournalError::Line(line)) => {
             let found = format!("found line {line} that is none of a manifest, expected the manifest of a run");

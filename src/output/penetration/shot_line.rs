@@ -4,14 +4,12 @@ use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::{BlockMotion, BodyPose, MeshFrame};
+use crate::simulation::{BlockMotion, BodyPose, MeshFrame, is_shot};
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
 pub(super) const DEPTHS_PER_METRE: f64 = 1e3;
 /// Limit of the number of depths in a table, reached at two metres of gel; a longer path has a wider interval.
 pub(super) const MAX_DEPTHS: usize = 2000;
-/// Greatest ratio of lateral to axial speed of a shot along −z.
-const MAX_DRIFT: f64 = 0.1;
 
 /// Shot line: the vertical line of flight of a projectile into the gel, downwards; it moves with the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +31,8 @@ impl ShotLine {
         Self::along(scene, &start.bodies[0], &gel, &start.block)
     }
 
-    /// Returns the shot line of a projectile at its start, given the box of the gel at rest and the motion of the block.
+    /// Returns the shot line of a projectile at its start, given the box of the gel at rest and the motion of the
+    /// block.
     pub(super) fn along(
         scene: &Scene,
         projectile: &BodyPose,
@@ -42,8 +41,7 @@ impl ShotLine {
     ) -> Option<Self> {
         let solid = body::body_surface(&scene.shape(0), projectile, gel);
         let velocity = projectile.kinematics.velocity - block.velocity;
-        let is_downwards = velocity.z < 0.0 && velocity.xy().norm() <= MAX_DRIFT * -velocity.z;
-        if !(is_downwards && solid.bounded && projectile.active) {
+        if !(is_shot(&velocity) && solid.bounded && projectile.active) {
             return None;
         }
         let extent = AxisAlignedBox::around(solid.points);
@@ -57,8 +55,8 @@ impl ShotLine {
         })
     }
 
-    /// Returns the depth of the projectile's rear in the block, m: of its uppermost point. Infinite for a projectile that fills no
-    /// part of the cavity, because it is inactive or above the gel.
+    /// Returns the depth of the projectile's rear in the block, m: of its uppermost point. Infinite for a projectile
+    /// that fills no part of the cavity, because it is inactive or above the gel.
     pub(super) fn rear_depth(scene: &Scene, frame: &MeshFrame) -> f64 {
         let projectile = frame.bodies[0];
         let scenery = AxisAlignedBox::around(frame.points.iter().copied());

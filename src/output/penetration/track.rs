@@ -58,9 +58,9 @@ impl StepVelocities {
 }
 
 impl ProjectileTrack {
-    /// Reads the track from the history. The energy given in a communication step is −J·(v₀ + v₁)/2 − A·(ω₀ + ω₁)/2 with
-    /// velocities relative to the block, exact for a body without other loads. It is all the energy but that of the block's
-    /// own motion, so that its derivative with respect to the depth is the force.
+    /// Reads the track from the history. The energy given in a communication step is −J·(v₀ + v₁)/2 − A·(ω₀ + ω₁)/2
+    /// with velocities relative to the block, exact for a body without other loads. It is all the energy but that of
+    /// the block's own motion, so that its derivative with respect to the depth is the force.
     pub(super) fn of(line: &ShotLine, history: &HistoryFile) -> Result<Self, OutputError> {
         let mut points: Vec<TrackPoint> = vec![];
         let (mut before, mut sums) = (None, TrackSums::default());

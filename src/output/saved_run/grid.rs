@@ -105,7 +105,8 @@ impl GridFile<'_> {
     }
 
     /// Returns the bytes of a compressed array: the number of blocks, their size, that of a smaller last one, and the
-    /// compressed size of each; then the blocks as zlib streams. `None` if it is cut short, or longer than what is left.
+    /// compressed size of each; then the blocks as zlib streams. `None` if it is cut short, or longer than what is
+    /// left.
     fn inflate(&self, array: &[u8]) -> Option<Vec<u8>> {
         let (numbers, _) = array.as_chunks::<8>();
         let number = |i: usize| Some(u64::from_le_bytes(*numbers.get(i)?) as usize);

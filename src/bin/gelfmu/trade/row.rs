@@ -33,7 +33,8 @@ pub struct TradeRow {
     pub peak_depth: f64,
     /// Time from the first to the last impulse, s; `None` while in contact.
     pub contact_duration: Option<f64>,
-    /// Speed at the end relative to the block, against the initial direction, m/s: the rebound speed once out of contact.
+    /// Speed at the end relative to the block, against the initial direction, m/s: the rebound speed once out of
+    /// contact.
     pub final_speed: f64,
     /// Initial speed, m/s.
     pub initial_speed: f64,

@@ -99,8 +99,8 @@ fn a_power_law_branch_converges_to_the_solution_at_every_rate() {
     }
 }
 
-/// Steady flow of the branch of `gelatin-10` at the rate, 1/s, at which that of Bergström and Boyce bears 3 MPa: they have
-/// |λ̇/λ| = ε̇, we ε̇ (λ³ + 2)/(2λ³ + 1).
+/// Steady flow of the branch of `gelatin-10` at the rate, 1/s, at which that of Bergström and Boyce bears 3 MPa: they
+/// have |λ̇/λ| = ε̇, we ε̇ (λ³ + 2)/(2λ³ + 1).
 #[test]
 fn steady_flow_differs_from_that_of_bergstrom_and_boyce_by_as_much_as_the_documents_say() {
     let law = PowerLaw::new(600.0, 0.8);
