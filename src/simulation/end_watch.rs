@@ -229,7 +229,10 @@ mod tests {
                 assert_eq!(rules.next_look(look - 1e-9, &watch), Some(look));
                 time = look;
             }
-            assert!(time == end_time || rules.next_look(end_time, &watch) == Some(time), "no point leaves out the last");
+            assert!(
+                time == end_time || rules.next_look(end_time, &watch) == Some(time),
+                "no point leaves out the last"
+            );
             watch.is_last = rules.is_last(time);
             assert_eq!(rules.next_look(time, &watch), None, "nothing is awaited after the end time");
         }
