@@ -199,7 +199,9 @@ fn poncelet(drag: f64, strength: f64, diameter: f64, mass: f64, speed: f64) -> f
 
 /// Shots beside laws that are drawn through the calibration shot; what the gel is fitted to is marked.
 fn validation(shots: &FittedShots) {
-    println!("\nOther speeds and calibres (nothing fitted but what is marked; the laws are drawn through the calibration shot)\n");
+    println!(
+        "\nOther speeds and calibres (nothing fitted but what is marked; the laws are drawn through the calibration shot)\n"
+    );
     println!("| shot | expected depth, mm | {CELLS} | at 4 ms: cavity, mm | nose at 0.1, 0.2, 0.5, 1 ms: mm |");
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let row = |name: &str, expected: &str, shot: &Shot| {
