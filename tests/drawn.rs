@@ -92,7 +92,7 @@ fn an_inverted_element_does_not_stop_a_run() {
     }
 }
 
-/// None of these reaches its end without erosion where no mesh can follow.
+/// Shots that reach their end only by erosion where no mesh can follow.
 #[test]
 fn gel_that_no_mesh_can_follow_does_not_stop_a_run() {
     for seed in [65, 81, 178, 181] {
