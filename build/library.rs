@@ -1,4 +1,4 @@
-//! The libraries of the FMU inside the command: this crate once more, on its own, with what only a whole-program build can do,
+//! The libraries of the FMU inside the command: this crate once more, on its own, without what only the command needs,
 //! and those that `build/platforms.sh` has made of the same sources for other platforms.
 
 use serde_json::Value;
@@ -40,9 +40,7 @@ pub fn collect(out: &Path, stamp: &str) -> Result<Option<Release>, String> {
             let start = Instant::now();
             let messages = cargo(out, &["rustc", "--crate-type", "cdylib"])?;
             let seconds = start.elapsed().as_secs();
-            println!(
-                "cargo::warning=the library of the FMU, optimized as a whole, took {seconds} s; the command follows"
-            );
+            println!("cargo::warning=the library of the FMU took {seconds} s; the command follows");
             let file = messages.lines().find_map(cdylib);
             own.insert(file.ok_or("cargo did not say where it put the library of the FMU")?);
             messages

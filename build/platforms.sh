@@ -70,7 +70,7 @@ library() {
     # No folder of this machine in the library.
     local flags=("--remap-path-prefix=$cargo_home=/cargo" "--remap-path-prefix=$PWD=/ballistic-gel"
         "--remap-path-prefix=$SOURCES=/rust" "--remap-path-prefix=$folder=/build" ${RUST_OPTIONS:-})
-    # cargo optimizes a library as a whole only where it builds no other kind beside it; zigbuild alone builds for two processors at once.
+    # No rlib beside it; zigbuild alone builds for two processors at once.
     local action=(rustc --crate-type cdylib)
     [[ "$target" != universal2-* ]] || action=(zigbuild)
     CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && printf '%s' "${flags[*]}") cargo-zigbuild "${action[@]}" --quiet --locked \
@@ -87,7 +87,7 @@ library_with_std() {
 
 platform() {
     if [[ -n "$quick" ]]; then
-        export CARGO_PROFILE_FMU_LTO=off CARGO_PROFILE_FMU_CODEGEN_UNITS=16
+        export CARGO_PROFILE_FMU_CODEGEN_UNITS=16
         [[ $1 == linux64 ]] || export CARGO_PROFILE_FMU_OPT_LEVEL=1
     fi
     case $1 in
