@@ -58,7 +58,7 @@ class Calibration:
 
     @property
     def table(self) -> pd.DataFrame:
-        """Trials of a fit to one depth; computed and measured values of a fit to several shots."""
+        """Trials of a fit to one depth; computed and given values of a fit to several shots."""
         return pd.DataFrame(self.values.get("trials", self.values.get("shots")))
 
 
@@ -129,7 +129,7 @@ class Validation:
     table : DataFrame
         One row for each run.
     agreeing, judged : int
-        Shots that agree with their measurement, of those that are judged.
+        Shots that agree with their measurement, of those that are judged: of grade B, and not fitted.
     failures : list of str
         Runs that failed, and why.
     """

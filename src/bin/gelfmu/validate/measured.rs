@@ -17,7 +17,7 @@ pub enum MeasuredFigure {
     Neck,
 }
 
-/// Grade of a source: shots of grade C are told and not counted.
+/// Grade of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub enum SourceGrade {
     /// Read in a secondary place.
@@ -48,6 +48,8 @@ pub struct ValidationShot {
     pub high: f64,
     /// Grade of the source.
     pub grade: SourceGrade,
+    /// True if the gel is fitted to the shot.
+    pub fitted: bool,
     /// Source.
     pub source: String,
 }
@@ -69,6 +71,11 @@ impl ValidationShot {
             block: BlockSize::parse(&self.block).expect("the table has blocks of three lengths"),
             gel: Preset::Gelatin10,
         }
+    }
+
+    /// Returns true if the shot is judged: of grade B, and the gel is not fitted to it. Others are told only.
+    pub fn is_judged(&self) -> bool {
+        self.grade == SourceGrade::B && !self.fitted
     }
 
     /// Returns true if yaw decides the figure.
@@ -110,7 +117,9 @@ mod tests {
             assert!(measured.low > 0.0 && !measured.source.is_empty());
             assert!(shots[..i].iter().all(|other| other.name != measured.name), "{} twice", measured.name);
             assert_eq!(measured.is_of_service_bullet(), measured.yaw != 0.0, "{}", measured.name);
+            assert_eq!(measured.fitted, measured.name == "bb-fbi", "{}", measured.name);
         }
+        assert_eq!(shots.iter().filter(|shot| shot.is_judged()).count(), 12);
         assert_eq!(shots[0].ratio(0.08), 1.0);
         assert!((shots[0].ratio(0.19) - 2.0).abs() < 1e-12);
     }

@@ -93,7 +93,7 @@ fn report(results: &[table::ShotResult], console: &Console) {
     let band = 100.0 * table::BAND;
     let failed: Vec<&str> = failures.iter().map(|why| why.as_str()).collect();
     let text = format!(
-        "{}\n{agreeing} of {judged} shots of grade B agree within {band:.0} %\n{}",
+        "{}\n{agreeing} of {judged} shots of grade B that the gel is not fitted to agree within {band:.0} %\n{}",
         table::to_markdown(results),
         failed.join("\n")
     );

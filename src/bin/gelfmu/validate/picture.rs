@@ -1,6 +1,5 @@
 //! Scatter plot of a validation: computed against measured, with the band.
 
-use super::measured::SourceGrade;
 use super::table::{BAND, ShotResult};
 use plotters::prelude::*;
 
@@ -57,7 +56,7 @@ fn draw(root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, results: &[S
             .draw_series(LineSeries::new(ends, BLACK.mix(if factor == 1.0 { 0.8 } else { 0.3 }).stroke_width(UNITS)))?;
     }
     for result in results {
-        let colour = if result.measured.grade == SourceGrade::B { COUNTED } else { TOLD };
+        let colour = if result.measured.is_judged() { COUNTED } else { TOLD };
         let (low, high) = (1e3 * result.measured.low, 1e3 * result.measured.high);
         let middle = (low * high).sqrt();
         let scatter: Vec<f64> = result.scatter().iter().map(|value| 1e3 * value).collect();

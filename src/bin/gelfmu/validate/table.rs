@@ -1,7 +1,7 @@
 //! Table of a validation: as CSV, as Markdown and for the terminal.
 
 use super::case::{cases_of, counted_level};
-use super::measured::{MeasuredFigure, SourceGrade, ValidationShot};
+use super::measured::{MeasuredFigure, ValidationShot};
 use super::queue::FinishedCase;
 use super::row::CaseRow;
 use std::fmt::Write;
@@ -60,7 +60,7 @@ impl ShotResult {
     }
 }
 
-/// Shots of grade B that agree, and those whose run counts.
+/// Judged shots that agree, and those whose run counts.
 pub struct AgreementCount {
     /// Number of shots that agree.
     pub agreeing: usize,
@@ -68,9 +68,9 @@ pub struct AgreementCount {
     pub judged: usize,
 }
 
-/// Counts the shots of grade B.
+/// Counts the shots of grade B that the gel is not fitted to.
 pub fn count_agreement(results: &[ShotResult]) -> AgreementCount {
-    let counted = results.iter().filter(|result| result.measured.grade == SourceGrade::B);
+    let counted = results.iter().filter(|result| result.measured.is_judged());
     let judged: Vec<bool> = counted.filter_map(ShotResult::agrees).collect();
     AgreementCount { agreeing: judged.iter().filter(|agrees| **agrees).count(), judged: judged.len() }
 }
@@ -102,10 +102,11 @@ pub fn to_markdown(results: &[ShotResult]) -> String {
         let range = scatter.iter().copied().reduce(f64::min).zip(scatter.iter().copied().reduce(f64::max));
         writeln!(
             text,
-            "| {} | {figure} | {} | {:?} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {} | {figure} | {} | {:?}{} | {} | {} | {} | {} | {} | {} | {} |",
             measured.name,
             span(measured.low, measured.high),
             measured.grade,
+            if measured.fitted { ", fitted" } else { "" },
             counted_level(measured),
             computed(result),
             ratio.unwrap_or_default(),

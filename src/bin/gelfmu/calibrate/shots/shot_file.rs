@@ -135,7 +135,7 @@ impl ShotRecord<'_> {
         if window < 0.0 {
             return Err(self.refuse("window", "0 or a positive number"));
         }
-        let value = self.number("value", "the measured value, a number in SI units")?;
+        let value = self.number("value", "the value of the shot, a number in SI units")?;
         let scene = Some(self.text("scene").to_owned()).filter(|scene| !scene.is_empty());
         Ok(MeasuredShot {
             name: name.to_owned(),
@@ -268,7 +268,7 @@ mod tests {
             ),
             ("name,name,speed,measure,value,band\n".to_owned(), "line 1: found the column `name` twice"),
             (row(",180,depth,0.085,1e-3,,"), "s.csv: line 2: name: found nothing, expected a name"),
-            (row("a,180,depth,deep,1e-3,,"), "s.csv: line 2: value: found `deep`, expected the measured value"),
+            (row("a,180,depth,deep,1e-3,,"), "s.csv: line 2: value: found `deep`, expected the value of the shot"),
             (row("a,180,depth,NaN,1e-3,,"), "value: found `NaN`"),
             (row("a,180,depth,0.085,0,,"), "s.csv: line 2: band: found `0`, expected a number above 0"),
             (row("a,180,depth,0.085,-1e-3,,"), "band: found `-1e-3`, expected a number above 0"),

@@ -93,7 +93,7 @@ impl FitReport {
     pub fn table(&self) -> Table {
         let mut table = Table::new();
         table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header(["shot", "measured", "window", "band", "computed", "residual"]);
+        table.set_header(["shot", "value", "window", "band", "computed", "residual"]);
         for (shot, computed) in self.shots.iter().zip(self.computed.iter().flatten()) {
             let (cell, target) = (|value: f64| in_table_unit(shot.measure, value), shot.target);
             let window = if target.window > 0.0 { format!("± {}", cell(target.window)) } else { "-".to_owned() };
