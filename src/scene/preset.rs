@@ -26,7 +26,8 @@ pub struct PresetValue {
     pub value: &'static str,
     /// Material models that use the value.
     pub of: ApplicableModels,
-    /// Source of the value, or the data it was fitted to: the tags are those of `docs/materials.md`.
+    /// Source of the value, or the data it was fitted to, measured or derived: the tags are those of
+    /// `docs/materials.md`.
     pub source: &'static str,
 }
 
@@ -39,7 +40,7 @@ pub struct ShotRange {
     pub calibre: [f64; 2],
     /// Data that the values were fitted to: the tags are those of `docs/materials.md`.
     pub fitted: &'static str,
-    /// Shots that nothing was fitted to, with their result.
+    /// Shots that nothing was fitted to, measured or derived, with their result.
     pub validated: &'static str,
 }
 
@@ -94,11 +95,12 @@ impl Preset {
             Self::Gelatin10 => ShotRange {
                 speed: [75.0, 1150.0],
                 calibre: [4.37e-3, 5.5e-3],
-                fitted: "85 mm of a steel BB of 179.8 m/s [R1], within the slope of 165 to 195 m/s [D] and the cavity of 4.8 mm at 720 m/s [R12]",
-                validated: "depths of the BB at 75 to 210 m/s, of 4.8 mm at 650 to 1150 m/s and of 5.5 mm at 122 to 526 m/s, between two penetration laws [D] (5.5 mm at 300 m/s: 1 % above)",
+                fitted: "85 mm of a steel BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]), and two derived windows [D]: its slope from 165 to 195 m/s, and the cavity of 4.8 mm at 720 m/s",
+                validated: "derived depths of the BB at 75 to 210 m/s, of 4.8 mm at 650 to 1150 m/s and of 5.5 mm at 122 to 526 m/s, between two penetration laws [D] (5.5 mm at 300 m/s: 1 % above); on bullets (measured, grade B): four of 12 within 20 %",
             },
             Self::Gelatin20 => {
-                ShotRange { speed: [180.0; 2], calibre, fitted: "a BB of 180 m/s at 10 °C [R2]", validated: NOTHING }
+                let fitted = "a BB of 180 m/s at 10 °C (measured [R2])";
+                ShotRange { speed: [180.0; 2], calibre, fitted, validated: NOTHING }
             }
             Self::SyntheticClear => {
                 let fitted = "a predicted depth of a BB of 179.8 m/s [R4]";
@@ -135,14 +137,16 @@ const ELASTIC: PresetValue = fact(
     "gel.shear_modulus",
     "0.08e6",
     ApplicableModels::TwoNetwork,
-    "elastic network: within 50 to 66 mm of temporary cavity of a steel sphere of 720 m/s [R12, D], in sphere-720",
+    "elastic network: fitted to a derived window, 50 to 66 mm of temporary cavity of a steel sphere of 720 m/s in sphere-720, from \
+     assumed wall pressures of 0.5 to 0.77 MPa [D]; measured: some 11 diameters (grade B [R12]), at an unknown speed",
 );
 const BRANCH: PresetValue = fact(
     "gel.branches",
     "[{ shear_modulus = 4.8e6, power_law = { stress = 600.0, exponent = 0.80 } }]",
     ApplicableModels::TwoNetwork,
-    "stress: fitted to 85 mm of rest depth of a BB of 179.8 m/s [R1], in fbi-bb in cells of R/16; exponent: within 0.46 to 0.56 mm per m/s \
-     [D] from 165 to 195 m/s; modulus: assumed, no data read",
+    "stress: fitted to 85 mm of rest depth of a BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]), in \
+     fbi-bb in cells of R/16; exponent: fitted to a derived window, 0.46 to 0.56 mm per m/s from 165 to 195 \
+     m/s [D]; modulus: assumed, no data read",
 );
 const STRETCH: PresetValue = fact(
     "gel.damage.critical_stretch",
@@ -216,7 +220,7 @@ const GELATIN_20: [PresetValue; 14] = [
         "gel.strength_scale",
         "1.87",
         ApplicableModels::TwoNetwork,
-        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
+        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (measured, 49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
     ),
     fact(
         "gel.bulk_modulus",
@@ -248,7 +252,7 @@ const SYNTHETIC_CLEAR: [PresetValue; 14] = [
         "gel.strength_scale",
         "2.5",
         ApplicableModels::TwoNetwork,
-        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
+        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, not measured; maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
     ),
     fact("gel.bulk_modulus", "1.82e9", ApplicableModels::TwoNetwork, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
     fact(
