@@ -10,7 +10,9 @@ use crate::math::{Number, ln};
 /// 1]. With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at
 /// rest, and only the slope of U″ jumps there, by (4s − 2) K.
 ///
-/// In tension the pressure falls no further than to −`tension`: beyond, a reversible void opens (tension cut-off).
+/// In tension the pressure falls no further than to −`tension`: beyond, a reversible void opens (tension cut-off). There
+/// U″ is told as at the limit. A step chosen by U″ = 0 is ten times as long as the closed gel allows, and a void may close
+/// within it: one element then took thousands of times the energy of its closing.
 /// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U continues as its second-order Taylor
 /// polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +77,7 @@ impl EquationOfState {
         let drawn = VolumetricResponse {
             energy: beyond.choose(soft.energy + beyond * self.tension, soft.energy),
             slope: beyond.choose(j.constant(self.tension), soft.slope),
-            curvature: beyond.choose(j.constant(0.0), soft.curvature),
+            curvature: soft.curvature,
         };
         if self.slope == 0.0 {
             return drawn;
@@ -155,7 +157,8 @@ mod tests {
                     ((b.energy - a.energy) / (2.0 * step) - at.slope).abs() < 1e-5 * at.slope.abs().max(1e6),
                     "{j}"
                 );
-                let curvature = (b.slope - a.slope) / (2.0 * step);
+                // In a void U″ is told as at its closing.
+                let curvature = if at.slope == law.tension { at.curvature } else { (b.slope - a.slope) / (2.0 * step) };
                 assert!((curvature - at.curvature).abs() < 1e-4 * at.curvature.abs().max(1e7), "{j}");
             }
         }
@@ -194,5 +197,13 @@ mod tests {
         let law = EquationOfState::new(1e9, 2.0, 5e6);
         assert_eq!(law.volumetric(1.5).slope, 5e6);
         assert!(law.volumetric(1.004).slope < 5e6);
+    }
+
+    #[test]
+    fn a_void_has_the_stiffness_at_which_it_closes() {
+        let law = EquationOfState::new(1e9, 2.0, 5e6);
+        let closing = law.volumetric(1.0 / (1.0 - 5e6 / 1e9)).curvature;
+        assert!((closing / 1e9 - 0.995 * 0.995).abs() < 1e-12);
+        assert_eq!([1.006, 1.5, 30.0].map(|j| law.volumetric(j).curvature), [closing; 3]);
     }
 }
