@@ -71,6 +71,15 @@ impl Dashpot {
     pub fn power_law(stress: f64, exponent: f64) -> Self {
         Self::PowerLaw(PowerLaw::new(stress, exponent))
     }
+
+    /// Creates a power-law dashpot that saturates, from its stress, Pa, its rate, 1/s, and the exponent.
+    ///
+    /// # Panics
+    /// Unless all are positive ([`PowerLaw::saturating`]).
+    #[must_use]
+    pub fn saturating(stress: f64, rate: f64, exponent: f64) -> Self {
+        Self::PowerLaw(PowerLaw::saturating(stress, rate, exponent))
+    }
 }
 
 impl LinearDashpot {

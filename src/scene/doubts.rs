@@ -61,7 +61,7 @@ fn short_relaxation(scene: &Scene) -> Vec<String> {
 /// Returns the relaxation time of a branch, s, and a phrase with its key; none for a power law without a rate, 1/s.
 fn relaxation_time(branch: &BranchSpec, rate: f64) -> Option<(f64, String)> {
     if let Some(law) = branch.power_law {
-        let time = law.stress / (3.0 * branch.shear_modulus) * libm::pow(rate, law.exponent - 1.0);
+        let time = law.law().stress_at(rate) / (3.0 * branch.shear_modulus * rate);
         return (rate > 0.0).then(|| (time, format!("power_law has at the rate of the impact, {rate:.1e}/s,")));
     }
     branch.time.map(|time| (time, "time gives".to_owned()))

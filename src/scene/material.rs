@@ -1,6 +1,6 @@
 //! Tables of the material parameters of a gel.
 
-use crate::constitutive::{Branch, Dashpot, OgdenTerm};
+use crate::constitutive::{Branch, Dashpot, OgdenTerm, PowerLaw};
 use serde::{Deserialize, Serialize};
 
 /// Constitutive model.
@@ -56,15 +56,31 @@ pub struct BranchSpec {
     pub power_law: Option<PowerLawSpec>,
 }
 
-/// Power-law dashpot: it bears the equivalent stress `stress` (rate in 1/s)^`exponent`, without a yield stress.
+/// Power-law dashpot: it bears the equivalent stress `stress` (rate/`rate`)^`exponent`, without a yield stress; with a
+/// `rate`, `stress` at most.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct PowerLawSpec {
-    /// Equivalent stress at a rate of 1/s, Pa.
+    /// Equivalent stress, Pa: at a rate of 1/s, or with `rate` the one at which the dashpot saturates.
     pub stress: f64,
-    /// Exponent of the rate, 0.01 to 1.
+    /// Rate from which on the dashpot bears no more, 1/s; without it the stress rises at all rates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// Exponent of the rate, 0.01 to 1; with `rate` 0.01 to 10.
     pub exponent: f64,
+}
+
+impl PowerLawSpec {
+    /// Dashpot with these parameters.
+    ///
+    /// # Panics
+    /// If a value is outside its domain; those of a scene that was read are not.
+    #[must_use]
+    pub fn law(self) -> PowerLaw {
+        let Self { stress, rate, exponent } = self;
+        rate.map_or_else(|| PowerLaw::new(stress, exponent), |rate| PowerLaw::saturating(stress, rate, exponent))
+    }
 }
 
 impl BranchSpec {
@@ -75,7 +91,7 @@ impl BranchSpec {
     #[must_use]
     pub fn branch(self) -> Branch {
         let dashpot = match (self.time, self.power_law) {
-            (_, Some(PowerLawSpec { stress, exponent })) => Dashpot::power_law(stress, exponent),
+            (_, Some(law)) => Dashpot::PowerLaw(law.law()),
             (time, None) => Dashpot::linear(time.expect("a checked branch has a dashpot")),
         };
         Branch::new(self.shear_modulus, dashpot)

@@ -25,6 +25,7 @@ mod rest;
 mod run;
 mod shot;
 mod sphere_block;
+mod steps;
 mod thousand;
 mod touch;
 mod whole;
@@ -37,7 +38,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 26] = [
+const STUDIES: [Study; 27] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -94,6 +95,7 @@ const STUDIES: [Study; 26] = [
         "a rigid bullet by the yaw with which it comes: yaw by depth, neck, law of the cosh",
         bullet_yaw::study,
     ),
+    ("steps", "a hundred shots over the range of gels and speeds: whether asynchronous steps diverge", steps::study),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "every limit against what is known beforehand; masses, speeds, a second of rest", extremes::study),
 ];

@@ -202,7 +202,8 @@ pub struct CalibrateOptions {
     /// slope or cavity), value, band, and if needed scene, set and window
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed", "tolerance"])]
     pub shots: Option<String>,
-    /// Parameters that are fitted to the shots: any of stress, exponent and shear_modulus (all if absent)
+    /// Parameters that are fitted to the shots: any of stress, rate, exponent and shear_modulus (if absent stress,
+    /// shear_modulus, and the rate of a power law that has one, else its exponent)
     #[arg(long, value_name = "KEY,...", value_enum, value_delimiter = ',', requires = "shots")]
     pub fit: Vec<GelKey>,
     /// Accuracy level of the runs whose fit is accepted (fine with --shots, else that of the scene)
@@ -229,6 +230,8 @@ pub struct CalibrateOptions {
 pub enum GelKey {
     /// Dashpot stress of the first power-law branch
     Stress,
+    /// Rate at which the first power-law branch saturates
+    Rate,
     /// Rate exponent of the first power-law branch
     Exponent,
     /// Modulus of the elastic network

@@ -57,17 +57,26 @@ fn check_branch(branch: &BranchSpec, key: &str) -> CheckResult {
     positive(&own("shear_modulus"), branch.shear_modulus, "a positive modulus, Pa: leave out an idle branch")?;
     let found = match (branch.time, branch.power_law) {
         (Some(time), None) => return positive(&own("time"), time, "a positive relaxation time, s"),
-        (None, Some(PowerLawSpec { stress, exponent })) => {
-            positive(&own("power_law.stress"), stress, "a positive stress at a rate of 1/s, Pa")?;
-            let is_good = (LEAST_EXPONENT..=1.0).contains(&exponent);
-            let expected = "a number from 0.01 to 1 (a linear dashpot)";
-            return require(is_good, &own("power_law.exponent"), || format!("{exponent:?}"), expected);
-        }
+        (None, Some(law)) => return check_power_law(&law, &own("power_law")),
         (Some(_), Some(_)) => "both time and power_law",
         (None, None) => "neither time nor power_law",
     };
-    let expected = "one of them: time for a linear dashpot, or power_law = { stress, exponent }";
+    let expected = "one of them: time for a linear dashpot, or power_law = { stress, rate, exponent }";
     require(false, key, || found.to_owned(), expected)
+}
+
+fn check_power_law(law: &PowerLawSpec, key: &str) -> CheckResult {
+    let PowerLawSpec { stress, rate, exponent } = *law;
+    let (most, expected) = if let Some(rate) = rate {
+        positive(&format!("{key}.stress"), stress, "a positive stress at which the dashpot saturates, Pa")?;
+        positive(&format!("{key}.rate"), rate, "a positive rate at which the dashpot saturates, 1/s")?;
+        (10.0, "a number from 0.01 to 10")
+    } else {
+        positive(&format!("{key}.stress"), stress, "a positive stress at a rate of 1/s, Pa")?;
+        (1.0, "a number from 0.01 to 1 (a linear dashpot); up to 10 with a rate at which the dashpot saturates")
+    };
+    let is_good = (LEAST_EXPONENT..=most).contains(&exponent);
+    require(is_good, &format!("{key}.exponent"), || format!("{exponent:?}"), expected)
 }
 
 fn check_damage(gel: &GelSpec) -> CheckResult {

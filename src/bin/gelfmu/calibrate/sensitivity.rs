@@ -1,7 +1,7 @@
 //! `gelfmu calibrate --sensitivity`: derivatives of the measures of shots by the logarithms of parameters of the gel.
 
 use super::shots::campaign::{CommonSetting, ShotCampaign};
-use super::shots::gel_values::{GelValue, key_name, rounded};
+use super::shots::gel_values::{GelValue, greatest_exponent, key_name, read_value, rounded};
 use super::shots::least_squares::FitBreak;
 use super::shots::shot_file::{self, MeasuredShot, ShotMeasure};
 use super::shots::target::FitTarget;
@@ -45,8 +45,9 @@ pub fn measure(options: &CalibrateOptions, console: &Console) -> Result<u8, Comm
     }
     let mut rows = vec![];
     let mut status = 0;
+    let saturates = read_value(&gel, GelKey::Rate).is_some();
     for given in given {
-        match differentiate(&mut campaign, given) {
+        match differentiate(&mut campaign, given, greatest_exponent(saturates)) {
             Ok(row) => rows.push(row),
             Err(FitBreak::Command(error)) => return Err(error),
             Err(FitBreak::Interrupted) => {
@@ -75,9 +76,13 @@ fn rest_depth_of(scene: &str, speed: Option<f64>) -> MeasuredShot {
     }
 }
 
-/// Returns the derivatives by the logarithm of one parameter, by central differences.
-fn differentiate(campaign: &mut ShotCampaign<'_>, given: GelValue) -> Result<SensitivityRow, FitBreak> {
-    let most = if given.key == GelKey::Exponent { 1.0 } else { f64::INFINITY };
+/// Returns the derivatives by the logarithm of one parameter, by central differences; an exponent is at most `greatest`.
+fn differentiate(
+    campaign: &mut ShotCampaign<'_>,
+    given: GelValue,
+    greatest: f64,
+) -> Result<SensitivityRow, FitBreak> {
+    let most = if given.key == GelKey::Exponent { greatest } else { f64::INFINITY };
     let tried = [1.0 - DIFFERENCE, 1.0 + DIFFERENCE].map(|factor| rounded(factor * given.value).min(most));
     let points = tried.map(|value| vec![GelValue { value, ..given }]);
     let stage = format!("{} = {:?} and {:?}", key_name(given.key), tried[0], tried[1]);

@@ -25,6 +25,7 @@ pub struct GelValue {
 pub fn key_name(key: GelKey) -> &'static str {
     match key {
         GelKey::Stress => "stress",
+        GelKey::Rate => "rate",
         GelKey::Exponent => "exponent",
         GelKey::ShearModulus => "shear_modulus",
         GelKey::BranchModulus => "branches.shear_modulus",
@@ -38,6 +39,7 @@ pub fn read_value(gel: &GelSpec, key: GelKey) -> Option<f64> {
     let power_law = gel.branches.iter().find_map(|branch| branch.power_law);
     match key {
         GelKey::Stress => power_law.map(|law| law.stress),
+        GelKey::Rate => power_law.and_then(|law| law.rate),
         GelKey::Exponent => power_law.map(|law| law.exponent),
         GelKey::ShearModulus => (gel.shear_modulus > 0.0).then_some(gel.shear_modulus),
         GelKey::BranchModulus => gel.branches.first().map(|branch| branch.shear_modulus),
@@ -52,6 +54,7 @@ fn write_value(gel: &mut GelSpec, given: GelValue) {
     let power_law = gel.branches.iter_mut().find_map(|branch| branch.power_law.as_mut());
     match key {
         GelKey::Stress => power_law.into_iter().for_each(|law| law.stress = value),
+        GelKey::Rate => power_law.into_iter().for_each(|law| law.rate = Some(value)),
         GelKey::Exponent => power_law.into_iter().for_each(|law| law.exponent = value),
         GelKey::ShearModulus => gel.shear_modulus = value,
         GelKey::BranchModulus => gel.branches.iter_mut().take(1).for_each(|branch| branch.shear_modulus = value),
@@ -91,8 +94,9 @@ pub fn scene_lines(gel: &GelSpec, values: &[GelValue]) -> String {
 /// Returns the TOML text of branches.
 fn branches_text(branches: &[BranchSpec]) -> String {
     let text = |branch: &BranchSpec| {
-        let power_law = branch.power_law.map(|PowerLawSpec { stress, exponent }| {
-            format!("power_law = {{ stress = {stress:?}, exponent = {exponent:?} }}")
+        let power_law = branch.power_law.map(|PowerLawSpec { stress, rate, exponent }| {
+            let rate = rate.map(|rate| format!(" rate = {rate:?},")).unwrap_or_default();
+            format!("power_law = {{ stress = {stress:?},{rate} exponent = {exponent:?} }}")
         });
         let dashpot = power_law.or(branch.time.map(|time| format!("time = {time:?}"))).unwrap_or_default();
         format!("{{ shear_modulus = {:?}, {dashpot} }}", branch.shear_modulus)
@@ -100,18 +104,20 @@ fn branches_text(branches: &[BranchSpec]) -> String {
     format!("[{}]", branches.iter().map(text).collect::<Vec<_>>().join(", "))
 }
 
-/// Coordinates of a fit: logarithms of the parameters; with the exponent, the stress at [`REFERENCE_RATE`] in the place
-/// of the stress at 1/s.
+/// Coordinates of a fit: logarithms of the parameters; with the exponent of a power law that does not saturate, its
+/// stress at [`REFERENCE_RATE`] in the place of the stress at 1/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitCoordinates {
     /// Fitted parameters, without repetitions.
     pub keys: Vec<GelKey>,
+    /// True if the power law saturates.
+    pub saturates: bool,
 }
 
 impl FitCoordinates {
     /// Returns the coordinates of values, in the order of the keys.
-    pub fn of_values(values: &[GelValue]) -> DVector<f64> {
-        let exponent = free_exponent(values);
+    pub fn of_values(&self, values: &[GelValue]) -> DVector<f64> {
+        let exponent = self.shift(values);
         let coordinate = |given: &GelValue| match given.key {
             GelKey::Stress => given.value.ln() + exponent * REFERENCE_RATE.ln(),
             _ => given.value.ln(),
@@ -124,27 +130,34 @@ impl FitCoordinates {
         let plain =
             self.keys.iter().zip(coordinates.iter()).map(|(&key, ln)| GelValue { key, value: rounded(ln.exp()) });
         let mut values: Vec<GelValue> = plain.collect();
-        let exponent = free_exponent(&values);
+        let exponent = self.shift(&values);
         for (given, coordinate) in values.iter_mut().zip(coordinates.iter()) {
             match given.key {
                 GelKey::Stress => given.value = rounded((coordinate - exponent * REFERENCE_RATE.ln()).exp()),
-                GelKey::Exponent => given.value = given.value.min(1.0),
+                GelKey::Exponent => given.value = given.value.min(greatest_exponent(self.saturates)),
                 _ => {}
             }
         }
         values
     }
 
-    /// Returns the upper bounds of the coordinates: an exponent is at most 1.
+    /// Returns the upper bounds of the coordinates: that of an exponent.
     pub fn upper_bounds(&self) -> DVector<f64> {
-        let bound = |key: &GelKey| if *key == GelKey::Exponent { 0.0 } else { f64::INFINITY };
+        let most = greatest_exponent(self.saturates).ln();
+        let bound = |key: &GelKey| if *key == GelKey::Exponent { most } else { f64::INFINITY };
         DVector::from_iterator(self.keys.len(), self.keys.iter().map(bound))
+    }
+
+    /// Returns the fitted exponent of a power law that does not saturate; 0 if it is not fitted.
+    fn shift(&self, values: &[GelValue]) -> f64 {
+        let exponent = values.iter().find(|given| given.key == GelKey::Exponent).filter(|_| !self.saturates);
+        exponent.map_or(0.0, |given| given.value.min(greatest_exponent(false)))
     }
 }
 
-/// Returns the fitted exponent; 0 if it is not fitted.
-fn free_exponent(values: &[GelValue]) -> f64 {
-    values.iter().find(|given| given.key == GelKey::Exponent).map_or(0.0, |given| given.value.min(1.0))
+/// Returns the greatest exponent of a power law.
+pub fn greatest_exponent(saturates: bool) -> f64 {
+    if saturates { 10.0 } else { 1.0 }
 }
 
 /// Rounds a value to five digits.

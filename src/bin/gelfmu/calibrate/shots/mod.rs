@@ -23,11 +23,13 @@ use words::FitReport;
 /// Answer to the first Ctrl-C.
 const WAITING: &str = "interrupted: the best values so far are kept; Ctrl-C again ends it at once";
 /// Parameters that a fit may change; data that are read fix no others.
-const FITTED_KEYS: [GelKey; 3] = [GelKey::Stress, GelKey::Exponent, GelKey::ShearModulus];
+const FITTED_KEYS: [GelKey; 4] = [GelKey::Stress, GelKey::Rate, GelKey::Exponent, GelKey::ShearModulus];
 
 /// Fits the parameters, prints the table of residuals and the lines for a scene, and returns the exit status.
 pub fn fit(file: &str, options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
-    let keys = fitted_keys(&options.fit)?;
+    let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
+    let gel = source::load(name, &options.set)?.scene.gel;
+    let keys = fitted_keys(&options.fit, &gel)?;
     let shots = shot_file::read(file)?;
     if shots.len() < keys.len() {
         let [found, expected] = [shots.len(), keys.len()];
@@ -37,8 +39,6 @@ pub fn fit(file: &str, options: &CalibrateOptions, console: &Console) -> Result<
             names.join(",")
         )));
     }
-    let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let gel = source::load(name, &options.set)?.scene.gel;
     let mut values = start_values(name, &gel, &keys)?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep the best values so far: {error}"));
@@ -57,7 +57,7 @@ pub fn fit(file: &str, options: &CalibrateOptions, console: &Console) -> Result<
 }
 
 /// Returns the parameters of `--fit`, or all that a fit may change.
-fn fitted_keys(asked: &[GelKey]) -> Result<Vec<GelKey>, CommandError> {
+fn fitted_keys(asked: &[GelKey], gel: &GelSpec) -> Result<Vec<GelKey>, CommandError> {
     let expected = FITTED_KEYS.map(key_name).join(", ");
     for (i, key) in asked.iter().enumerate() {
         let found = if !FITTED_KEYS.contains(key) {
@@ -69,7 +69,8 @@ fn fitted_keys(asked: &[GelKey]) -> Result<Vec<GelKey>, CommandError> {
         };
         return Err(CommandError::BadInput(format!("--fit: found {found}, expected any of {expected}")));
     }
-    Ok(if asked.is_empty() { FITTED_KEYS.to_vec() } else { asked.to_vec() })
+    let of_rate = if read_value(gel, GelKey::Rate).is_some() { GelKey::Rate } else { GelKey::Exponent };
+    Ok(if asked.is_empty() { vec![GelKey::Stress, of_rate, GelKey::ShearModulus] } else { asked.to_vec() })
 }
 
 /// Returns the values of parameters in a scene; refuses a gel without one of them.
@@ -96,12 +97,13 @@ fn fit_level(
     let scene = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let common = CommonSetting { scene, set: &options.set, level: Some(level) };
     let mut campaign = ShotCampaign::plan(shots, &common, options.threads, console)?;
-    let coordinates = FitCoordinates { keys: start.iter().map(|start| start.key).collect() };
+    let saturates = read_value(gel, GelKey::Rate).is_some();
+    let coordinates = FitCoordinates { keys: start.iter().map(|start| start.key).collect(), saturates };
     let targets: Vec<FitTarget> = campaign.shots.iter().map(|shot| shot.target).collect();
     let mut model = |stage: &str, points: &[DVector<f64>]| {
         run_points(&mut campaign, &format!("{}, {stage}", level.as_str()), &coordinates, points)
     };
-    let (first, upper) = (FitCoordinates::of_values(start), coordinates.upper_bounds());
+    let (first, upper) = (coordinates.of_values(start), coordinates.upper_bounds());
     let FitResult { point, computed, end, iterations } = least_squares::fit(&targets, &upper, first, &mut model)?;
     Ok(FitReport {
         level,

@@ -26,6 +26,7 @@ pub struct FitReport {
 pub fn owner_of(key: GelKey) -> &'static str {
     match key {
         GelKey::Stress | GelKey::Exponent => "a branch of a power_law",
+        GelKey::Rate => "a branch of a power_law with a rate",
         GelKey::ShearModulus => "a gel.shear_modulus above 0",
         GelKey::BranchModulus => "gel.branches",
         GelKey::CriticalStretch | GelKey::Delay => "gel.damage",
