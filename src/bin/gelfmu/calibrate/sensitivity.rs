@@ -77,11 +77,7 @@ fn rest_depth_of(scene: &str, speed: Option<f64>) -> MeasuredShot {
 }
 
 /// Returns the derivatives by the logarithm of one parameter, by central differences; an exponent is at most `greatest`.
-fn differentiate(
-    campaign: &mut ShotCampaign<'_>,
-    given: GelValue,
-    greatest: f64,
-) -> Result<SensitivityRow, FitBreak> {
+fn differentiate(campaign: &mut ShotCampaign<'_>, given: GelValue, greatest: f64) -> Result<SensitivityRow, FitBreak> {
     let most = if given.key == GelKey::Exponent { greatest } else { f64::INFINITY };
     let tried = [1.0 - DIFFERENCE, 1.0 + DIFFERENCE].map(|factor| rounded(factor * given.value).min(most));
     let points = tried.map(|value| vec![GelValue { value, ..given }]);
