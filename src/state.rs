@@ -103,11 +103,32 @@ pub struct RunRecord {
     pub pressed: f64,
     /// Impulse on the gel from outside.
     pub outside: OutsideImpulse,
+    /// Air in the cavity, where it flows in; in the bytes of a state it follows the arrays.
+    #[serde(skip)]
+    pub gas: Option<CavityGas>,
     /// True if the gel is no longer integrated: the projectile has left it, and its end after the exit has
     /// come.
     pub at_rest: bool,
     /// Contact record of each body.
     pub contacts: Vec<ContactRecord>,
+}
+
+/// Air in the cavity behind the projectile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CavityGas {
+    /// Pressure relative to that of the surrounding air.
+    pub pressure: f64,
+    /// Volume, m³.
+    pub volume: f64,
+    /// Tick at which both were found.
+    pub tick: Tick,
+}
+
+impl CavityGas {
+    /// Returns true if both numbers are finite and positive.
+    fn is_valid(&self) -> bool {
+        [self.pressure, self.volume].iter().all(|x| *x > 0.0 && x.is_finite())
+    }
 }
 
 /// Impulse on the gel from outside, by bodies, pressures, air and damping, with its moment in time.
@@ -220,6 +241,7 @@ impl RunRecord {
             synchronous: (f64::INFINITY, 0, 0.0),
             pressed: 0.0,
             outside: OutsideImpulse::default(),
+            gas: None,
             at_rest: false,
             contacts,
         }
@@ -318,6 +340,7 @@ impl<const D: usize> DynamicState<D> {
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
         holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is not a number")?;
         holds(self.record.outside.is_valid(), "the impulse on the gel is not a number")?;
+        holds(self.record.gas.is_none_or(|gas| gas.is_valid()), "the air in the cavity is not a positive number")?;
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not started is marked as at rest")?;
         holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element has no step ahead")?;
@@ -368,9 +391,9 @@ impl Clone for RunRecord {
 
     fn clone_from(&mut self, from: &Self) {
         let Self { updates, remeshes, eroded_mass, min_jacobian, stretch, synchronous, pressed, .. } = from;
-        let Self { outside, at_rest, contacts, .. } = from;
+        let Self { outside, gas, at_rest, contacts, .. } = from;
         self.contacts.clone_from(contacts);
-        self.outside = *outside;
+        (self.outside, self.gas) = (*outside, *gas);
         (self.updates, self.remeshes, self.eroded_mass) = (*updates, *remeshes, *eroded_mass);
         (self.pressed, self.at_rest) = (*pressed, *at_rest);
         (self.min_jacobian, self.stretch, self.synchronous) = (*min_jacobian, *stretch, *synchronous);

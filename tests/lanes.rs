@@ -1,6 +1,6 @@
 //! Eight elements side by side against one after the other, of every gel that has both forms, strained as far as a run never goes.
 
-use ballistic_gel::constitutive::{EquationOfState, Material, NeoHookean, TwoNetwork};
+use ballistic_gel::constitutive::{Branch, Dashpot, EquationOfState, Material, NeoHookean, TwoNetwork};
 use ballistic_gel::fem::{
     DEPTH, Dissipation, ElementBatches, ElementResponse, GroupKick, GroupKicks, GroupResponse, HeldNodes, HistoryLanes,
     HistoryVariables, LANES, MAX_NODES, NodeCache, Potential, ReportPower, Section, Simplices,
@@ -17,12 +17,18 @@ mod stand;
 
 use stand::Stand;
 
+/// Elastic network beside a branch with a power law that saturates where an element is strained a little.
+fn saturating() -> Material {
+    let branch = Branch::new(0.7, Dashpot::saturating(0.1, 0.5, 3.0));
+    TwoNetwork::new(0.3, &[branch], EquationOfState::new(10.0, 1.5, 0.5), 1.0).into()
+}
+
 fn all_gels() -> [Material; 5] {
     [
         NeoHookean::new(1.0, 10.0).into(),
         TwoNetwork::new(0.0, &[], EquationOfState::new(10.0, 1.5, 0.5), 1.0).into(),
         gels::damaged(),
-        gels::saturating(),
+        saturating(),
         gels::relaxing(&[[0.7, 0.4], [0.9, 0.03], [0.2, 1e-4]]),
     ]
 }

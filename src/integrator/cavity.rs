@@ -1,4 +1,5 @@
-//! Air in the cavity behind the projectile: its gauge pressure on the wall of the cavity.
+//! Air in the cavity behind the projectile: its gauge pressure on the wall of the cavity, constant where it is sealed, else
+//! that of the air that has flowed in.
 //!
 //! The wall is the part of the surface that stems from the entry surface and lies below z = 0 in the frame of the
 //! block, also where it touches the projectile: there contact carries the stress less the pressure in the cavity, and a
@@ -11,7 +12,7 @@
 
 use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, PressureSource};
-use super::{CavityAir, LoadedFacet};
+use super::{AirInflow, CavityAir, LoadedFacet};
 use crate::fem::{Potential, push};
 use crate::math::Vector;
 use crate::state::Tick;
@@ -28,30 +29,36 @@ pub(super) struct OpenCavity {
 }
 
 impl OpenCavity {
-    /// Returns the cavity at a time, s, if it is sealed and the rear of an active projectile is below the entry
+    /// Returns the cavity at a time, s, if its air is not vented and the rear of an active projectile is below the entry
     /// surface.
     pub fn at<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> Option<Self> {
-        let CavityAir { gauge, ramp } = system.model.gel.loads.air?;
+        let CavityAir { gauge, ramp, inflow } = system.model.gel.loads.air?;
+        let share = inflow.map_or(1.0, |_| AirInflow::share_of_vacuum(system.state.record.gas.as_ref()));
         let (body, last) = (&system.model.bodies[0], &system.state.bodies[0]);
         let entry = system.entry_height(time);
         let depth = entry - body.rear(&last.at(body, time));
-        (last.active && depth > 0.0).then(|| Self { gauge: gauge * (depth / ramp).min(1.0), ramp, entry })
-    }
-
-    /// Returns the fraction of the pressure that acts at a height z above the entry surface, m.
-    fn weight(&self, z: f64) -> f64 {
-        (-z / self.ramp).clamp(0.0, 1.0)
+        (last.active && depth > 0.0).then(|| Self { gauge: gauge * share * (depth / ramp).min(1.0), ramp, entry })
     }
 
     /// Returns the mean weight over a facet, by its corners and its middle, and a bound of its derivative with respect
     /// to depth, 1/m.
     fn mean_weight<const D: usize>(&self, corners: &[Vector<D>]) -> (f64, f64) {
-        let heights = || corners.iter().map(|x| x[D - 1] - self.entry);
-        let middle = heights().sum::<f64>() / D as f64;
-        let ends = heights().map(|z| self.weight(z)).sum::<f64>() / D as f64;
-        let is_in_ramp = heights().any(|z| z > -self.ramp) && heights().any(|z| z < 0.0);
-        (0.5 * (self.weight(middle) + ends), if is_in_ramp { 1.0 / self.ramp } else { 0.0 })
+        let heights: Vec<f64> = corners.iter().map(|x| x[D - 1] - self.entry).collect();
+        let is_in_ramp = heights.iter().any(|z| *z > -self.ramp) && heights.iter().any(|z| *z < 0.0);
+        (mean_over(&heights, |z| rise(z, self.ramp)), if is_in_ramp { 1.0 / self.ramp } else { 0.0 })
     }
+}
+
+/// Returns the fraction of the pressure that acts at a height z above the entry surface, m, with this ramp length, m.
+pub(super) fn rise(z: f64, ramp: f64) -> f64 {
+    (-z / ramp).clamp(0.0, 1.0)
+}
+
+/// Returns the mean of a function of the height over a facet, by its corners and its middle.
+pub(super) fn mean_over(heights: &[f64], of: impl Fn(f64) -> f64) -> f64 {
+    let n = heights.len() as f64;
+    let middle = of(heights.iter().sum::<f64>() / n);
+    0.5 * (middle + heights.iter().map(|z| of(*z)).sum::<f64>() / n)
 }
 
 /// Finds the load of the air on a facet of the wall, and the stiffness that it adds to the element behind the facet,

@@ -3,6 +3,7 @@
 
 use super::LoadedFacet;
 use super::cavity::{OpenCavity, find_air_load};
+use super::cavity_gas::update_gas;
 use super::element_order::SLOTS;
 use super::kick_sums::ConstraintReaction;
 use super::system::DiscreteSystem;
@@ -22,6 +23,7 @@ pub(super) fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteS
     }
     let (gel, time) = (system.model.gel.clone(), system.model.grid.time(tick));
     let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
+    update_gas(system, tick);
     let (entry, cavity) = (system.entry_height(time), OpenCavity::at(system, time));
     for (facet, loaded) in gel.loads.facets.iter().enumerate() {
         let group = system.model.layout.group(loaded.behind);

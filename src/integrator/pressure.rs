@@ -67,20 +67,36 @@ pub struct LoadedFacet {
 }
 
 impl LoadedFacet {
-    /// Returns true if the facet belongs to the wall of a sealed cavity once it lies deep.
+    /// Returns true if the facet belongs to the wall of the cavity once it lies deep.
     pub(super) fn can_bound_cavity(&self) -> bool {
         self.mark & CAVITY_MARK != 0
     }
 }
 
-/// Air in a sealed cavity behind the projectile, body 0.
+/// Air in the cavity behind the projectile, body 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CavityAir {
-    /// Gauge pressure, Pa, scaled by the number of symmetric copies: positive pushes the wall outwards.
+    /// Gauge pressure in a sealed cavity, Pa, that of a vacuum where air flows in; scaled by the number of symmetric
+    /// copies: positive pushes the wall outwards.
     pub gauge: f64,
     /// Ramp length δ below z = 0 over which the pressure rises, m: by the depth of the wall, and by that of the rear of
     /// the projectile.
     pub ramp: f64,
+    /// Flow of air into the cavity; none into a sealed one.
+    pub inflow: Option<AirInflow>,
+}
+
+/// Flow of air into the cavity behind the projectile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirInflow {
+    /// Discharge coefficient C_d of the openings.
+    pub discharge: f64,
+    /// Number of symmetric copies of the computed part.
+    pub copies: f64,
+    /// Volume of the projectile, m³.
+    pub body_volume: f64,
+    /// Area of the opening that a perforation leaves, m².
+    pub exit_area: f64,
 }
 
 /// Pressure loads of a gel.
@@ -90,7 +106,7 @@ pub struct PressureLoads {
     pub section: Section,
     /// Pressure histories.
     pub pressures: Vec<PressureHistory>,
-    /// Air in a sealed cavity; it acts on the facets with [`CAVITY_MARK`].
+    /// Air in the cavity; it acts on the facets with [`CAVITY_MARK`].
     pub air: Option<CavityAir>,
     /// Loaded facets.
     pub facets: Vec<LoadedFacet>,

@@ -2,7 +2,7 @@
 
 use super::build_error::BuildError;
 use crate::geometry::SignedDistance;
-use crate::integrator::{CavityAir, PressureHistory};
+use crate::integrator::{AirInflow, CavityAir, PressureHistory};
 use crate::math::{Vector3, embed};
 use crate::mesh::{CAVITY_MARK, Mesh};
 use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
@@ -10,13 +10,13 @@ use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
 /// Relative distance from a round face within which a node lies on it: the round-off of the mapping.
 const ROUND: f64 = 1e-9;
 
-/// Load markers of the facets of the first mesh of a scene; empty without loads and without a sealed cavity.
+/// Load markers of the facets of the first mesh of a scene; empty without loads and with a vented cavity.
 ///
 /// # Errors
 /// [`BuildError::Unloaded`] if a load selects no facet.
 pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
-    let is_sealed = cavity_air(scene).is_some();
-    if scene.load.is_empty() && !is_sealed {
+    let has_air = cavity_air(scene).is_some();
+    if scene.load.is_empty() && !has_air {
         return Ok(vec![]);
     }
     let mut marks = vec![0; mesh.facets.len()];
@@ -30,7 +30,7 @@ pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Res
             return Err(BuildError::Unloaded { key: numbered("load", i) });
         }
     }
-    for (facet, mark) in mesh.facets.iter().zip(&mut marks).filter(|_| is_sealed) {
+    for (facet, mark) in mesh.facets.iter().zip(&mut marks).filter(|_| has_air) {
         let corners: Vec<Vector3> = facet[..D].iter().map(|node| embed(&mesh.rest[node.index()])).collect();
         if is_face(scene, GelFace::ZMax, &corners) {
             *mark |= CAVITY_MARK;
@@ -114,9 +114,16 @@ pub(super) fn pressures(scene: &Scene) -> Vec<PressureHistory> {
 /// projectile.
 const AIR_RAMP: f64 = 0.5;
 
-/// Air in the sealed cavity behind the projectile of a scene; none for an unbounded body, which leaves no cavity.
+/// Air in the cavity behind the projectile of a scene, unless it is vented; none for an unbounded body, which leaves no
+/// cavity.
 pub(super) fn cavity_air(scene: &Scene) -> Option<CavityAir> {
-    let gauge = scene.gel.cavity.gauge_pressure()? * scene.gel.symmetry.copies();
-    let ramp = AIR_RAMP * scene.shape(0).inner_radius();
-    (ramp > 0.0 && ramp.is_finite()).then_some(CavityAir { gauge, ramp })
+    let (copies, radius) = (scene.gel.symmetry.copies(), scene.shape(0).inner_radius());
+    let gauge = scene.gel.cavity.gauge_pressure()? * copies;
+    let inflow = scene.gel.cavity.discharge().map(|discharge| AirInflow {
+        discharge,
+        copies,
+        body_volume: scene.volume(0).unwrap_or(0.0),
+        exit_area: std::f64::consts::PI * radius * radius,
+    });
+    (radius > 0.0 && radius.is_finite()).then_some(CavityAir { gauge, ramp: AIR_RAMP * radius, inflow })
 }

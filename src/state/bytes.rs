@@ -3,7 +3,7 @@
 //! The bytes come in runs, so that the receiver can hash or copy each while it is in the nearest cache.
 
 use super::mesh_instance::{InstanceArrays, MeshInstance, numbers, simplex};
-use super::{DynamicState, GroupAlarm, GroupClock, RunRecord, StateSizes, Tick};
+use super::{CavityGas, DynamicState, GroupAlarm, GroupClock, RunRecord, StateSizes, Tick};
 use crate::contact::BodyState;
 use crate::fem::{HistoryVariables, ReferenceShape};
 use crate::ledger::Ledger;
@@ -165,6 +165,20 @@ impl FixedBytes for GroupAlarm {
     }
 }
 
+impl FixedBytes for CavityGas {
+    const SIZE: usize = 24;
+
+    fn encode(&self, to: &mut [u8]) {
+        self.pressure.encode(&mut to[..8]);
+        self.volume.encode(&mut to[8..16]);
+        self.tick.encode(&mut to[16..]);
+    }
+
+    fn decode(from: &[u8]) -> Self {
+        Self { pressure: f64::decode(from), volume: f64::decode(&from[8..]), tick: Tick::decode(&from[16..]) }
+    }
+}
+
 impl<const D: usize> FixedBytes for HistoryVariables<D> {
     const SIZE: usize = 8 * (D * D + 4);
 
@@ -284,14 +298,15 @@ impl<const D: usize> DynamicState<D> {
     /// Returns the number of bytes that [`DynamicState::write`] writes.
     #[must_use]
     pub fn size(&self) -> usize {
-        self.header().len() + self.sizes().array_bytes::<D>().unwrap_or(usize::MAX)
+        let gas = self.record.gas.map_or(0, |_| CavityGas::SIZE);
+        self.header().len() + self.sizes().array_bytes::<D>().unwrap_or(usize::MAX - gas) + gas
     }
 
     /// Writes the bytes of the state to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
         // Listed by name, so that no field is forgotten.
         let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
-        let Self { now: _, bodies: _, ledger: _, record: _, .. } = self;
+        let Self { now: _, bodies: _, ledger: _, record, .. } = self;
         sink(&self.header());
         write_all(position, sink);
         write_all(velocity, sink);
@@ -311,6 +326,7 @@ impl<const D: usize> DynamicState<D> {
             write_all(&birth.patch_numbers(), sink);
             write_all(&birth.steps, sink);
         }
+        write_all(record.gas.as_slice(), sink);
     }
 
     /// Reads the state from bytes into existing memory; returns true on success. Malformed bytes change nothing;
@@ -319,9 +335,14 @@ impl<const D: usize> DynamicState<D> {
     pub fn read(&mut self, bytes: &[u8]) -> bool {
         let Ok((header, mut arrays)) = postcard::take_from_bytes::<BinaryHeader>(bytes) else { return false };
         let sizes = header.0;
-        if sizes.array_bytes::<D>() != Some(arrays.len()) {
+        let Some(behind) = sizes.array_bytes::<D>().and_then(|bytes| arrays.len().checked_sub(bytes)) else {
+            return false;
+        };
+        if behind != 0 && behind != CavityGas::SIZE {
             return false;
         }
+        let (own, gas) = arrays.split_at(arrays.len() - behind);
+        arrays = own;
         let end = &arrays[arrays.len() - sizes.instance_bytes::<D>()..];
         let born = (sizes.born > 0).then(|| read_mesh_instance(&sizes, header.1.1, header.1.2.clone(), end));
         if born == Some(None) {
@@ -331,6 +352,7 @@ impl<const D: usize> DynamicState<D> {
         let Self { now, bodies, ledger, record, .. } = self;
         (_, (*now, ..), *bodies, *ledger, *record) = header;
         *birth = born.flatten();
+        record.gas = (behind > 0).then(|| CavityGas::decode(gas));
         read_all(position, sizes.nodes, &mut arrays);
         read_all(velocity, sizes.nodes, &mut arrays);
         read_all(excess, sizes.nodes, &mut arrays);
@@ -394,6 +416,16 @@ mod tests {
             assert_eq!(other, state());
             assert_eq!(written(&other), bytes);
         }
+    }
+
+    #[test]
+    fn the_air_in_the_cavity_follows_the_arrays() {
+        let mut with = state();
+        with.record.gas = Some(CavityGas { pressure: 0.3, volume: 1e-5, tick: 9 });
+        let bytes = written(&with);
+        assert_eq!((bytes.len(), &bytes[..written(&state()).len()]), (with.size(), written(&state()).as_slice()));
+        let mut other = DynamicState::empty();
+        assert!(other.read(&bytes) && other == with && other.read(&written(&state())) && other == state());
     }
 
     #[test]

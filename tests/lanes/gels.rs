@@ -13,12 +13,6 @@ pub fn damaged() -> Material {
     TwoNetwork::new(0.3, &[branch], state, 1.0).with_damage(damage).with_viscosity(viscosity).into()
 }
 
-/// Elastic network beside a branch with a power law that saturates where an element is strained a little.
-pub fn saturating() -> Material {
-    let branch = Branch::new(0.7, Dashpot::saturating(0.1, 0.5, 3.0));
-    TwoNetwork::new(0.3, &[branch], EquationOfState::new(10.0, 1.5, 0.5), 1.0).into()
-}
-
 /// Elastic network beside linear branches of these shear moduli and relaxation times.
 pub fn relaxing(branches: &[[f64; 2]]) -> Material {
     let branches: Vec<Branch> =

@@ -1,4 +1,4 @@
-//! Validation of the cavity: a pressure of 0 or more, an entry surface, and a free load marker.
+//! Validation of the cavity: a pressure of 0 or more, a discharge coefficient, an entry surface, and a free load marker.
 
 use super::domain::{CheckResult, require, within};
 use crate::scene::{CavitySpec, MOST_LOADS, Scene};
@@ -7,14 +7,27 @@ use crate::scene::{CavitySpec, MOST_LOADS, Scene};
 const MOST_PRESSURE: f64 = 1e12;
 
 pub(super) fn check(scene: &Scene) -> CheckResult {
-    let CavitySpec::Sealed { pressure } = scene.gel.cavity else { return Ok(()) };
+    let name = match scene.gel.cavity {
+        CavitySpec::Vented => return Ok(()),
+        CavitySpec::Sealed { pressure } => {
+            check_pressure(pressure)?;
+            "sealed"
+        }
+        CavitySpec::Inflow { discharge } => {
+            within("gel.cavity.inflow.discharge", discharge, 0.0..=1.0)?;
+            "inflow"
+        }
+    };
+    let has_entry = scene.gel.shape.thickness().is_some();
+    let expected = "\"vented\": only a block or a cylinder has an entry surface, from which a cavity starts";
+    require(has_entry, "gel.cavity", || format!("\"{name}\""), expected)?;
+    let most = format!("at most {} beside a cavity that is not vented (gel.cavity)", MOST_LOADS - 1);
+    require(scene.load.len() < MOST_LOADS, "load", || format!("{} loads", scene.load.len()), &most)
+}
+
+fn check_pressure(pressure: f64) -> CheckResult {
     let key = "gel.cavity.sealed.pressure";
     let expected = "an absolute pressure of 0 or more, Pa: 0 for a vacuum, 101325 for the air around the gel";
     require(pressure.is_finite() && pressure >= 0.0, key, || format!("{pressure:?}"), expected)?;
-    within(key, pressure, 0.0..=MOST_PRESSURE)?;
-    let has_entry = scene.gel.shape.thickness().is_some();
-    let expected = "\"vented\": only a block or a cylinder has an entry surface, from which a cavity starts";
-    require(has_entry, "gel.cavity", || "\"sealed\"".to_owned(), expected)?;
-    let most = format!("at most {} beside a sealed cavity (gel.cavity)", MOST_LOADS - 1);
-    require(scene.load.len() < MOST_LOADS, "load", || format!("{} loads", scene.load.len()), &most)
+    within(key, pressure, 0.0..=MOST_PRESSURE)
 }
