@@ -41,7 +41,7 @@ pub struct EnergyAccounts {
     pub remesh: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
     pub load: f64,
-    /// Σ J·(v⁻ + v⁺)/2 of the air in a sealed cavity.
+    /// Σ J·(v⁻ + v⁺)/2 of the air in the cavity.
     pub air: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
@@ -68,7 +68,7 @@ pub struct MomentumAccounts {
     pub remesh: CompensatedSum,
     /// Impulse of the pressures on faces.
     pub load: CompensatedSum,
-    /// Impulse of the air in a sealed cavity.
+    /// Impulse of the air in the cavity.
     pub air: CompensatedSum,
     /// Impulse of the damping.
     pub damping: CompensatedSum,

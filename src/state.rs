@@ -340,7 +340,8 @@ impl<const D: usize> DynamicState<D> {
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
         holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is not a number")?;
         holds(self.record.outside.is_valid(), "the impulse on the gel is not a number")?;
-        holds(self.record.gas.is_none_or(|gas| gas.is_valid()), "the air in the cavity is not a positive number")?;
+        let is_past = |gas: CavityGas| gas.is_valid() && Some(gas.tick) <= self.now;
+        holds(self.record.gas.is_none_or(is_past), "the air in the cavity is not a positive number")?;
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not started is marked as at rest")?;
         holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element has no step ahead")?;

@@ -28,8 +28,8 @@ fn all_gels() -> [Material; 5] {
         NeoHookean::new(1.0, 10.0).into(),
         TwoNetwork::new(0.0, &[], EquationOfState::new(10.0, 1.5, 0.5), 1.0).into(),
         gels::damaged(),
-        saturating(),
         gels::relaxing(&[[0.7, 0.4], [0.9, 0.03], [0.2, 1e-4]]),
+        saturating(),
     ]
 }
 

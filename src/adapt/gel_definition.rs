@@ -28,7 +28,7 @@ pub(crate) struct GelDefinition {
     pub meets_itself: bool,
     /// Pressures on the surface.
     pub pressures: Vec<PressureHistory>,
-    /// Air in a sealed cavity behind the projectile.
+    /// Air in the cavity behind the projectile.
     pub cavity: Option<CavityAir>,
     /// Settings of remeshing; `None` without remeshing.
     pub remesh: Option<AdaptSettings>,

@@ -66,7 +66,7 @@ impl Dashpot {
     /// Creates a power-law dashpot from the stress at a rate of 1/s, Pa, and the exponent.
     ///
     /// # Panics
-    /// Unless Y₁ > 0 and 0 < m ≤ 1 ([`PowerLaw::new`]).
+    /// Unless the stress is positive and 0 < m ≤ 1 ([`PowerLaw::new`]).
     #[must_use]
     pub fn power_law(stress: f64, exponent: f64) -> Self {
         Self::PowerLaw(PowerLaw::new(stress, exponent))

@@ -11,8 +11,8 @@ use crate::math::{Number, ln};
 /// rest, and only the slope of U″ jumps there, by (4s − 2) K.
 ///
 /// In tension the pressure falls no further than to −`tension`: beyond, a reversible void opens (tension cut-off). There
-/// U″ is told as at the limit. A step chosen by U″ = 0 is ten times as long as the closed gel allows, and a void may close
-/// within it: one element then took thousands of times the energy of its closing.
+/// the curvature is that at the limit and no derivative of the slope: steps chosen by U″ = 0 are ten times as long as the
+/// closed gel allows, and a void may close within one (numerics 1.3f).
 /// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U continues as its second-order Taylor
 /// polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,8 @@
 
 use crate::math::{Number, exp, ln};
 
-/// Power-law dashpot: the equivalent stress q = q₀ (ε̇/ε̇₀)^m bears the viscous rate ε̇, without a yield stress.
+/// Power-law dashpot: the equivalent stress q = q₀ (ε̇/ε̇₀)^m bears the viscous rate ε̇, without a yield stress; it may
+/// saturate at q₀.
 ///
 /// q is the equivalent Kirchhoff stress of the branch, √(3/2) μ_i |dev b̄_i|, and ε̇ the equivalent rate of its viscous
 /// flow, which is coaxial with dev b̄_i. At a constant strain q̇ = −μ_i tr b̄_i ε̇(q).

@@ -9,7 +9,7 @@ pub struct VolumetricResponse<T = f64> {
     pub energy: T,
     /// U′, Pa.
     pub slope: T,
-    /// U″, Pa: that by which the step is chosen. In a void, where U is straight, it is the U″ at which the void closes.
+    /// U″, Pa; in a void, where U is straight, that at which the void closes.
     pub curvature: T,
 }
 

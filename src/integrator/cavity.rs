@@ -12,7 +12,7 @@
 
 use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, PressureSource};
-use super::{AirInflow, CavityAir, LoadedFacet};
+use super::{CavityAir, LoadedFacet};
 use crate::fem::{Potential, push};
 use crate::math::Vector;
 use crate::state::Tick;
@@ -33,7 +33,7 @@ impl OpenCavity {
     /// surface.
     pub fn at<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> Option<Self> {
         let CavityAir { gauge, ramp, inflow } = system.model.gel.loads.air?;
-        let share = inflow.map_or(1.0, |_| AirInflow::share_of_vacuum(system.state.record.gas.as_ref()));
+        let share = inflow.map_or(1.0, |_| system.state.record.gas.map_or(0.0, |gas| 1.0 - gas.pressure));
         let (body, last) = (&system.model.bodies[0], &system.state.bodies[0]);
         let entry = system.entry_height(time);
         let depth = entry - body.rear(&last.at(body, time));
@@ -43,9 +43,10 @@ impl OpenCavity {
     /// Returns the mean weight over a facet, by its corners and its middle, and a bound of its derivative with respect
     /// to depth, 1/m.
     fn mean_weight<const D: usize>(&self, corners: &[Vector<D>]) -> (f64, f64) {
-        let heights: Vec<f64> = corners.iter().map(|x| x[D - 1] - self.entry).collect();
-        let is_in_ramp = heights.iter().any(|z| *z > -self.ramp) && heights.iter().any(|z| *z < 0.0);
-        (mean_over(&heights, |z| rise(z, self.ramp)), if is_in_ramp { 1.0 / self.ramp } else { 0.0 })
+        let heights = || corners.iter().map(|x| x[D - 1] - self.entry);
+        let is_in_ramp = heights().any(|z| z > -self.ramp) && heights().any(|z| z < 0.0);
+        let mean = mean_over(corners, |x| rise(x[D - 1] - self.entry, self.ramp));
+        (mean, if is_in_ramp { 1.0 / self.ramp } else { 0.0 })
     }
 }
 
@@ -54,11 +55,11 @@ pub(super) fn rise(z: f64, ramp: f64) -> f64 {
     (-z / ramp).clamp(0.0, 1.0)
 }
 
-/// Returns the mean of a function of the height over a facet, by its corners and its middle.
-pub(super) fn mean_over(heights: &[f64], of: impl Fn(f64) -> f64) -> f64 {
-    let n = heights.len() as f64;
-    let middle = of(heights.iter().sum::<f64>() / n);
-    0.5 * (middle + heights.iter().map(|z| of(*z)).sum::<f64>() / n)
+/// Returns the mean of a function of the position over a facet, by its corners and its middle.
+pub(super) fn mean_over<const D: usize>(corners: &[Vector<D>], of: impl Fn(&Vector<D>) -> f64) -> f64 {
+    let n = corners.len() as f64;
+    let middle = of(&(corners.iter().sum::<Vector<D>>() / n));
+    0.5 * (middle + corners.iter().map(&of).sum::<f64>() / n)
 }
 
 /// Finds the load of the air on a facet of the wall, and the stiffness that it adds to the element behind the facet,

@@ -8,10 +8,10 @@
 //! the flow of a nozzle (de Saint-Venant and Wantzel 1839), choked below r = (2/(γ + 1))^(γ/(γ − 1)). Air that flows out
 //! has the temperature T₀, too.
 
+use super::CavityAir;
 use super::cavity::{mean_over, rise};
 use super::system::DiscreteSystem;
-use super::{AirInflow, CavityAir};
-use crate::fem::{Potential, push};
+use crate::fem::{Potential, Section, push};
 use crate::math::Vector;
 use crate::state::{CavityGas, Tick};
 
@@ -21,6 +21,8 @@ const GAMMA: f64 = 1.4;
 const SPEED: f64 = 290.08;
 /// Time between two updates of the gas, in ramp lengths over [`SPEED`].
 const INTERVAL: f64 = 0.1;
+/// Depths between which the opening is measured, in ramp lengths: a dent of the entry face is none.
+const THROAT: [f64; 2] = [0.5, 1.5];
 
 /// Updates the air in a cavity that is open to the surrounding air, if an update is due.
 pub(super) fn update_gas<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
@@ -33,29 +35,38 @@ pub(super) fn update_gas<const D: usize, P: Potential<D>>(system: &mut DiscreteS
         return;
     }
     let [volume, opening] = measure(system, ramp, time).map(|measure| measure * inflow.copies);
-    let has_exit = system.state.record.contacts[0].exit.is_some();
-    let area = opening.max(0.0) + if has_exit { inflow.exit_area } else { 0.0 };
-    let volume = (volume - inflow.body_volume).max(inflow.exit_area * ramp);
+    let has_left = system.state.record.contacts[0].exit.is_some();
+    let (exit, body_volume) = if has_left { (inflow.exit_area, 0.0) } else { (0.0, inflow.body_volume) };
+    let (area, volume) = (opening.max(0.0) + exit, (volume - body_volume).max(inflow.exit_area * ramp));
     let pressure = last.map_or(1.0, |gas| advanced(&gas, volume, inflow.discharge * area * elapsed));
     system.state.record.gas = Some(CavityGas { pressure, volume, tick });
 }
 
-/// Returns the volume below the entry surface, m³, and the area of its opening, m², of the computed part: ∫ ∫w dz n_z dA
-/// and ∫ w n_z dA over the wall, w being the weight of the pressure, which rises with the depth over the ramp.
+/// Returns the volume of the cavity, m³, and the area of its opening, m², of the computed part: ∫w A dz and the mean of
+/// its cross-section A over the depths of [`THROAT`].
 fn measure<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, ramp: f64, time: f64) -> [f64; 2] {
     let (gel, entry) = (&system.model.gel, system.entry_height(time));
     let wall = gel.loads.facets.iter().filter(|loaded| loaded.can_bound_cavity());
     wall.fold([0.0; 2], |[volume, area], loaded| {
         let corners = loaded.facet.map(|node| system.position_at(node, time));
-        // A pressure of 1 Pa pushes by −n dA.
-        let upward = -push(gel.loads.section, &corners).forces.iter().sum::<Vector<D>>()[D - 1];
-        let heights = &corners[..D].iter().map(|x| x[D - 1] - entry).collect::<Vec<f64>>();
-        let depth = mean_over(heights, |z| {
-            let depth = (-z).max(0.0);
-            if depth < ramp { 0.5 * depth * depth / ramp } else { depth - 0.5 * ramp }
-        });
-        [volume + depth * upward, area + mean_over(heights, |z| rise(z, ramp)) * upward]
+        let flux = lateral_flux(gel.loads.section, &corners);
+        let part = |of: &dyn Fn(f64) -> f64| flux * mean_over(&corners[..D], |x| of(x[D - 1] - entry));
+        [volume + part(&|z| rise(z, ramp)), area + part(&|z| throat(z, ramp))]
     })
+}
+
+/// Returns −∫ x·n dA through a facet, x being the horizontal position over its dimensions: summed over a wall it is the
+/// volume between any two horizontal planes, also of a channel that is open at both ends.
+fn lateral_flux<const D: usize>(section: Section, corners: &[Vector<D>; 3]) -> f64 {
+    let forces = push(section, corners).forces;
+    let sum: f64 = (0..D).map(|a| (0..D - 1).map(|i| forces[a][i] * corners[a][i]).sum::<f64>()).sum();
+    if matches!(section, Section::Planar { .. }) { sum } else { 0.5 * sum }
+}
+
+/// Returns the weight of a height below the entry surface, m, in the area of the opening, 1/m.
+fn throat(z: f64, ramp: f64) -> f64 {
+    let [from, to] = THROAT.map(|part| part * ramp);
+    if (from..to).contains(&-z) { 1.0 / (to - from) } else { 0.0 }
 }
 
 /// Returns p/p₀ of a gas after a change of its volume, m³, and the flow through `exposure`, C_d A Δt, m² s.
@@ -78,21 +89,45 @@ fn nozzle(ratio: f64) -> f64 {
     (2.0 * GAMMA / (GAMMA - 1.0) * difference).sqrt()
 }
 
-impl AirInflow {
-    /// Returns the share of the gauge pressure of a vacuum that acts on the wall.
-    pub(super) fn share_of_vacuum(gas: Option<&CavityGas>) -> f64 {
-        gas.map_or(0.0, |gas| 1.0 - gas.pressure)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const GAS: CavityGas = CavityGas { pressure: 0.4, volume: 2e-6, tick: 0 };
 
+    /// Facets of the wall of a channel of radius, or half width, 0.3 from z = 0 to −2, whose void is on the axis' side.
+    fn channel(n: i32) -> Vec<[Vector<2>; 3]> {
+        let at = |i: i32| Vector::<2>::new(0.3, -2.0 * f64::from(i) / f64::from(n));
+        (0..n).map(|i| [at(i), at(i + 1), Vector::zeros()]).collect()
+    }
+
     #[test]
-    fn without_an_opening_the_air_expands_as_in_a_sealed_cavity() {
+    fn volume_and_opening_are_those_of_the_channel_whether_or_not_it_has_a_bottom() {
+        let bottom = [Vector::<2>::new(0.3, -2.0), Vector::<2>::new(0.0, -2.0), Vector::zeros()];
+        let round = std::f64::consts::PI * 0.09;
+        for (section, cross) in [(Section::Axisymmetric, round), (Section::Planar { thickness: 0.7 }, 0.3 * 0.7)] {
+            for wall in [channel(4001), [channel(4001), vec![bottom]].concat()] {
+                let sum = |of: &dyn Fn(f64) -> f64| -> f64 {
+                    let part = |c: &[Vector<2>; 3]| lateral_flux(section, c) * mean_over(&c[..2], |x| of(x[1]));
+                    wall.iter().map(part).sum()
+                };
+                // The pressure rises over 0.4: half of the volume above counts.
+                assert!((sum(&|z| rise(z, 0.4)).abs() / (cross * 1.8) - 1.0).abs() < 1e-6, "{section:?}");
+                assert!((sum(&|z| throat(z, 0.4)).abs() / cross - 1.0).abs() < 2e-3, "{section:?}");
+                assert!(sum(&|z| rise(z, 0.4)) > 0.0, "a void is positive");
+            }
+        }
+        // A prism in space, with a wall of two triangles on each side.
+        let corners = [[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]];
+        let at = |i: usize, z: f64| Vector::<3>::new(corners[i % 4][0], corners[i % 4][1], z);
+        let side =
+            |i: usize| [[at(i, 0.0), at(i, -1.0), at(i + 1, 0.0)], [at(i + 1, 0.0), at(i, -1.0), at(i + 1, -1.0)]];
+        let volume: f64 = (0..4).flat_map(side).map(|facet| lateral_flux(Section::Spatial, &facet)).sum();
+        assert!((volume.abs() - 0.08).abs() < 1e-15, "{volume}");
+    }
+
+    #[test]
+    fn without_an_opening_the_air_expands_and_is_compressed_as_an_ideal_gas() {
         let expanded = advanced(&GAS, 6e-6, 0.0);
         assert!((expanded - 0.4 * 3.0_f64.powf(-1.4)).abs() < 1e-15, "{expanded}");
         let compressed = advanced(&GAS, 0.5e-6, 0.0);
@@ -101,9 +136,17 @@ mod tests {
 
     #[test]
     fn through_a_wide_opening_the_air_has_the_pressure_around_as_in_a_vented_cavity() {
+        // 2 cm² for 1 ms fill or empty some millilitres.
         for volume in [6e-6, 2e-6, 0.2e-6] {
-            assert_eq!(advanced(&GAS, volume, 1.0), 1.0, "{volume}");
+            assert_eq!(advanced(&GAS, volume, 2e-4 * 1e-3), 1.0, "{volume}");
         }
+    }
+
+    #[test]
+    fn compressed_air_flows_out_in_proportion_to_its_pressure() {
+        let flow = |pressure: f64| pressure - advanced(&CavityGas { pressure, ..GAS }, GAS.volume, 1e-11);
+        assert!((flow(8.0) / flow(4.0) - 2.0).abs() < 1e-6, "both are choked");
+        assert!((flow(4.0) / (GAMMA * SPEED * 1e-11 / GAS.volume * 4.0 * 0.684_731_5) - 1.0).abs() < 1e-5);
     }
 
     #[test]

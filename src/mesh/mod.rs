@@ -55,7 +55,7 @@ pub(crate) const CORNERS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)]
 /// Boundary edge or triangle: its first `D` nodes count, outward oriented.
 pub type Facet = [NodeId; 3];
 
-/// Load marker of the facets that stem from the entry surface of a gel with a sealed cavity.
+/// Load marker of the facets that stem from the entry surface of a gel whose cavity is not vented.
 pub const CAVITY_MARK: u8 = 1 << 7;
 
 /// Conforming mesh at rest.

@@ -442,7 +442,7 @@ const ACCOUNTS: [AccountEntry; 20] = [
     ("importer", |energy| energy.importer, "energy of state jumps of the bodies made by the importer"),
     ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by remeshing"),
     ("load", |energy| energy.load, "work of the pressures on faces"),
-    ("air", |energy| energy.air, "work of the air in a sealed cavity"),
+    ("air", |energy| energy.air, "work of the air in the cavity"),
     ("damping", |energy| energy.damping, "work of the damping; negative is dissipated"),
     ("bulk_viscous", |energy| energy.bulk_viscous, "dissipated by bulk viscosity, which spreads shocks"),
     ("viscous", |energy| energy.viscous, "dissipated by the viscous branches of the gel"),

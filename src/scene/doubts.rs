@@ -144,7 +144,7 @@ fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) ->
     let found = approach(scene, body).norm();
     let size = calibre(shape);
     let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
-    let known = if validated == NOTHING { "fitted" } else { "fitted and compared" };
+    let known = if validated == NOTHING { "fitted" } else { "fitted and validated" };
     (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
         format!(
             "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is {known} for \

@@ -116,13 +116,14 @@ mod tests {
     fn four_copies_have_four_times_the_moduli_and_stresses_of_all_networks() {
         let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
         gel.strength_scale = 1.5;
+        gel.branches[0].power_law.as_mut().unwrap().rate = Some(1200.0);
         let scaled = scale_by_copies(&gel);
         assert_eq!(gel.symmetry.copies(), 4.0);
         let (one, four) = (gel.branches[0], scaled.branches[0]);
         assert_eq!(scaled.shear_modulus, 6.0 * gel.shear_modulus);
         assert_eq!(four.shear_modulus, 6.0 * one.shear_modulus);
         let [one, four] = [one, four].map(|branch| branch.power_law.unwrap());
-        assert_eq!((four.stress, four.exponent), (6.0 * one.stress, one.exponent));
+        assert_eq!((four.stress, four.rate, four.exponent), (6.0 * one.stress, one.rate, one.exponent));
         assert_eq!((scaled.bulk_modulus, scaled.density), (4.0 * gel.bulk_modulus, 4.0 * gel.density));
         assert_eq!(scaled.damage, gel.damage);
     }

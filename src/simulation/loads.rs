@@ -123,7 +123,10 @@ pub(super) fn cavity_air(scene: &Scene) -> Option<CavityAir> {
         discharge,
         copies,
         body_volume: scene.volume(0).unwrap_or(0.0),
-        exit_area: std::f64::consts::PI * radius * radius,
+        exit_area: match scene.scene.dimension {
+            Dimension::Planar => 2.0 * radius * scene.thickness(),
+            Dimension::Axisymmetric | Dimension::Spatial => std::f64::consts::PI * radius * radius,
+        },
     });
     (radius > 0.0 && radius.is_finite()).then_some(CavityAir { gauge, ramp: AIR_RAMP * radius, inflow })
 }

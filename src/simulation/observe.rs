@@ -180,7 +180,7 @@ pub struct EnergyReport {
     pub remesh: f64,
     /// Work of the pressure loads.
     pub load: f64,
-    /// Work of the air in a sealed cavity.
+    /// Work of the air in the cavity.
     pub air: f64,
     /// Work of the damping: negative is dissipated.
     pub damping: f64,
