@@ -144,7 +144,7 @@ fn shots_that_cannot_be_fitted_are_refused_by_name_and_remedy() {
     let thrown = text(&small(&["--shots", &strong, "--level", "standard", "--fit", "stress"]).stderr);
     assert!(thrown.contains("line 2: strong: found a projectile") && thrown.contains("is thrown back"), "{thrown}");
     let fixed = refused(&["--fit", "delay"]);
-    assert!(fixed.contains("--fit: found delay, expected any of stress, exponent, shear_modulus"), "{fixed}");
+    assert!(fixed.contains("--fit: found delay, expected any of stress, rate, exponent, shear_modulus"), "{fixed}");
 }
 
 #[test]
