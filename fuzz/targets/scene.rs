@@ -12,7 +12,9 @@ fuzz_target!(|text: &str| {
     let files = |name: &str| if name.ends_with('l') { Ok(STL.to_vec()) } else { Err(Error::from(ErrorKind::NotFound)) };
     match scene::read_with_files(text, &files) {
         Ok(scene) => {
-            assert!(!scene::modelled_physics(&scene).is_empty() && !scene::switched_off(&scene).contains(&String::new()))
+            assert!(
+                !scene::modelled_physics(&scene).is_empty() && !scene::switched_off(&scene).contains(&String::new())
+            )
         }
         Err(error) => assert!(!error.to_string().trim().is_empty()),
     }
