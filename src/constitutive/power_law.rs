@@ -63,7 +63,7 @@ impl PowerLaw {
 
     /// Returns s = q/q_t, the part of a trial stress q_t, Pa, that is left after a step, s; `stiffness` is 3μ̄ = μ_i tr b̄_i.
     ///
-    /// That of the power law, unless it is above the stress that saturates: then the stress returns to this one, and the
+    /// The part is that of the power law, unless q is above the stress that saturates: q then returns to this one, and the
     /// equation holds there with the rate that this takes.
     #[must_use]
     #[inline(always)]
