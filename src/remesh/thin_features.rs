@@ -13,7 +13,7 @@ const LONGEST: f64 = 4.0;
 ///
 /// In the plane an inverted element is thinner than any limit; an element with two surface facets is a corner or a
 /// bend, not a sheet. In space an element is across a sheet if all its nodes are on the surface and the surface normals
-/// at two of them oppose each other.
+/// at two of them oppose each other. A splash of one or two elements is as thin as their least heights.
 #[must_use]
 pub fn thin_elements<const D: usize>(
     moved: &DeformedMesh<'_, D>,
@@ -23,8 +23,8 @@ pub fn thin_elements<const D: usize>(
     let mut thin = vec![false; across.len()];
     let all: Vec<(usize, f64)> =
         if D == 2 { heights(moved, facets, across).collect() } else { widths(moved, facets).collect() };
-    for (e, height) in all {
-        thin[e] = height < below && is_long::<D>(moved, e, height);
+    for (e, height) in all.into_iter().chain(splash_heights(moved, across)) {
+        thin[e] |= height < below && is_long::<D>(moved, e, height);
     }
     thin
 }
@@ -65,6 +65,23 @@ fn heights<const D: usize>(
         let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);
         let height = D as f64 * signed_volume(moved.position, nodes) / facet_measure(moved.position, &base);
         nodes[..=D].iter().all(|node| outer[node.index()]).then_some((e, height))
+    })
+}
+
+/// Elements of detached parts of one or two elements, and their least heights, m: drawn out in flight, they step ever
+/// less, and no mesh makes them thicker.
+fn splash_heights<const D: usize>(
+    moved: &DeformedMesh<'_, D>,
+    across: &[[Option<ElementId>; 4]],
+) -> impl Iterator<Item = (usize, f64)> {
+    let neighbours = |e: usize| across[e][..=D].iter().flatten();
+    let is_end = move |e: usize| neighbours(e).count() <= 1;
+    let is_splash = move |e: &usize| is_end(*e) && neighbours(*e).all(|other| is_end(other.index()));
+    (0..across.len()).filter(is_splash).map(|e| {
+        let nodes = &moved.mesh.elements[e];
+        let facet = |k: usize| facet_measure(moved.position, &[1, 2, 3].map(|i| nodes[(k + i) % (D + 1)]));
+        let greatest = (0..=D).map(facet).fold(0.0, f64::max);
+        (e, D as f64 * signed_volume(moved.position, nodes) / greatest)
     })
 }
 
@@ -135,6 +152,20 @@ mod tests {
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
         assert!(!thin_elements(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
+    }
+
+    #[test]
+    fn a_needle_that_flies_alone_or_with_another_breaks_off() {
+        let rest = [[0.0, 0.0], [10.0, 0.0], [4.0, 0.1], [6.0, -0.1]].map(Vector::<2>::from).to_vec();
+        let both = [[0, 1, 2, 2], [1, 0, 3, 3]].map(|e| e.map(crate::mesh::NodeId));
+        for (n, below, is_gone) in [(1, 0.2, true), (2, 0.2, true), (2, 0.05, false)] {
+            let elements = both[..n].to_vec();
+            let facets = boundary::<2>(&elements);
+            let mesh = Mesh { rest: rest.clone(), elements, facets, held: vec![[false; 2]; 4], marks: vec![] };
+            let moved = DeformedMesh { mesh: &mesh, position: &mesh.rest };
+            let surface = (&mesh.facets[..], &face_neighbours::<2>(&mesh.elements)[..]);
+            assert_eq!(thin_elements(&moved, surface, below), vec![is_gone; n]);
+        }
     }
 
     #[test]
