@@ -117,7 +117,7 @@ fn a_branch_that_saturates_converges_below_its_rate_and_bears_its_stress_above()
     }
 }
 
-/// Steady flow of the branch of `gelatin-10` at the rate, 1/s, at which that of Bergström and Boyce bears 3 MPa: they
+/// Steady flow of a branch of 4.8 MPa, 600 Pa at 1/s and 0.8 at the rate, 1/s, at which that of Bergström and Boyce bears 3 MPa: they
 /// have |λ̇/λ| = ε̇, we ε̇ (λ³ + 2)/(2λ³ + 1).
 #[test]
 fn steady_flow_differs_from_that_of_bergstrom_and_boyce_by_as_much_as_the_documents_say() {
@@ -141,4 +141,24 @@ fn a_linear_branch_converges_with_second_order() {
         let dashpot = Dashpot::linear(0.3 * strain / rate);
         Ramp { dashpot, rate, strain }.check(1.9, &format!("strain {strain}"));
     }
+}
+
+/// Dissipation over μ/2 of a saturating dashpot in a simple shear, after a stress `last`, Pa.
+fn dissipated(shear: f64, last: f64) -> f64 {
+    let at = IsochoricDeformation::<2, f64>::new(&[[1.0, shear], [0.0, 1.0]], 1.0, 1.0);
+    let mut own = SymmetricTensor::diagonal(1.0, 1.0);
+    let law = PowerLaw::saturating(1.1e6, 800.0, 3.0);
+    flow(&law, 1e7, &at, &IsochoricShape::now(&at), &mut own, last, 1e-7).1
+}
+
+#[test]
+fn a_stress_that_vanishes_dissipates_nothing_and_small_ones_the_same_by_both_formulas() {
+    for shear in [1e-70, 1e-30, 1e-12] {
+        // Half of `last` works on the elastic strain that the flow takes, γ/√3.
+        let most = 1e3 / (3.0_f64.sqrt() * 1e7) * shear;
+        assert!((0.0..=1.001 * most).contains(&dissipated(shear, 1e3)), "{shear:e}: {:e}", dissipated(shear, 1e3));
+    }
+    // |dev b̄| = √2 γ.
+    let [below, above] = [0.999, 1.001].map(|part| dissipated(part * SMALL / 2.0_f64.sqrt(), 0.0));
+    assert!((above / below - 1.004).abs() < 1e-3, "{below:e}, {above:e}");
 }
