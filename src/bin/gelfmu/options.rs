@@ -199,7 +199,7 @@ pub struct CalibrateOptions {
     #[arg(long, value_name = "PERCENT", default_value = "0.1%", value_parser = parse_error, allow_hyphen_values = true)]
     pub tolerance: f64,
     /// Fit to all shots of a CSV file, or of a built-in file such as gelatin-10: columns name, speed, measure (depth,
-    /// slope or cavity), value, band, and if needed scene, set and window
+    /// slope or cavity), value, band, and if needed scene, set, window and limit
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed", "tolerance"])]
     pub shots: Option<String>,
     /// Parameters that are fitted to the shots: any of stress, rate, exponent and shear_modulus (if absent stress,

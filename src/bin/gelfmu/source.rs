@@ -26,9 +26,13 @@ fn read_original(name: &str) -> Result<String, CommandError> {
 
 /// Loads a built-in scene or a scene file, with overrides.
 pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
-    let original = read_original(name)?;
+    load_text(name, &read_original(name)?, overrides)
+}
+
+/// Loads the text of a scene of this name, with overrides.
+pub fn load_text(name: &str, original: &str, overrides: &[Override]) -> Result<SceneSource, CommandError> {
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    match scene::read_with(&original, overrides, &output::scene_file_reader(folder)) {
+    match scene::read_with(original, overrides, &output::scene_file_reader(folder)) {
         Ok(OverriddenScene { text, scene }) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
         Err(OverrideError { overrides, error }) => {
             Err(CommandError::Scene { place: describe_place(name, &overrides), error })

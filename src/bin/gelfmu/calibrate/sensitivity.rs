@@ -72,6 +72,7 @@ fn rest_depth_of(scene: &str, speed: Option<f64>) -> MeasuredShot {
         set: vec![],
         measure: ShotMeasure::Depth { speed },
         target: FitTarget { value: 0.0, band: 1.0, window: 0.0 },
+        limit: 1.0,
         place: String::new(),
     }
 }

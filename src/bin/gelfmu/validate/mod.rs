@@ -17,7 +17,8 @@ use crate::{interrupt, results};
 use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;
 use case::cases_of;
-use measured::{ValidationShot, measured_shots};
+use measured::ValidationShot;
+pub use measured::measured_shots;
 use serde_json::json;
 use table::AgreementCount;
 

@@ -7,9 +7,11 @@ use crate::calibrate::task;
 use crate::calibrate::trial::{self, END_TIME_FACTOR, ShotEnd, ShotNeeds, ShotRun};
 use crate::console::Console;
 use crate::failure::CommandError;
+use crate::new::scene_text;
 use crate::progress::ProgressDisplay;
+use crate::validate::measured_shots;
 use crate::{interrupt, level, source};
-use ballistic_gel::scene::{FidelityKind, GelSpec, MaterialModel, Override, Scene};
+use ballistic_gel::scene::{self, FidelityKind, GelSpec, MaterialModel, Override, Scene};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -129,10 +131,11 @@ impl<'a> ShotCampaign<'a> {
             ShotMeasure::Slope { speeds } => Ok((rest(runs[1])? - rest(runs[0])?) / (speeds[1] - speeds[0])),
             ShotMeasure::Cavity { .. } => self.cavity(runs[0], &results[runs[0]]),
         };
-        let of_shots = self.shots.iter().zip(&self.runs_of);
-        of_shots
-            .map(|(shot, runs)| value(shot, runs).map_err(|why| format!("{}{}: {why}", shot.place, shot.name)))
-            .collect()
+        let limit = |shot: &MeasuredShot, runs| match value(shot, runs) {
+            Ok(value) => Ok(shot.limit * value),
+            Err(why) => Err(format!("{}{}: {why}", shot.place, shot.name)),
+        };
+        self.shots.iter().zip(&self.runs_of).map(|(shot, runs)| limit(shot, runs)).collect()
     }
 
     /// Returns the rest depth of a run, m, or the reason and the remedy.
@@ -204,6 +207,22 @@ impl<'a> ShotCampaign<'a> {
     }
 }
 
+/// Loads the scene of a shot: a built-in one, that of a shot of `gelfmu validate`, or a file.
+fn load_scene(name: &str, overrides: &[Override]) -> Result<Scene, CommandError> {
+    let shots = measured_shots();
+    let source = match shots.iter().find(|shot| shot.name == name) {
+        Some(shot) => source::load_text(name, &scene_text(&shot.shot(shot.yaw, 0.0))?, overrides),
+        None => source::load(name, overrides),
+    };
+    source.map(|source| source.scene).map_err(|error| {
+        let near = scene::nearest(name, shots.iter().map(|shot| shot.name.as_str()));
+        match near {
+            Some(near) => CommandError::BadInput(format!("{error} (or did you mean the measured shot `{near}`?)")),
+            None => error,
+        }
+    })
+}
+
 impl PlannedRun {
     /// Checks the scene of a shot, and chooses its level.
     fn new(
@@ -215,7 +234,7 @@ impl PlannedRun {
     ) -> Result<Self, CommandError> {
         let place = format!("{}{}: ", shot.place, shot.name);
         let prefixed = |error: CommandError| error.placed(&place);
-        let mut scene = source::load(name, &overrides).map_err(prefixed)?.scene;
+        let mut scene = load_scene(name, &overrides).map_err(prefixed)?;
         let refuse = |key: &str, why: String| Err(CommandError::BadInput(format!("{place}scene {name}: {key}: {why}")));
         if scene.gel.material != MaterialModel::TwoNetwork {
             return refuse("gel.material", "found another one, expected \"two-network\"".to_owned());
@@ -230,7 +249,7 @@ impl PlannedRun {
         if let Some(level) = level.filter(|level| *level != scene.scene.fidelity) {
             if level == FidelityKind::Standard || scene.fidelity.get(level).is_some() {
                 overrides.push(level::level_override(level));
-                scene = source::load(name, &overrides).map_err(prefixed)?.scene;
+                scene = load_scene(name, &overrides).map_err(prefixed)?;
             } else {
                 let own = scene.scene.fidelity.as_str();
                 let level = level.as_str();
@@ -245,7 +264,7 @@ impl PlannedRun {
     /// Loads the scene with values of the gel.
     fn load(&self, values: &[GelValue]) -> Result<Scene, CommandError> {
         let overrides: Vec<Override> = self.overrides.iter().cloned().chain(gel_overrides(&self.gel, values)).collect();
-        source::load(&self.scene, &overrides).map(|source| source.scene).map_err(|error| error.placed(&self.place))
+        load_scene(&self.scene, &overrides).map_err(|error| error.placed(&self.place))
     }
 
     /// Returns the velocity for a message.

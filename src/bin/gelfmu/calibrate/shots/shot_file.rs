@@ -11,7 +11,7 @@ use std::path::Path;
 /// Names and texts of the built-in files.
 const BUILTIN_FILES: [(&str, &str); 1] = [("gelatin-10", include_str!("../../../../../presets/gelatin-10.csv"))];
 /// Columns that a file must have, and columns that it may have.
-const COLUMNS: [&str; 8] = ["name", "speed", "measure", "value", "band", "scene", "set", "window"];
+const COLUMNS: [&str; 9] = ["name", "speed", "measure", "value", "band", "scene", "set", "window", "limit"];
 /// Number of [`COLUMNS`] that a file must have.
 const REQUIRED_COLUMNS: usize = 5;
 
@@ -51,7 +51,8 @@ impl ShotMeasure {
 pub struct MeasuredShot {
     /// Name.
     pub name: String,
-    /// Name of a built-in scene or path of a scene file; the scene of the command line if absent.
+    /// Name of a built-in scene or of a shot of `gelfmu validate`, or path of a scene file; the scene of the command
+    /// line if absent.
     pub scene: Option<String>,
     /// Overrides of the scene.
     pub set: Vec<Override>,
@@ -59,6 +60,8 @@ pub struct MeasuredShot {
     pub measure: ShotMeasure,
     /// Measured value.
     pub target: FitTarget,
+    /// Factor from the computed value to its limit in fine cells, held during a fit.
+    pub limit: f64,
     /// Place in the file for messages; empty for a shot of the command line.
     pub place: String,
 }
@@ -135,6 +138,7 @@ impl ShotRecord<'_> {
         if window < 0.0 {
             return Err(self.refuse("window", "0 or a positive number"));
         }
+        let limit = self.positive("limit", 1.0, "a positive factor from the computed value to its limit")?;
         let value = self.number("value", "the value of the shot, a number in SI units")?;
         let scene = Some(self.text("scene").to_owned()).filter(|scene| !scene.is_empty());
         Ok(MeasuredShot {
@@ -143,6 +147,7 @@ impl ShotRecord<'_> {
             set: self.parse_set()?,
             measure: self.parse_measure()?,
             target: FitTarget { value, band, window },
+            limit,
             place: format!("{}: line {}: ", self.file, self.line),
         })
     }
@@ -194,6 +199,12 @@ impl ShotRecord<'_> {
         self.table.number(self.text(column)).map_err(|form| self.refuse(column, &format!("{expected}, {form}")))
     }
 
+    /// Parses a positive number; returns the default for an empty cell.
+    fn positive(&self, column: &str, default: f64, expected: &str) -> Result<f64, CommandError> {
+        let value = if self.text(column).is_empty() { default } else { self.number(column, expected)? };
+        if value > 0.0 { Ok(value) } else { Err(self.refuse(column, expected)) }
+    }
+
     /// Returns the file, the line and the column.
     fn place(&self, column: &str) -> String {
         format!("{}: line {}: {column}", self.file, self.line)
@@ -231,6 +242,9 @@ mod tests {
             (ShotMeasure::Cavity { speed: 720.0 }, "shots.csv: line 7: ")
         );
         assert_eq!(shots[2].scene, None);
+        assert!(shots.iter().all(|shot| shot.limit == 1.0));
+        let limited = UserTable::parse("name,speed,measure,value,band,limit\na,180,depth,0.085,1e-3,1.02\n").unwrap();
+        assert_eq!(parse("s.csv", &limited).unwrap()[0].limit, 1.02);
     }
 
     #[test]
@@ -280,6 +294,10 @@ mod tests {
             (row("a,195/165,slope,5e-4,1e-3,,"), "speed: found `195/165`, expected two speeds of a slope, the lower"),
             (row("a,165,slope,5e-4,1e-3,,"), "speed: found `165`, expected two speeds"),
             (row("a,180000,depth,0.085,1e-3,,"), "s.csv: line 2: speed: found 180000.0 m/s, expected at most"),
+            (
+                "name,speed,measure,value,band,limit\na,180,depth,0.085,1e-3,0\n".to_owned(),
+                "limit: found `0`, expected a positive",
+            ),
             (row("a,180,depth,0.085,1e-3,,mesh.size"), "set: found `mesh.size`, expected key=value"),
         ];
         for (text, message) in cases {

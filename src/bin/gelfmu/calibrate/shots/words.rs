@@ -152,6 +152,7 @@ fn shot_json(shot: &MeasuredShot, computed: f64) -> Value {
         "value": target.value,
         "band": target.band,
         "window": target.window,
+        "limit": shot.limit,
         "computed": computed,
         "residual": target.residual(computed),
     })
