@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 /// A slow BB into a small block of coarse cells, with a slower wave and more damping than the scene has: a run takes a second.
-const SMALL: [&str; 20] = [
+const SMALL: [&str; 22] = [
     "calibrate",
     "--threads=1",
     "--set",
@@ -29,6 +29,8 @@ const SMALL: [&str; 20] = [
     "gel.shear_modulus=0.08e6",
     "--set",
     "gel.branches=[{ shear_modulus = 4.8e6, power_law = { stress = 600.0, exponent = 0.8 } }]",
+    "--set",
+    "gel.cavity=vented",
 ];
 
 fn gelfmu(arguments: &[&str]) -> Output {

@@ -23,9 +23,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const STEPS: usize = 50;
-
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 65] = [
+const KEYS: [&str; 66] = [
     "ended_by",
     "perforated",
     "exit_velocity",
@@ -38,6 +37,7 @@ const KEYS: [&str; 65] = [
     "interface",
     "fidelity",
     "expected_error",
+    "model_error",
     "completed",
     "end_time",
     "wall_seconds",

@@ -52,11 +52,9 @@ fn a_preset_fills_what_a_scene_does_not_set() {
                 assert!(has(&scene, fact), "{}, {model}: {fact:?}", preset.name());
             }
         }
-        assert!(
-            preset.facts().iter().all(|fact| fact.key == "gel.material"
-                || fact.of != ApplicableModels::All
-                || fact.key == "gel.density")
-        );
+        assert!(preset.facts().iter().all(|fact| fact.key == "gel.material"
+            || fact.of != ApplicableModels::All
+            || ["gel.density", "gel.shear_modulus"].contains(&fact.key)));
     }
 }
 

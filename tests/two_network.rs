@@ -53,8 +53,8 @@ fn resistances_of_recovered_bullets(drag: f64) -> Vec<f64> {
     recovered.map(resistance).collect()
 }
 
-/// The laws have the drag of a sphere with an open cavity, 0.30 to 0.37 (May 1975), and resistances of other shots: the
-/// depth to which the gel is fitted has no part in them.
+/// The laws have the drag of a sphere with an open cavity, 0.30 to 0.37 (May 1975), and resistances of recovered bullets, to
+/// whose depths the gel is fitted as well: a check of consistency.
 #[test]
 fn the_beginning_of_the_calibration_shot_is_within_the_laws_of_other_shots() {
     let scene = shot(&[]);
@@ -70,8 +70,8 @@ fn the_beginning_of_the_calibration_shot_is_within_the_laws_of_other_shots() {
     let [least, most] = [nose_by_law(0.37, hardest), nose_by_law(0.30, softest)];
     // The laws leave out the slam at the entry, whose drag is up to 1: an estimate is 1 to 2 % of the way.
     assert!((0.98 * least..most).contains(&depth), "{depth} mm, not {least} to {most} mm");
-    // As first computed in these cells; a dashpot that bears twice as much takes 0.56 mm.
-    assert!((depth - 22.85).abs() < 0.1, "{depth} mm");
+    // As first computed in these cells; a dashpot that bears twice as much takes 0.50 mm.
+    assert!((depth - 23.36).abs() < 0.1, "{depth} mm");
     // 3.5e-3 on cells of R/4, of which 3e-3 is gel pushed out of the ball where facets are chords in it; 1e-3 on R/8.
     assert!(seen.energy.energy_defect < 5e-3, "defect {}", seen.energy.energy_defect);
     let whole = done.frame().mass + seen.cost.eroded_mass;
@@ -122,8 +122,9 @@ fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
         "mesh.tree.slope=0.42",
         "remesh.smallest=0.42e-3",
         "remesh.growth=0.42",
-        // A network that draws the cavity together.
+        // A network that draws the cavity together, beside a branch that flows at any rate.
         "gel.shear_modulus=0.12e6",
+        "gel.branches=[{ shear_modulus = 4.8e6, power_law = { stress = 600.0, exponent = 0.8 } }]",
         "scene.end_time=3.0e-3",
         "remesh.times=[2.7e-3, 2.8e-3, 2.9e-3]",
     ];

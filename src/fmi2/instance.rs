@@ -106,8 +106,12 @@ impl FmuInstance {
     pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
         let model = self.model()?;
         let (former_keys, doubts) = (scene::former_keys(&model.text), scene::doubts(&model.scene));
+        let class = scene::shot_class(&model.scene, 0);
         for warning in former_keys.into_iter().chain(doubts) {
             self.log.warning(warning);
+        }
+        if let Some(class) = class {
+            self.log.event(format!("model error of the gel, root mean square over shots of this class: {class}"));
         }
         self.open_recording()?;
         self.phase = LifecyclePhase::StepComplete;

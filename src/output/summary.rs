@@ -74,8 +74,9 @@ pub struct RunSummary {
     pub interface: DriverInterface,
     /// Requested fidelity.
     pub fidelity: FidelityKind,
-    /// Greatest relative error of the projectile motion measured at this fidelity, for an unmodified scene.
-    pub expected_error: Option<f64>,
+    /// Errors that the figures are known to have.
+    #[serde(flatten)]
+    pub errors: KnownErrors,
     /// True if the run reached the end time of the scene, or its end after the exit or the rest of the projectile.
     pub completed: bool,
     /// Cause of the end.
@@ -206,6 +207,24 @@ pub struct RunSummary {
     pub doubt: Option<String>,
 }
 
+/// Relative errors that are known for shots of the kind of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnownErrors {
+    /// Greatest relative error of the projectile motion measured at this fidelity, for an unmodified scene.
+    pub expected_error: Option<f64>,
+    /// Model error of the gel for shots like this one: root mean square of the relative deviations of their depths from
+    /// measured or derived ones.
+    pub model_error: Option<f64>,
+}
+
+impl KnownErrors {
+    fn of(scene: &Scene) -> Self {
+        let level = scene.fidelity.get(scene.scene.fidelity);
+        let class = scene::shot_class(scene, 0);
+        Self { expected_error: level.and_then(|level| level.error), model_error: class.map(|class| class.error) }
+    }
+}
+
 /// Exit of the projectile at the back face of the gel, SI. The back face moves with the block; velocity and energies
 /// are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -318,11 +337,6 @@ impl RunInfo {
     fn doubts(&self, observation: &Observation) -> Vec<String> {
         [scene::doubts(&self.scene), simulation::doubts(&self.scene, observation)].concat()
     }
-
-    /// Returns the error measured at the fidelity of the run, if any.
-    fn expected_error(&self) -> Option<f64> {
-        self.scene.fidelity.get(self.scene.scene.fidelity).and_then(|level| level.error)
-    }
 }
 
 impl RunSummary {
@@ -336,7 +350,7 @@ impl RunSummary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             interface: run.interface,
             fidelity: run.scene.scene.fidelity,
-            expected_error: run.expected_error(),
+            errors: KnownErrors::of(&run.scene),
             completed: matches!(ended_by, EndCause::EndTime | EndCause::Exit | EndCause::Rest),
             ended_by,
             end_time: *time,

@@ -1,7 +1,7 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::block_fit::approach;
-use super::preset::{NOTHING, ShotRange};
+use super::model_error::{ShotFigures, calibre, extent, has_networks_of, preset_of, shot_class};
 use super::{
     BranchSpec, DifferingValue, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, block_doubts,
     body_name, numbered,
@@ -13,8 +13,6 @@ use crate::math::Vector3;
 const DENSEST: f64 = 25e3;
 /// Ratio of length to width from which a body counts as long.
 const LONG: f64 = 1.05;
-/// Relative margin around the speeds and calibres of a preset: its fits are no sharper.
-const MARGIN: f64 = 0.1;
 
 /// Reasons to doubt the results of the scene, one sentence each.
 #[must_use]
@@ -61,8 +59,12 @@ fn short_relaxation(scene: &Scene) -> Vec<String> {
 /// Returns the relaxation time of a branch, s, and a phrase with its key; none for a power law without a rate, 1/s.
 fn relaxation_time(branch: &BranchSpec, rate: f64) -> Option<(f64, String)> {
     if let Some(law) = branch.power_law {
+        // A dashpot that saturates bears its stress at any greater rate, whatever its spring stores.
+        let most = law.rate.unwrap_or(f64::INFINITY);
+        let at = if rate < most { "the rate of the impact" } else { "the rate at which it saturates" };
+        let rate = rate.min(most);
         let time = law.law().stress_at(rate) / (3.0 * branch.shear_modulus * rate);
-        return (rate > 0.0).then(|| (time, format!("power_law has at the rate of the impact, {rate:.1e}/s,")));
+        return (rate > 0.0).then(|| (time, format!("power_law has at {at}, {rate:.1e}/s,")));
     }
     branch.time.map(|time| (time, "time gives".to_owned()))
 }
@@ -84,13 +86,16 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
         return vec![];
     }
     let name = body_name(body);
+    let has_own_networks = preset_of(scene).is_some_and(|preset| has_networks_of(&scene.gel, preset));
     let all = [
         density(scene, body),
         not_modelled(projectile).map(|what| format!("{name} is rigid and homogeneous. {what}")),
         is_turned_away(scene, projectile)
             .then(|| format!("{name}.velocity points away from the gel: the body will not strike it")),
         held_straight(scene, &shape).map(|found| format!("{name}.shape is {found}")),
-        outside_range(scene, projectile, &shape).map(|found| format!("{name} {found}")),
+        outside_classes(scene, projectile, &shape)
+            .filter(|_| shot_class(scene, body).is_none() && has_own_networks)
+            .map(|found| format!("{name} {found}")),
     ];
     all.into_iter().flatten().collect()
 }
@@ -127,7 +132,7 @@ fn is_turned_away(scene: &Scene, body: &ProjectileSpec) -> bool {
 /// Doubt about a long body that penetrates and cannot yaw.
 fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     shape.volume()?;
-    let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
+    let along = extent(shape, Vector3::z());
     let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::TwoNetwork;
     (held && along > LONG * calibre(shape)).then(|| {
         "longer than wide and cannot yaw in this scene: a real body turns over, the computed depth may be twice as \
@@ -136,35 +141,19 @@ fn held_straight(scene: &Scene, shape: &ShapeGeometry) -> Option<String> {
     })
 }
 
-/// Doubt about a shot outside the range that the preset was fitted to or checked with.
-fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) -> Option<String> {
-    let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::TwoNetwork)?;
-    shape.volume()?;
-    let ShotRange { speed, calibre: sizes, fitted, validated } = preset.shots();
-    let found = approach(scene, body).norm();
-    let size = calibre(shape);
-    let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
-    let known = if validated == NOTHING { "fitted" } else { "fitted and validated" };
-    (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
-        format!(
-            "has a calibre of {:.2} mm and a speed of {found:.1} m/s: gel.preset = \"{}\" is {known} for \
-             {} and {} only (fitted to {fitted})",
-            1e3 * size,
-            preset.name(),
-            range(sizes.map(|size| 1e3 * size), "mm"),
-            range(speed, "m/s")
-        )
-    })
-}
-
-/// Greatest width across the axis of a body, m.
-fn calibre(shape: &ShapeGeometry) -> f64 {
-    let across = |axis: Vector3| shape.reach(&axis) + shape.reach(&-axis);
-    across(Vector3::x()).max(across(Vector3::y()))
-}
-
-fn range([least, most]: [f64; 2], unit: &str) -> String {
-    if least == most { format!("{least} {unit}") } else { format!("{least} to {most} {unit}") }
+/// Doubt about a shot outside the classes that the preset was fitted to or checked with.
+fn outside_classes(scene: &Scene, body: &ProjectileSpec, shape: &ShapeGeometry) -> Option<String> {
+    let (preset, shot) = (preset_of(scene)?, ShotFigures::of(scene, body, shape)?);
+    let classes: Vec<String> = preset.shots().classes.iter().map(ToString::to_string).collect();
+    Some(format!(
+        "is {:.2} calibres long, has a calibre of {:.2} mm and a speed of {:.1} m/s: no class of shots whose model error is \
+         known for gel.preset = \"{}\" is like it ({}); compare with a measured depth of your own (gelfmu calibrate)",
+        shot.aspect,
+        1e3 * shot.calibre,
+        shot.speed,
+        preset.name(),
+        classes.join("; ")
+    ))
 }
 
 #[cfg(test)]
@@ -182,7 +171,7 @@ mod tests {
         for (name, text) in builtins() {
             let found = doubts(&read(text).unwrap());
             let expected: &[&str] = match name {
-                // A ball of extreme mass; a rifle bullet outside the measured range.
+                // A ball of extreme mass; a rifle bullet, whose model error is not known.
                 "hydro-drag" => &["projectile.mass"],
                 "bullet-yaw" => &["a calibre of 7.82 mm and a speed of 840.0 m/s"],
                 _ => &[],
@@ -200,7 +189,7 @@ mod tests {
             ("fbi-bb", "projectile.velocity=[0, 0, 179.8]", "projectile.velocity points away"),
             ("sphere-block", "projectile.velocity=[3, 0, 0.1]", "projectile.velocity points away"),
             ("fbi-bb", "projectile.velocity=[0, 0, -350]", ""),
-            ("fbi-bb", "projectile.velocity=[0, 0, -1300]", "4.37 to 5.5 mm and 75 to 1150 m/s only"),
+            ("fbi-bb", "projectile.velocity=[0, 0, -1300]", "no class of shots whose model error is known"),
             (
                 "fbi-bb",
                 "projectile.shape={capsule={radius=2.185e-3,length=8e-3}};projectile.position=[0, 0, 0.004]",
@@ -242,6 +231,8 @@ mod tests {
         for (changes, part) in [
             (vec![law(37.0)], rate),
             (vec![law(38.0)], ""),
+            // One that saturates bears its stress.
+            (vec![law(1e5).replace("exponent", "rate=1e3, exponent")], ""),
             (vec![law(37.0), "projectile.velocity=[0, 0, 0]".to_owned()], ""),
             (vec![both.to_owned()], linear),
         ] {

@@ -119,7 +119,7 @@ mod tests {
     use super::FidelityKind;
     use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, rebase_scene, resolve};
 
-    /// Scatter of the rest depth of `fbi-bb`, 0.5 of 84.5 mm (docs/studies.md): no level promises less.
+    /// Scatter of the rest depth of `fbi-bb`, 0.5 of 85 mm (docs/studies.md): no level promises less.
     const SCATTER: f64 = 0.0059;
     const LEVELS: &str =
         "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";

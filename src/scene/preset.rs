@@ -31,17 +31,34 @@ pub struct PresetValue {
     pub source: &'static str,
 }
 
-/// Range of shots that the `two-network` values of a preset were fitted to or checked with.
+/// Data that the `two-network` values of a preset were fitted to and validated on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShotRange {
-    /// Least and greatest speed, m/s.
-    pub speed: [f64; 2],
-    /// Least and greatest width of the projectile, m.
-    pub calibre: [f64; 2],
+pub struct ShotData {
     /// Data that the values were fitted to: the tags are those of `docs/materials.md`.
     pub fitted: &'static str,
     /// Shots that nothing was fitted to, measured or derived, with their result.
     pub validated: &'static str,
+    /// Classes of shots whose model error is known.
+    pub classes: &'static [ShotClass],
+}
+
+/// Class of shots with the model error of a preset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShotClass {
+    /// Projectiles, in the plural, and if it is not the depth their figure.
+    pub projectiles: &'static str,
+    /// True for spheres; else other bodies.
+    pub is_of_balls: bool,
+    /// Least and greatest ratio of length to width.
+    pub aspect: [f64; 2],
+    /// Least and greatest width, m.
+    pub calibre: [f64; 2],
+    /// Least and greatest speed, m/s.
+    pub speed: [f64; 2],
+    /// Model error: root mean square of the relative deviations of the computed figures.
+    pub error: f64,
+    /// Basis of the error: number of shots, measured or derived, fitted or not.
+    pub basis: &'static str,
 }
 
 /// Material models that use a value of a preset.
@@ -87,25 +104,35 @@ impl Preset {
         Self::ALL.into_iter().find(|preset| preset.name() == name)
     }
 
-    /// Range of shots that the `two-network` values were fitted to or checked with.
+    /// Data that the `two-network` values were fitted to and validated on.
     #[must_use]
-    pub fn shots(self) -> ShotRange {
-        let calibre = [4.37e-3; 2];
+    pub fn shots(self) -> ShotData {
         match self {
-            Self::Gelatin10 => ShotRange {
-                speed: [75.0, 1150.0],
-                calibre: [4.37e-3, 5.5e-3],
-                fitted: "85 mm of a steel BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]), and two derived windows [D]: its slope from 165 to 195 m/s, and the cavity of 4.8 mm at 720 m/s",
-                validated: "derived depths of the BB at 75 to 210 m/s, of 4.8 mm at 650 to 1150 m/s and of 5.5 mm at 122 to 526 m/s, between two penetration laws [D] (5.5 mm at 300 m/s: 1 % above); on bullets (measured, grade B): four of 12 within 20 %",
+            Self::Gelatin10 => ShotData {
+                fitted: "85 mm of a steel BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]), depths of seven recovered pistol bullets (measured, grade B, 5 % less for their opening, assumed), and a derived window [D], the cavity of 4.8 mm at 720 m/s",
+                validated: "derived depths of balls [D]: of 4.4 to 5.5 mm at 150 to 1150 m/s 9 % (root mean square), at 75 to 125 m/s 30 %, too early; service bullets were not run with the present values",
+                classes: &GELATIN_10_SHOTS,
             },
-            Self::Gelatin20 => {
-                let fitted = "a BB of 180 m/s at 10 °C (measured [R2])";
-                ShotRange { speed: [180.0; 2], calibre, fitted, validated: NOTHING }
-            }
-            Self::SyntheticClear => {
-                let fitted = "a predicted depth of a BB of 179.8 m/s [R4]";
-                ShotRange { speed: [179.8; 2], calibre, fitted, validated: NOTHING }
-            }
+            Self::Gelatin20 => ShotData {
+                fitted: "a BB of 180 m/s at 10 °C (measured [R2])",
+                validated: NOTHING,
+                classes: &[ShotClass {
+                    speed: [180.0; 2],
+                    error: 0.03,
+                    basis: "uncertainty of one measured depth, fitted",
+                    ..FITTED_BB
+                }],
+            },
+            Self::SyntheticClear => ShotData {
+                fitted: "a predicted depth of a BB of 179.8 m/s [R4]",
+                validated: NOTHING,
+                classes: &[ShotClass {
+                    speed: [179.8; 2],
+                    error: 0.17,
+                    basis: "maker's window of one predicted depth, fitted",
+                    ..FITTED_BB
+                }],
+            },
         }
     }
 
@@ -126,6 +153,42 @@ const fn fact(key: &'static str, value: &'static str, of: ApplicableModels, sour
     PresetValue { key, value, of, source }
 }
 
+/// Calibration shot of a gel whose factor of strength is fitted to it.
+const FITTED_BB: ShotClass = ShotClass {
+    projectiles: "steel balls",
+    is_of_balls: true,
+    aspect: [1.0; 2],
+    calibre: [4.37e-3; 2],
+    speed: [180.0; 2],
+    error: 0.0,
+    basis: "",
+};
+const GELATIN_10_SHOTS: [ShotClass; 3] = [
+    ShotClass {
+        calibre: [4.37e-3, 5.5e-3],
+        speed: [75.0, 125.0],
+        error: 0.3,
+        basis: "4 shots, derived by penetration laws",
+        ..FITTED_BB
+    },
+    ShotClass {
+        calibre: [4.37e-3, 5.5e-3],
+        speed: [150.0, 1150.0],
+        error: 0.09,
+        basis: "7 shots, derived by penetration laws",
+        ..FITTED_BB
+    },
+    ShotClass {
+        projectiles: "recovered pistol bullets",
+        is_of_balls: false,
+        aspect: [0.5, 0.7],
+        calibre: [13.7e-3, 21.6e-3],
+        speed: [259.1, 310.9],
+        error: 0.1,
+        basis: "7 shots, measured, fitted",
+    },
+];
+
 const MATERIAL: PresetValue = fact(
     "gel.material",
     "\"two-network\"",
@@ -133,21 +196,11 @@ const MATERIAL: PresetValue = fact(
     "the material model that a projectile can penetrate: it is damaged, flows and springs back",
 );
 const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";
-const ELASTIC: PresetValue = fact(
-    "gel.shear_modulus",
-    "0.08e6",
-    ApplicableModels::TwoNetwork,
-    "elastic network: fitted to a derived window, 50 to 66 mm of temporary cavity of a steel sphere of 720 m/s in sphere-720, from \
-     assumed wall pressures of 0.5 to 0.77 MPa [D]; measured: some 11 diameters (grade B [R12]), at an unknown speed",
-);
-const BRANCH: PresetValue = fact(
-    "gel.branches",
-    "[{ shear_modulus = 4.8e6, power_law = { stress = 600.0, exponent = 0.80 } }]",
-    ApplicableModels::TwoNetwork,
-    "stress: fitted to 85 mm of rest depth of a BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]), in \
-     fbi-bb in cells of R/16; exponent: fitted to a derived window, 0.46 to 0.56 mm per m/s from 165 to 195 \
-     m/s [D]; modulus: assumed, no data read",
-);
+const SCALED: &str = "that of gelatin-10, which gel.strength_scale multiplies";
+const BRANCHES: &str = "[{ shear_modulus = 10e6, power_law = { stress = 1.10e6, rate = 800.0, exponent = 3.0 } }, \
+                        { shear_modulus = 12e3, time = 0.3e-3 }]";
+const SCALED_ELASTIC: PresetValue = fact("gel.shear_modulus", "20e3", ApplicableModels::TwoNetwork, SCALED);
+const SCALED_BRANCH: PresetValue = fact("gel.branches", BRANCHES, ApplicableModels::TwoNetwork, SCALED);
 const STRETCH: PresetValue = fact(
     "gel.damage.critical_stretch",
     "3.0",
@@ -171,20 +224,29 @@ const LINEAR: PresetValue =
 const QUADRATIC: PresetValue =
     fact("gel.viscosity.quadratic", "1.2", ApplicableModels::TwoNetwork, "of the method: 1.2 to 1.5 are usual");
 
-const GELATIN_10: [PresetValue; 13] = [
+const GELATIN_10: [PresetValue; 12] = [
     MATERIAL,
     fact("gel.density", "1030.0", ApplicableModels::All, "[M-H: Wen 2013]"),
     fact(
         "gel.shear_modulus",
         "20e3",
-        ApplicableModels::NeoHookean,
-        "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]",
+        ApplicableModels::All,
+        "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]; chosen in this range, as the elastic network, by \
+         38 to 66 mm of temporary cavity of a steel sphere of 720 m/s in sphere-720 (derived [D]; measured: some 11 \
+         diameters, grade B [R12], at an unknown speed)",
     ),
     fact("gel.bulk_modulus", "2e6", ApplicableModels::NeoHookean, SOFT),
-    ELASTIC,
     STRETCH,
     DELAY,
-    BRANCH,
+    fact(
+        "gel.branches",
+        BRANCHES,
+        ApplicableModels::TwoNetwork,
+        "stress: fitted to 85 mm of rest depth of a BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]) in the limit of fine \
+         cells; rate: chosen by the depths of seven recovered bullets (measured, grade B) and the cavity of 720 m/s; \
+         exponent and modulus: assumed, no data decide them; second branch: chosen for a loss angle near 0.1 at 100 to \
+         1000 Hz, where 0.05 to 0.15 is published [M-L]",
+    ),
     fact(
         "gel.bulk_modulus",
         "2.38e9",
@@ -207,20 +269,20 @@ const GELATIN_20: [PresetValue; 14] = [
     fact("gel.density", "1060.0", ApplicableModels::All, "1060, or 1070 [R11]"),
     fact(
         "gel.shear_modulus",
-        "60e3",
+        "39e3",
         ApplicableModels::NeoHookean,
-        "assumed: the end at 10 °C of 25 to 60 kPa; 26 kPa at room temperature [R10→D]",
+        "that of two-network, scaled; 25 to 60 kPa at 10 °C, 26 kPa at room temperature [R10→D]",
     ),
-    fact("gel.bulk_modulus", "6e6", ApplicableModels::NeoHookean, SOFT),
-    ELASTIC,
+    fact("gel.bulk_modulus", "3.9e6", ApplicableModels::NeoHookean, SOFT),
+    SCALED_ELASTIC,
     STRETCH,
     DELAY,
-    BRANCH,
+    SCALED_BRANCH,
     fact(
         "gel.strength_scale",
-        "1.87",
+        "1.95",
         ApplicableModels::TwoNetwork,
-        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (measured, 49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
+        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (measured, 49.7 ± 1.5 mm [R2]), in the scene fbi-bb, limit of fine cells",
     ),
     fact(
         "gel.bulk_modulus",
@@ -242,17 +304,22 @@ const GELATIN_20: [PresetValue; 14] = [
 const SYNTHETIC_CLEAR: [PresetValue; 14] = [
     MATERIAL,
     fact("gel.density", "880.0", ApplicableModels::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
-    fact("gel.shear_modulus", "50e3", ApplicableModels::NeoHookean, "assumed: 30 to 100 kPa are in use for such gels"),
-    fact("gel.bulk_modulus", "5e6", ApplicableModels::NeoHookean, SOFT),
-    ELASTIC,
+    fact(
+        "gel.shear_modulus",
+        "52e3",
+        ApplicableModels::NeoHookean,
+        "that of two-network, scaled; 30 to 100 kPa are in use for such gels",
+    ),
+    fact("gel.bulk_modulus", "5.2e6", ApplicableModels::NeoHookean, SOFT),
+    SCALED_ELASTIC,
     STRETCH,
     DELAY,
-    BRANCH,
+    SCALED_BRANCH,
     fact(
         "gel.strength_scale",
-        "2.5",
+        "2.6",
         ApplicableModels::TwoNetwork,
-        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, not measured; maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
+        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, not measured; maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb, limit of fine cells",
     ),
     fact("gel.bulk_modulus", "1.82e9", ApplicableModels::TwoNetwork, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
     fact(

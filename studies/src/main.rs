@@ -22,6 +22,7 @@ mod leaks;
 mod limits;
 mod remesh;
 mod rest;
+mod rheology;
 mod run;
 mod shot;
 mod sphere_block;
@@ -81,10 +82,10 @@ const STUDIES: [Study; 27] = [
         "the calibration shot by mesh and rule of transfer; fit, validation and forces of the gel",
         fbi_bb::study,
     ),
-    ("fbi-bb-numbers", "rest depth of fbi-bb by the logarithm of each number of the gel", fbi_bb::sensitivities),
+    ("rheology", "stress, modulus and loss angle of the gel of fbi-bb beside published ones", rheology::study),
     ("fbi-bb-3d", "the calibration shot in space, and about the axis with the same cells", fbi_bb::space),
     ("45-acp", "a .45 ACP ball about an axis, where it cannot turn over", fbi_bb::bullet),
-    ("sphere-720", "4.8 mm at 720 m/s with a vented and a sealed cavity", fbi_bb::air),
+    ("sphere-720", "4.8 mm at 720 m/s with a vented cavity, one into which air flows, and a sealed one", fbi_bb::air),
     (
         "behind-plate",
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",

@@ -44,6 +44,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         "validated_on": scene.gel.preset.map(|preset| preset.shots().validated),
         "from_library": library_values(&scene),
         "from_preset": preset_facts.iter().map(|fact| fact_json(fact)).collect::<Vec<_>>(),
+        "model_error": scene::shot_class(&scene, 0).map(|class| class.error),
         "fidelity": scene.fidelity,
         "doubts": doubts,
     });
@@ -65,7 +66,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         console.heading("switched off"),
         bullet_list(&off),
         library_section(&scene, console) + &preset_section(scene.gel.preset, &preset_facts, console),
-        section("doubtful", &doubts, console),
+        section("model error of the gel", &model_errors(&scene), console) + &section("doubtful", &doubts, console),
         cost.elements,
         cost.nodes,
         cost.smallest_step,
@@ -75,6 +76,12 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     );
     console.result(&result, &text);
     Ok(())
+}
+
+/// Model errors of the bodies whose class of shots is known.
+fn model_errors(scene: &Scene) -> Vec<String> {
+    let class = |body: usize| scene::shot_class(scene, body).map(|class| format!("{}: {class}", body_name(body)));
+    (0..scene.n_bodies()).filter_map(class).collect()
 }
 
 /// Doubts about a scene, and about its levels that a run refuses.

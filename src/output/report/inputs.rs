@@ -3,7 +3,7 @@
 use super::format::{bullet_list, escape};
 use super::tables::{row, table};
 use crate::output::summary::RunSummary;
-use crate::scene::{self, LibraryProjectile, Preset, PresetValue, ProjectileSpec, Scene};
+use crate::scene::{self, LibraryProjectile, Preset, PresetValue, ProjectileSpec, Scene, ShotClass};
 use serde_json::Value;
 
 /// Value of the scene with its dotted key.
@@ -126,6 +126,15 @@ fn contains(value: &Value, said: &Value) -> bool {
     }
 }
 
+/// Returns the sentence on the model error of shots like this one; empty where it is not known.
+fn model_error(scene: &Scene) -> String {
+    let told = |class: &ShotClass| {
+        let class = escape(&class.to_string());
+        format!("<p>Model error of the gel, root mean square over shots of this class: {class}.</p>\n")
+    };
+    scene::shot_class(scene, 0).map_or(String::new(), told)
+}
+
 /// Returns the section of validity: the data behind the gel, the doubts and the effects switched off.
 pub(super) fn validity(scene: &Scene, summary: &RunSummary) -> String {
     let gel = match scene.gel.preset {
@@ -133,10 +142,11 @@ pub(super) fn validity(scene: &Scene, summary: &RunSummary) -> String {
             let shots = preset.shots();
             format!(
                 "<p>The gel <code>{}</code> is fitted to {}. It is validated on {}. The tags stand in \
-                 <code>docs/materials.md</code>.</p>\n",
+                 <code>docs/materials.md</code>.</p>\n{}",
                 preset.name(),
                 escape(shots.fitted),
-                escape(shots.validated)
+                escape(shots.validated),
+                model_error(scene)
             )
         }
         None => "<p>The gel is not a preset: its values are those of the scene, and nothing is known of their \

@@ -202,7 +202,7 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
 /// Returns the sentence on the expected error of the figures.
 fn expected_error(summary: &RunSummary) -> String {
     let level = summary.fidelity.as_str();
-    match summary.expected_error {
+    match summary.errors.expected_error {
         Some(error) => format!(
             "<p>Expected error of the projectile's motion: <strong>{}</strong>, as the scene gives it for the level \
              <code>{level}</code>, measured against a finer level or the limit of refinement for this shot or one of its \

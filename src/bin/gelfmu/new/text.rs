@@ -7,7 +7,7 @@ use crate::failure::CommandError;
 use crate::rounding::rounded;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
-use ballistic_gel::scene::{self, LIBRARY_VERSION, LibraryValue, Preset, ProjectileKind};
+use ballistic_gel::scene::{self, LIBRARY_VERSION, LibraryValue, Preset, ProjectileKind, Scene};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::fmt::Write;
 
@@ -34,9 +34,18 @@ pub fn scene_text(shot: &Shot) -> Result<String, CommandError> {
     let [w, x, y, z] = shot.orientation();
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     let reach = scene.shape(0).reach(&turn.inverse_transform_vector(&-Vector3::z()));
-    let text = text_at(shot, reach);
+    let text = text_at(shot, reach) + &model_error(&scene);
     scene::read(&text).map_err(bad_scene)?;
     Ok(text)
+}
+
+/// Comment on the model error of the gel for shots like this one.
+fn model_error(scene: &Scene) -> String {
+    let class = scene::shot_class(scene, 0);
+    let told = class.map_or("not known for this kind of shot".to_owned(), |class| {
+        format!("root mean square over shots of this class: {class}")
+    });
+    format!("\n# Model error of the gel, beside the errors of the levels: {told}.\n")
 }
 
 /// Scene text with the centre of mass at this height above the gel, m.
@@ -154,6 +163,8 @@ fn gel(shot: &Shot) -> String {
     };
     format!(
         "[gel]\n{shape}# Its values and their sources: `gelfmu check FILE`.\npreset = \"{}\"\n{}\
+         # Air flows into the cavity through its openings; without this line it is vented at once.\n\
+         cavity = {{ inflow = {{ discharge = 0.61 }} }}\n\
          # No supports: the back face is free, and the projectile may leave there.\n",
         shot.gel.name(),
         bulk_modulus(shot)

@@ -111,15 +111,17 @@ mod tests {
     fn every_measured_shot_is_one_of_the_library_in_a_block_that_is_longer_than_its_depth() {
         let shots = measured_shots();
         assert!(shots.len() > 15);
+        let fit = include_str!("../../../../presets/gelatin-10.csv");
         for (i, measured) in shots.iter().enumerate() {
             let shot = measured.shot(measured.yaw, 0.0);
             assert!(shot.block.length > 1.19 * measured.high && measured.low <= measured.high, "{}", measured.name);
             assert!(measured.low > 0.0 && !measured.source.is_empty());
             assert!(shots[..i].iter().all(|other| other.name != measured.name), "{} twice", measured.name);
             assert_eq!(measured.is_of_service_bullet(), measured.yaw != 0.0, "{}", measured.name);
-            assert_eq!(measured.fitted, measured.name == "bb-fbi", "{}", measured.name);
+            let is_in_fit = fit.contains(&format!("\n{0},{0},", measured.name));
+            assert_eq!(measured.fitted, is_in_fit || measured.name == "bb-fbi", "{}", measured.name);
         }
-        assert_eq!(shots.iter().filter(|shot| shot.is_judged()).count(), 12);
+        assert_eq!(shots.iter().filter(|shot| shot.is_judged()).count(), 5);
         assert_eq!(shots[0].ratio(0.08), 1.0);
         assert!((shots[0].ratio(0.19) - 2.0).abs() < 1e-12);
     }
