@@ -11,7 +11,7 @@ use crate::new::scene_text;
 use crate::progress::ProgressDisplay;
 use crate::validate::measured_shots;
 use crate::{interrupt, level, source};
-use ballistic_gel::scene::{self, FidelityKind, GelSpec, MaterialModel, Override, Scene};
+use ballistic_gel::scene::{FidelityKind, GelSpec, MaterialModel, Override, Scene};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -209,18 +209,11 @@ impl<'a> ShotCampaign<'a> {
 
 /// Loads the scene of a shot: a built-in one, that of a shot of `gelfmu validate`, or a file.
 fn load_scene(name: &str, overrides: &[Override]) -> Result<Scene, CommandError> {
-    let shots = measured_shots();
-    let source = match shots.iter().find(|shot| shot.name == name) {
+    let source = match measured_shots().into_iter().find(|shot| shot.name == name) {
         Some(shot) => source::load_text(name, &scene_text(&shot.shot(shot.yaw, 0.0))?, overrides),
         None => source::load(name, overrides),
     };
-    source.map(|source| source.scene).map_err(|error| {
-        let near = scene::nearest(name, shots.iter().map(|shot| shot.name.as_str()));
-        match near {
-            Some(near) => CommandError::BadInput(format!("{error} (or did you mean the measured shot `{near}`?)")),
-            None => error,
-        }
-    })
+    source.map(|source| source.scene)
 }
 
 impl PlannedRun {
