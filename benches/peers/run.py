@@ -78,7 +78,7 @@ def arguments():
     parser.add_argument("--repeat", type=int, default=3, help="runs of each case; the first one may compile kernels")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="taichi, dolfinx, felupe, kratos, ours")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every run of every case")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the peers for `gelfmu trade sphere-block --with`")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the peers for `python -m ballistic_gel trade sphere-block --others`")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache/ballistic-gel-peers")
     parser.add_argument("--gelfmu", type=Path, default=cases.ROOT / "target/release/gelfmu")
     given = parser.parse_args()

@@ -73,7 +73,7 @@ def depth_errors(depth):
 
 
 def csv(results):
-    """The peers as `gelfmu trade sphere-block --with` reads them: SI, the least CPU seconds."""
+    """The peers as `python -m ballistic_gel trade sphere-block --others` reads them: SI, the least CPU seconds."""
     yield "run,peak_depth,final_speed,cpu_seconds"
     for case, runs in results:
         if not case.is_ours:

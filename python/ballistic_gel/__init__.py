@@ -7,8 +7,9 @@
 """
 
 from .binary import find_binary
-from .commands import Calibration, Validation, calibrate, projectiles, scenes, validate
+from .commands import Calibration, calibrate, projectiles, scenes
 from .errors import CrashWarning, DoubtWarning, FitWarning, GelfmuError, ShotError
+from .fitting import GelFit, fit_gel
 from .fmu import FmuInstance, pack, simulate
 from .frames import Frame, FrameSequence
 from .levels import level_errors
@@ -17,7 +18,9 @@ from .samplers import Grid, LatinHypercube, LogNormal, Normal, Sobol, Uniform
 from .scene import Scene, SceneCheck
 from .shot import Shot
 from .study import Study
-from .sweeping import sweep
+from .sweeping import run_scenes, sweep
+from .trade import TradeCurve, error_cost, option_costs
+from .validation import Validation, measured_shots, validate
 
 __all__ = [
     "Calibration",
@@ -27,6 +30,7 @@ __all__ = [
     "FmuInstance",
     "Frame",
     "FrameSequence",
+    "GelFit",
     "GelfmuError",
     "Grid",
     "LatinHypercube",
@@ -38,14 +42,20 @@ __all__ = [
     "ShotError",
     "Sobol",
     "Study",
+    "TradeCurve",
     "Uniform",
     "Validation",
     "calibrate",
+    "error_cost",
     "find_binary",
+    "fit_gel",
     "level_errors",
+    "measured_shots",
+    "option_costs",
     "pack",
     "projectiles",
     "run",
+    "run_scenes",
     "scenes",
     "simulate",
     "sweep",

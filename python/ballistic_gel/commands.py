@@ -1,11 +1,9 @@
-"""Commands of `gelfmu` beside the run: lists, calibration and validation, as tables."""
+"""Commands of `gelfmu` beside the run: lists, and the fit of a gel to one depth."""
 
 from __future__ import annotations
 
 import json
-import tempfile
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,7 +28,7 @@ def scenes() -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Fit of a gel to measured depths.
+    """Fit of the strength of a gel to a measured depth.
 
     Attributes
     ----------
@@ -42,24 +40,25 @@ class Calibration:
 
     @property
     def status(self) -> str:
-        """``"fitted"``; ``"stalled"``, within the scatter of the runs; or ``"not fitted"``, with the best so far."""
+        """``"fitted"``, or ``"not fitted"``, with the best so far."""
         return str(self.values["status"])
 
     @property
     def lines(self) -> str | None:
-        """Lines with the best values for the scene file, in TOML; None if no run gave any."""
+        """Lines with the best value for the scene file, in TOML; None if no run gave any."""
         lines = self.values["lines"]
         return None if lines is None else str(lines)
 
     @property
     def strength_scale(self) -> float | None:
-        """Best ``gel.strength_scale`` of a fit to one depth; `status` says whether it is fitted."""
-        return self.values.get("strength_scale")
+        """Best ``gel.strength_scale``; `status` says whether it is fitted."""
+        scale = self.values["strength_scale"]
+        return None if scale is None else float(scale)
 
     @property
     def table(self) -> pd.DataFrame:
-        """Trials of a fit to one depth; computed and given values of a fit to several shots."""
-        return pd.DataFrame(self.values.get("trials", self.values.get("shots")))
+        """Trials: ``strength_scale``, ``depth`` (m), ``time`` (s) and ``failure``."""
+        return pd.DataFrame(self.values["trials"])
 
 
 def calibrate(
@@ -68,13 +67,10 @@ def calibrate(
     depth: float | None = None,
     speed: float | None = None,
     tolerance: str | None = None,
-    shots: str | Path | pd.DataFrame | None = None,
-    fit: Sequence[str] = (),
     level: str | None = None,
-    start: str | None = None,
     threads: int = 0,
 ) -> Calibration:
-    """Fit a gel to the depth at which a projectile rests, or to several shots.
+    """Fit the strength of a gel to the depth at which a projectile rests; `fit_gel` fits to several shots.
 
     Parameters
     ----------
@@ -85,90 +81,26 @@ def calibrate(
     speed : float, optional
         Speed of the projectile along -z, m/s; that of the scene if absent.
     tolerance : str, optional
-        Difference of the depth that counts as none, such as ``"1%"`` (``"0.1%"`` if absent).
-    shots : str, Path or DataFrame, optional
-        Shots to fit to: a table, the path of a CSV file, or the name of a built-in one, ``"gelatin-10"``. Columns are
-        ``name``, ``speed`` (m/s; two for a slope, ``"165/195"``), ``measure`` (``depth``, ``slope`` or ``cavity``),
-        ``value`` and ``band``, the accepted deviation (both in m, or m per m/s for a slope), and if needed ``scene``,
-        ``set`` and ``window``.
-    fit : sequence of str
-        Parameters that are fitted to the shots, of ``stress``, ``exponent`` and ``shear_modulus``; all if empty.
-    level, start : str, optional
-        Level of accuracy of the runs (``"fine"`` for shots, otherwise that of the scene), and of a first fit.
+        Relative difference of the depth that is accepted, such as ``"1%"`` (``"0.1%"`` if absent).
+    level : str, optional
+        Level of accuracy of the runs; that of the scene if absent.
     threads : int
         Threads, 0 for all cores.
 
     Warns
     -----
     FitWarning
-        If the gel is not fitted, or a shot is further from its value than its band.
+        If the gel is not fitted.
     """
     scene = as_scene(scene)
-    with tempfile.TemporaryDirectory(prefix="ballistic-gel-") as folder:
-        if isinstance(shots, pd.DataFrame):
-            table = Path(folder) / "shots.csv"
-            shots.to_csv(table, index=False)
-            shots = table
-        options = {"depth": depth, "speed": speed, "tolerance": tolerance, "shots": shots}
-        options |= {"fit": ",".join(fit) or None, "level": level, "start": start, "threads": threads}
-        given = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        with scene.source() as name:
-            result = call_binary(["calibrate", name, *scene.arguments(), *given, "--quiet", "--json"])
+    options = {"depth": depth, "speed": speed, "tolerance": tolerance, "level": level, "threads": threads}
+    given = [f"--{name}={value}" for name, value in options.items() if value is not None]
+    with scene.source() as name:
+        result = call_binary(["calibrate", name, *scene.arguments(), *given, "--quiet", "--json"])
     calibration = Calibration(_values_in(result))
     for line in result.errors.splitlines():
         warnings.warn(line.removeprefix("warning: ").removeprefix("error: "), FitWarning, stacklevel=2)
     return calibration
-
-
-@dataclass(frozen=True)
-class Validation:
-    """Computed beside measured depths of the library.
-
-    Attributes
-    ----------
-    table : DataFrame
-        One row for each run.
-    agreeing, judged : int
-        Shots that agree with their measurement, of those that are judged: of grade B, and not fitted.
-    failures : list of str
-        Runs that failed, and why.
-    """
-
-    table: pd.DataFrame
-    agreeing: int
-    judged: int
-    failures: list[str]
-
-
-def validate(
-    only: Sequence[str] = (),
-    *,
-    level: str | None = None,
-    jobs: int = 1,
-    out: str | Path = "gelfmu-out/validation",
-    afresh: bool = False,
-) -> Validation:
-    """Run the measured shots of the library; finished ones are kept in the folder.
-
-    Parameters
-    ----------
-    only : sequence of str
-        Names of the shots to run; all if empty.
-    level : str, optional
-        Only the cases of this level, ``"draft"`` or ``"coarse"``.
-    jobs : int
-        Number of concurrent processes.
-    out : str or Path
-        Folder for the table, the picture and the rows.
-    afresh : bool
-        Repeat every run.
-    """
-    given = [f"--jobs={jobs}", f"--out={out}"]
-    given += [f"--only={','.join(only)}"] if only else []
-    given += [f"--level={level}"] if level else []
-    given += ["--afresh"] if afresh else []
-    found = _values_in(call_binary(["validate", *given, "--quiet", "--json"]))
-    return Validation(pd.DataFrame(found["rows"]), found["agreeing"], found["judged"], found["failures"])
 
 
 def _values_in(result: CommandResult) -> dict[str, Any]:

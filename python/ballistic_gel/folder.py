@@ -146,6 +146,13 @@ class SweepFolder:
             path.parent.mkdir(exist_ok=True)
             write_whole(path, content)
 
+    def publish(self, contents: Mapping[str, bytes]) -> None:
+        """List and write some files, and record that the sweep is complete."""
+        self.list_files(contents)
+        for name, content in contents.items():
+            self.write(name, content)
+        self.mark("complete")
+
     @contextmanager
     def _journal(self) -> Iterator[tuple[BinaryIO, FolderContents]]:
         """Give the locked manifest, and its contents; a new one gets its first lines."""

@@ -14,7 +14,7 @@ from .errors import GelfmuError
 from .folder import write_whole
 from .scene import Scene, new_shot_values
 from .sweeping import sweep
-from .tasks import COMPLETED
+from .tasks import depth_of
 
 LEVELS = ["draft", "coarse", "standard", "fine", "reference"]
 # What identifies a row: the shot as `gelfmu new` tells it, the level and the level that it is compared with.
@@ -83,7 +83,9 @@ def level_errors(
             print(f"{scene.name}: {', '.join(levels)}", file=sys.stderr)
         samples = {"scene.fidelity": levels[::-1]}  # the most expensive first: it decides how long all take
         shots = sweep(scene, samples, Path(out) / scene.name, workers=workers, progress=progress)
-        depths = {shot["scene.fidelity"]: _depth_of(scene.name, shot) for _, shot in shots.iterrows()}
+        depths = {
+            (own := shot["scene.fidelity"]): depth_of(f"{scene.name} at {own}", shot) for _, shot in shots.iterrows()
+        }
         given = {"speed": new["shot"]["speed"], **options, "reference": None if reference == "fine" else reference}
         command = shlex.join(["python", "-m", "ballistic_gel", "levels", projectile, *_arguments(given)])
         rows = [
@@ -114,20 +116,6 @@ def _levels_up_to(reference: str, scene: Scene) -> list[str]:
         remedy = f"one of {', '.join(known[1:])}"
         raise GelfmuError(f"reference {reference}: found no such level above another, expected {remedy}", remedy=remedy)
     return known[: known.index(reference) + 1]
-
-
-def _depth_of(name: str, shot: pd.Series[Any]) -> float:
-    """Return the depth at rest of a shot, or at its end, m."""
-    place = f"{name} at {shot['scene.fidelity']}"
-    if shot["status"] != COMPLETED:
-        remedy = "measure against a cheaper level (reference)"
-        found = f"the shot has no depth, it is {shot['status']} ({shot['reason']})"
-        raise GelfmuError(f"{place}: {found}: {remedy}", remedy=remedy)
-    if shot["perforated"]:
-        remedy = "take a longer block"
-        raise GelfmuError(f"{place}: the projectile left the block, which has no depth: {remedy}", remedy=remedy)
-    depth = shot.get("rest_depth")
-    return float(shot["final_depth"] if depth is None or pd.isna(depth) else depth)
 
 
 def _arguments(options: dict[str, Any]) -> list[str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import itertools
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +14,9 @@ if TYPE_CHECKING:
     from .shot import Shot
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-_LEDGER_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, "#E69F00", "#56B4E9", "#000000", "#999999")
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, "#E69F00", "#56B4E9", "#000000", "#999999")
 # Parts of the energy that are no loss, and balances of the books.
-_KEPT = ("kinetic", "projectile", "elastic", "imbalance", "closure", "splash")
+_KEPT = ("kinetic", "projectile", "elastic", "imbalance")
 # Curves of the energy ledger that stay below this part of the whole are left out.
 _VISIBLE = 1e-2
 
@@ -62,7 +63,7 @@ class ShotPlots:
         energy = np.asarray(self._shot.summary["energy_per_centimetre"] or [], dtype=float)
         if not len(energy):
             self._shot.track  # noqa: B018 - says why there is none
-        ax = _axes(ax)
+        ax = new_axes(ax)
         ax.bar(10.0 * np.arange(len(energy)), energy, width=10.0, align="edge", color=BLUE, edgecolor="w", label=label)
         return _label(ax, "depth, mm", "energy per centimetre, J", label)
 
@@ -70,7 +71,7 @@ class ShotPlots:
         """Draw the temporary cavity, its greatest diameter at each depth, and the permanent track."""
         cavity, track = self._shot.cavity, self._shot.track
         widest = cavity.groupby("depth_m")["radius_m"].max()
-        ax = _axes(ax)
+        ax = new_axes(ax)
         for depth, radius, colour, name in (
             (widest.index.to_numpy(), widest.to_numpy(), BLUE, "temporary cavity"),
             (track["depth_m"], track["track_diameter_m"] / 2, ORANGE, "permanent track"),
@@ -92,27 +93,39 @@ class ShotPlots:
         curves = {"projectile": history["energy_projectile_J"], "elastic": history["energy_elastic_J"]}
         curves["motion of the gel"] = history["energy_kinetic_J"] - history["energy_projectile_J"]
         curves |= {name.replace("_", " "): -history[columns[name]] for name in columns if name not in _KEPT}
-        ax = _axes(ax)
+        ax = new_axes(ax)
         whole = float(history["energy_kinetic_J"].abs().max())
-        colours = itertools.cycle(_LEDGER_COLOURS)
+        colours = itertools.cycle(COLOURS)
         for name, energy in curves.items():
             if energy.abs().max() > _VISIBLE * whole:
                 ax.plot(1e3 * history["time_s"], energy, color=next(colours), label=name)
         return _label(ax, "time, ms", "energy, J", "ledger")
 
 
-def _axes(ax: Axes | None) -> Axes:
+def new_axes(ax: Axes | None, size: tuple[float, float] | None = None) -> Axes:
+    """Return axes as they are, or those of a new figure, of a size in inches."""
     if ax is not None:
         return ax
     import matplotlib.pyplot as plt
 
-    made: Axes = plt.subplots(layout="constrained")[1]
-    made.set_prop_cycle(color=list(_LEDGER_COLOURS))
+    made: Axes = plt.subplots(figsize=size, layout="constrained")[1]
+    made.set_prop_cycle(color=list(COLOURS))
     return made
 
 
+def svg_of(figure: Any) -> bytes:
+    """Return a figure as SVG, the same bytes each time, and close it."""
+    import matplotlib.pyplot as plt
+
+    picture = io.BytesIO()
+    with plt.rc_context({"svg.hashsalt": "ballistic-gel", "svg.fonttype": "none"}):
+        figure.savefig(picture, format="svg", metadata={"Date": None})
+    plt.close(figure)
+    return picture.getvalue()
+
+
 def _line(ax: Axes | None, x: object, y: object, x_label: str, y_label: str, name: str | None) -> Axes:
-    ax = _axes(ax)
+    ax = new_axes(ax)
     ax.plot(np.asarray(x), np.asarray(y), label=name)
     return _label(ax, x_label, y_label, name)
 

@@ -50,7 +50,7 @@ class Normal:
 
     def quantile(self, fraction: np.ndarray) -> np.ndarray:
         """Return the values below which these fractions lie."""
-        return np.asarray(_scipy().stats.norm.ppf(fraction, self.mean, self.deviation))
+        return np.asarray(import_scipy().stats.norm.ppf(fraction, self.mean, self.deviation))
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class LogNormal:
 
     def quantile(self, fraction: np.ndarray) -> np.ndarray:
         """Return the values below which these fractions lie."""
-        return np.asarray(_scipy().stats.lognorm.ppf(fraction, self.deviation, scale=self.median))
+        return np.asarray(import_scipy().stats.lognorm.ppf(fraction, self.deviation, scale=self.median))
 
 
 class Sampler(Protocol):
@@ -102,7 +102,7 @@ class LatinHypercube:
     def table(self) -> pd.DataFrame:
         """Return one row for each sample."""
         _check_counts(self.count, self.seed)
-        sampler = _scipy().stats.qmc.LatinHypercube(len(self.spreads), rng=self.seed)
+        sampler = import_scipy().stats.qmc.LatinHypercube(len(self.spreads), rng=self.seed)
         return _spread(self.spreads, sampler.random(self.count))
 
 
@@ -117,7 +117,7 @@ class Sobol:
     def table(self) -> pd.DataFrame:
         """Return one row for each sample."""
         _check_counts(self.count, self.seed)
-        sampler = _scipy().stats.qmc.Sobol(len(self.spreads), rng=self.seed)
+        sampler = import_scipy().stats.qmc.Sobol(len(self.spreads), rng=self.seed)
         return _spread(self.spreads, sampler.random(self.count))
 
 
@@ -157,10 +157,18 @@ def _spread(spreads: Mapping[str, Distribution], fractions: np.ndarray) -> pd.Da
     return pd.DataFrame({key: spread.quantile(column) for (key, spread), column in columns})
 
 
-def _scipy() -> Any:
+def import_scipy() -> Any:
+    """Return scipy.
+
+    Raises
+    ------
+    GelfmuError
+        If it is not installed.
+    """
     try:
+        import scipy.optimize
         import scipy.stats
     except ImportError as error:
-        remedy = "pip install scipy"
-        raise GelfmuError(f"found no scipy, which draws samples: {remedy}", remedy=remedy) from error
+        remedy = 'pip install "ballistic-gel[sweep]"'
+        raise GelfmuError(f"found no scipy, which draws samples and fits: {remedy}", remedy=remedy) from error
     return scipy

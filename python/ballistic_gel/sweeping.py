@@ -103,21 +103,84 @@ def sweep(
     table, folder = sample_table(samples), SweepFolder(out)
     _refuse_settings(runs, workers)
     _refuse_cartridges(scene, table, runs)
-    number, count = (1, 1) if share is None else _parse_share(share)
     with nullcontext() if scene is None or runs != "fmu" else _packed(scene, folder, fidelity, client) as fmu:
         tasks = _tasks_of(scene, table, folder, fmu, fidelity, keep)
-        keys = [task.key() for task in tasks]
-        store = RowStore(folder, keys)
-        wanted = dict(list(zip(keys, tasks, strict=True))[number - 1 :: count])
-        rows = {key: row for key in dict.fromkeys(keys) if (row := store.read(key)) is not None}
-        if keep:
-            for key in [key for key in wanted if key in rows and not store.has_shot(key, rows)]:
-                store.forget(key)
-                del rows[key]
-        missing = {key: task for key, task in wanted.items() if key not in rows}
-        if missing:
-            engine = open_engine(client, workers, runs == "fmu")
-            rows |= _run_or_tell(missing, len(wanted), store, engine, progress)
+        return _sweep_tasks(tasks, table, folder, open_engine(client, workers, runs == "fmu"), share, progress)
+
+
+def run_scenes(
+    scenes: Sequence[Scene],
+    out: str | Path,
+    *,
+    labels: pd.DataFrame | None = None,
+    clock: bool = False,
+    client: Any = None,
+    workers: int | None = None,
+    share: str | None = None,
+    progress: bool = True,
+) -> pd.DataFrame:
+    """Run some scenes, each by its own, and return a table like that of `sweep`.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        Scenes with their replaced keys.
+    out : str or Path
+        Folder, as of `sweep`. Finished shots of other scenes in it stay.
+    labels : DataFrame, optional
+        Columns that come before the figures, one row for each scene.
+    clock : bool
+        Add the figures that depend on the machine, such as ``cpu_seconds``.
+    client, workers, share, progress
+        As of `sweep`.
+
+    Returns
+    -------
+    DataFrame
+        One row for each scene that has a result: ``labels``, ``status``, ``reason`` and the figures. A label takes
+        the place of a figure of its name; ``status`` and ``reason`` are no names of labels.
+
+    Raises
+    ------
+    GelfmuError
+        For labels of another number, and as `sweep`.
+    """
+    _refuse_settings("command", workers)
+    folder, stamp = SweepFolder(out), binary_stamp()
+    tasks = [ShotTask(scene, {}, stamp) for scene in scenes]
+    table = pd.DataFrame(index=range(len(tasks))) if labels is None else labels.reset_index(drop=True)
+    if len(table) != len(tasks):
+        remedy = f"{len(tasks)}, one for each scene"
+        raise GelfmuError(f"labels: found {len(table)} rows, expected {remedy}", key="labels", remedy=remedy)
+    made = _sweep_tasks(tasks, table, folder, open_engine(client, workers, False), share, progress)
+    if clock:
+        store = RowStore(folder, [])
+        times = pd.DataFrame([(store.read(tasks[place].key()) or {}).get("clock", {}) for place in made.index])
+        made = pd.concat([made, times.set_axis(made.index)], axis=1)
+    return made
+
+
+def _sweep_tasks(
+    tasks: Sequence[ShotTask],
+    table: pd.DataFrame,
+    folder: SweepFolder,
+    engine: AbstractContextManager[Submit],
+    share: str | None,
+    progress: bool,
+) -> pd.DataFrame:
+    """Run what is missing of some shots, and return them beside the columns of a table."""
+    number, count = (1, 1) if share is None else _parse_share(share)
+    keys, keep = [task.key() for task in tasks], any(task.folder for task in tasks)
+    store = RowStore(folder, keys)
+    wanted = dict(list(zip(keys, tasks, strict=True))[number - 1 :: count])
+    rows = {key: row for key in dict.fromkeys(keys) if (row := store.read(key)) is not None}
+    if keep:
+        for key in [key for key in wanted if key in rows and not store.has_shot(key, rows)]:
+            store.forget(key)
+            del rows[key]
+    missing = {key: task for key, task in wanted.items() if key not in rows}
+    if missing:
+        rows |= _run_or_tell(missing, len(wanted), store, engine, progress)
     # Other shares may have ended in the meantime.
     rows |= {key: row for key in set(keys) - set(rows) if (row := store.read(key)) is not None}
     made = _table_of(table, keys, rows)
@@ -128,7 +191,7 @@ def sweep(
     crashed = made[made["status"] == CRASHED]
     if len(crashed):
         counted = f"{len(crashed)} of {len(made)} shots crashed, and are run again by the same call"
-        warnings.warn(f"{counted}: {crashed['reason'].iloc[0]}", CrashWarning, stacklevel=2)
+        warnings.warn(f"{counted}: {crashed['reason'].iloc[0]}", CrashWarning, stacklevel=3)
     return made
 
 
@@ -265,11 +328,7 @@ class RowStore:
             mixed = [name for name in table if table[name].dropna().map(type).nunique() > 1]
             columns = {str(name): table[name].map(str, na_action="ignore") for name in mixed}
             texts.append(table.assign(**columns).to_parquet(engine="pyarrow"))
-        tables = dict(zip(_TABLES, texts, strict=False))
-        self.folder.list_files(tables)
-        for name, content in tables.items():
-            self.folder.write(name, content)
-        self.folder.mark("complete")
+        self.folder.publish(dict(zip(_TABLES, texts, strict=False)))
 
 
 _TABLES = ("results.csv", "clock.csv", "results.parquet")
@@ -353,6 +412,8 @@ def _table_of(table: pd.DataFrame, keys: Sequence[str], rows: Mapping[str, Row])
     records = [{"status": row["status"], "reason": row["reason"], **row["figures"]} for row in results]
     figures = pd.DataFrame(records) if records else pd.DataFrame(columns=["status", "reason"])
     figures.index = pd.Index(found)
+    # A column of the samples goes before a figure of the same name.
+    figures = figures.drop(columns=[name for name in figures if name in table and name not in ("status", "reason")])
     return pd.concat([table.iloc[found], figures], axis=1)
 
 

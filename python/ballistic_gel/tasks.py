@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import math
 import shutil
 import tempfile
 import threading
@@ -25,7 +26,7 @@ Row = dict[str, Any]
 # kind is not kept, so that the next sweep repeats the shot.
 COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crashed"
 # Figures of the summary that depend on the machine.
-_CLOCK = ("wall_seconds", "updates_per_second")
+_CLOCK = ("wall_seconds", "cpu_seconds", "updates_per_second")
 # Texts that are the same in all rows, and tables whose length is not.
 _CONSTANT = ("threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
 _LEFT_OUT = (*_CLOCK, *_CONSTANT, "cavity_course", "energy_per_centimetre")
@@ -159,12 +160,36 @@ def failed_row(status: str, reason: str) -> Row:
     return {"status": status, "reason": reason, "figures": {}}
 
 
+def value_of(figure: Any) -> float:
+    """Return a figure of a row as a number; NaN for one without a value."""
+    return math.nan if figure is None else float(figure)
+
+
+def depth_of(place: str, row: Any) -> float:
+    """Return the depth at rest of a completed row of a table, or at its end for a projectile that does not rest, m.
+
+    Raises
+    ------
+    GelfmuError
+        If the shot did not reach its end, or left the block.
+    """
+    if row["status"] != COMPLETED:
+        remedy = "take a cheaper level, or another shot"
+        found = f"the shot has no depth, it is {row['status']} ({row['reason']})"
+        raise GelfmuError(f"{place}: {found}: {remedy}", remedy=remedy)
+    if row["perforated"]:
+        remedy = "take a longer block"
+        raise GelfmuError(f"{place}: the projectile left the block, which has no depth: {remedy}", remedy=remedy)
+    rest = value_of(row.get("rest_depth"))
+    return value_of(row["final_depth"]) if math.isnan(rest) else rest
+
+
 def _row_of(summary: dict[str, Any]) -> Row:
     return {
         "status": COMPLETED if summary["completed"] else STOPPED,
         "reason": summary["failure"],
         "figures": dict(_flatten(summary)),
-        "clock": {name: summary[name] for name in _CLOCK},
+        "clock": {name: summary.get(name) for name in _CLOCK},
     }
 
 
@@ -172,6 +197,8 @@ def _flatten(figures: Mapping[str, Any], place: str = "") -> Iterator[tuple[str,
     """Yield single figures; vectors, fragments and sensors count from 1, doubts are joined."""
     for name, value in figures.items():
         path = place + name
+        if path == "energy_per_centimetre":
+            yield "greatest_energy_per_centimetre", max(value or [], default=None)
         if path in _LEFT_OUT:
             continue
         if name == "doubts":

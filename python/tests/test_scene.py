@@ -87,7 +87,7 @@ def test_the_program_gets_the_replaced_values(quick):
         (np.float64(1e-05), "1e-05"),
         (np.array([0, 1]), "[0, 1]"),
         ('1.5 "mm"', '"1.5 \\"mm\\""'),
-        ({"c1": 2.0}, '{"c1" = 2.0}'),
+        ({"c1": 2.0}, "{c1 = 2.0}"),
     ],
 )
 def test_values_are_written_as_toml(value, text):

@@ -27,7 +27,7 @@ mod values;
 
 pub use callbacks::{CallbackFunctions, LoggerCallback};
 #[cfg(feature = "cli")]
-pub use importer::{ImportError, LoadedFmu, LoadedState};
+pub use importer::{ImportError, LoadedFmu};
 pub use life::*;
 pub use reserve::MemoryReserve;
 pub use states::*;

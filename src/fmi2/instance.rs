@@ -105,10 +105,10 @@ impl FmuInstance {
     /// Builds the model if missing, and opens the result files.
     pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
         let model = self.model()?;
-        let (former_keys, doubts) = (scene::former_keys(&model.text), scene::doubts(&model.scene));
+        let doubts = scene::doubts(&model.scene);
         let class = scene::shot_class(&model.scene, 0);
-        for warning in former_keys.into_iter().chain(doubts) {
-            self.log.warning(warning);
+        for doubt in doubts {
+            self.log.warning(doubt);
         }
         if let Some(class) = class {
             self.log.event(format!("model error of the gel, root mean square over shots of this class: {class}"));

@@ -28,7 +28,7 @@ mod variables;
 
 pub use abi::{CallbackFunctions, LoggerCallback, MemoryReserve};
 #[cfg(feature = "cli")]
-pub use abi::{ImportError, LoadedFmu, LoadedState};
+pub use abi::{ImportError, LoadedFmu};
 pub use call::CallError;
 pub use logger::CATEGORIES;
 pub use manifest::{ArchiveContent, ArchiveManifest, ManifestError, SOURCE_STAMP};

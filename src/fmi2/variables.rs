@@ -327,7 +327,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::AngularMomentumImbalance => vector(model.books().angular_momentum_imbalance),
         Observed::CostElementUpdates => scalar(model.simulation.updates()),
         Observed::CostSmallestStep | Observed::CostLargestStep => scalar(step_of(observed, model)),
-        Observed::CostIncompatibleFraction => scalar(model.simulation.fallback()),
+        Observed::CostIncompatibleFraction => scalar(model.simulation.incompatible_fraction()),
         Observed::CostElements | Observed::CostRemeshes => ObservedValue::Integer(count_of(observed, model)),
     })
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 77] = [
+const COLUMNS: [HistoryColumn; 68] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -81,16 +81,6 @@ const COLUMNS: [HistoryColumn; 77] = [
     ("block_velocity_x_m_per_s", |o| o.block.velocity.x),
     ("block_velocity_y_m_per_s", |o| o.block.velocity.y),
     ("block_velocity_z_m_per_s", |o| o.block.velocity.z),
-    // Former names of columns, until the next release.
-    ("energy_splash_J", |o| o.energy.eroded),
-    ("energy_closure_J", |o| o.energy.imbalance),
-    ("momentum_closure_x_N_s", |o| o.momentum_imbalance.x),
-    ("momentum_closure_y_N_s", |o| o.momentum_imbalance.y),
-    ("momentum_closure_z_N_s", |o| o.momentum_imbalance.z),
-    ("angular_momentum_closure_x_N_m_s", |o| o.angular_momentum_imbalance.x),
-    ("angular_momentum_closure_y_N_m_s", |o| o.angular_momentum_imbalance.y),
-    ("angular_momentum_closure_z_N_m_s", |o| o.angular_momentum_imbalance.z),
-    ("remesh_fallback", |o| o.cost.incompatible_fraction),
 ];
 
 /// Column of a fragment, behind [`COLUMNS`]; the name follows `fragment1_`, `fragment2_`, …

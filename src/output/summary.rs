@@ -7,6 +7,7 @@ use super::wound::WoundFigures;
 use crate::math::Vector3;
 use crate::scene::{self, Dimension, FidelityKind, Scene};
 use crate::simulation::{self, BodyReport, EnergyReport, MeshFrame, Observation};
+use cpu_time::ProcessTime;
 use serde::de::Deserializer;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -87,6 +88,9 @@ pub struct RunSummary {
     /// Wall time between the first and the last record, s.
     #[serde(deserialize_with = "super::numbers::number")]
     pub wall_seconds: f64,
+    /// CPU time of the process between the first and the last record, s: within an importer, with what that computes.
+    #[serde(deserialize_with = "super::numbers::number")]
+    pub cpu_seconds: f64,
     /// Threads of the element loop.
     pub threads: usize,
     /// Dimension of the scene.
@@ -116,9 +120,6 @@ pub struct RunSummary {
     /// positions.
     #[serde(deserialize_with = "super::numbers::number")]
     pub incompatible_fraction: f64,
-    /// Former name of `incompatible_fraction`, until the next release.
-    #[serde(deserialize_with = "super::numbers::number")]
-    pub remesh_fallback: f64,
     /// Volume of self-overlap of the gel at the end, m³: without self-contact surfaces pass through each other; with it
     /// they are stopped where they stand in each other, and not pushed out.
     #[serde(deserialize_with = "super::numbers::number")]
@@ -300,12 +301,19 @@ pub(super) struct RunInfo {
     interface: DriverInterface,
     threads: usize,
     started: Instant,
+    started_cpu: Option<ProcessTime>,
 }
 
 impl RunInfo {
     /// Returns the wall time since the start of the run, s.
     fn wall_seconds(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
+    }
+
+    /// Returns the CPU time of the process since the start of the run, s; not a number where the system has none.
+    fn cpu_seconds(&self) -> f64 {
+        let spent = self.started_cpu.and_then(|start| start.try_elapsed().ok());
+        spent.map_or(f64::NAN, |spent| spent.as_secs_f64())
     }
 
     pub(super) fn start(scene: &Scene, interface: DriverInterface, threads: usize) -> Self {
@@ -318,6 +326,7 @@ impl RunInfo {
             interface,
             threads,
             started: Instant::now(),
+            started_cpu: ProcessTime::try_now().ok(),
         }
     }
 }
@@ -355,6 +364,7 @@ impl RunSummary {
             ended_by,
             end_time: *time,
             wall_seconds: run.wall_seconds(),
+            cpu_seconds: run.cpu_seconds(),
             threads: run.threads,
             dimension: run.scene.scene.dimension,
             elements: cost.elements,
@@ -366,7 +376,6 @@ impl RunSummary {
             largest_step: cost.largest_step,
             remeshes: cost.remeshes,
             incompatible_fraction: cost.incompatible_fraction,
-            remesh_fallback: cost.incompatible_fraction,
             overlapped_volume: overlap::volume(&run.scene, ending.frame),
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
@@ -423,15 +432,8 @@ pub struct SummaryAccount {
     pub meaning: &'static str,
 }
 
-/// Former names of accounts, written beside the present ones until the next release.
-const FORMER_NAMES: [(&str, &str); 2] = [("eroded", "splash"), ("imbalance", "closure")];
-
 fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -> Result<S::Ok, S::Error> {
-    let present = accounts.iter().map(|account| (account.name, account.value));
-    let former = |account: &SummaryAccount| {
-        FORMER_NAMES.iter().find(|(name, _)| *name == account.name).map(|(_, former)| (*former, account.value))
-    };
-    serializer.collect_map(present.chain(accounts.iter().filter_map(former)))
+    serializer.collect_map(accounts.iter().map(|account| (account.name, account.value)))
 }
 
 /// Name, value in a report, and meaning of an energy account.

@@ -21,8 +21,8 @@ pub enum FidelityKind {
     Reference,
 }
 
-/// Overrides and figures of the levels of `scene.fidelity`; `gelfmu trade` measures the figures and prints this
-/// table.
+/// Overrides and figures of the levels of `scene.fidelity`; `python -m ballistic_gel trade` measures the figures and
+/// prints this table.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
@@ -181,7 +181,7 @@ mod tests {
     fn a_level_that_is_not_there_or_does_not_fit_is_refused_with_its_key() {
         let refused = |set: &[&str]| with(set).unwrap_err();
         let unknown = refused(&["scene.fidelity=fine"]);
-        assert!(unknown.line.is_some() && unknown.to_string().contains("gelfmu trade"), "{unknown}");
+        assert!(unknown.line.is_some() && unknown.to_string().contains("python -m ballistic_gel trade"), "{unknown}");
         assert_eq!(unknown.key, "scene.fidelity");
         for set in ["mesh.size=-1", "mesh", "mesh.siez=1"] {
             let misfit = refused(&["scene.fidelity=draft", &format!("fidelity.draft.set=[{set:?}]")]);

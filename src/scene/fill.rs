@@ -1,6 +1,5 @@
 //! Fills the keys that the text does not set: those of a preset, derived moduli, and bodies of the library.
 
-use super::former_keys::rename_keys;
 use super::named_body::NamedBody;
 use super::preset::{Preset, PresetValue};
 use super::{ConstantsSpec, LibraryValue, TermSpec};
@@ -16,9 +15,7 @@ use toml::de::{DeTable, DeValue};
 #[must_use]
 pub fn from_preset(text: &str) -> Vec<&'static PresetValue> {
     let Ok(parsed) = DeTable::parse(text) else { return vec![] };
-    let mut scene = parsed.into_inner();
-    rename_keys(&mut scene);
-    fill_gel(&mut scene, None)
+    fill_gel(&mut parsed.into_inner(), None)
 }
 
 /// Writes the values of the preset and `shear_modulus` into keys of a gel that the text does not set. Returns the

@@ -93,10 +93,13 @@ macro_rules! library {
     };
 }
 
-const LIBRARY: [(&str, &str); 29] = library![
+const LIBRARY: [(&str, &str); 33] = library![
     "bb",
     "sphere-4.8mm",
     "sphere-5.5mm",
+    "lead-ball-31",
+    "buckshot-1",
+    "buckshot-00",
     "fsp-0.16g",
     "fsp-1.1g",
     "fsp-2.84g",
@@ -119,6 +122,7 @@ const LIBRARY: [(&str, &str); 29] = library![
     "45acp-185-silvertip-recovered",
     "45acp-185-silvertip-later-recovered",
     "38p-158-lswchp-recovered",
+    "9mm-147-black-talon-recovered",
     "9mm-115-jhp-recovered",
     "9mm-115-jhp-clothed-recovered",
     "40sw-165-hydra-shok-recovered",

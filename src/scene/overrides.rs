@@ -1,6 +1,5 @@
 //! Overrides: single values written over those of a scene text.
 
-use super::former_keys::{key_in_document, present_key};
 use super::named_body::{NamedBody, named_bodies};
 use super::quantity::begins_like_number;
 use super::{FidelityKind, FidelityLevel, LibraryProjectile, LibraryValue, Scene, SceneError, explain};
@@ -40,9 +39,8 @@ impl FromStr for Override {
     }
 }
 
-/// Returns true if one of two dotted keys is, or contains, the other, by their present names.
+/// Returns true if one of two dotted keys is, or contains, the other.
 pub(super) fn keys_overlap(a: &str, b: &str) -> bool {
-    let (a, b) = (&*present_key(a), &*present_key(b));
     let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     holds(a, b) || holds(b, a)
 }
@@ -210,8 +208,7 @@ fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), S
     let value = parse_value(change)?;
     let broken =
         |_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size or fragment[1].mass");
-    let key = key_in_document(document, &change.key);
-    let path = Key::parse(&plain_key(&key)).map_err(broken)?;
+    let path = Key::parse(&plain_key(&change.key)).map_err(broken)?;
     let Some((last, tables)) = path.split_last() else {
         return Err(SceneError::value(&change.key, "no key", "a dotted key, such as mesh.size"));
     };
@@ -329,8 +326,9 @@ pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, S
     let fidelity = scene.scene.fidelity;
     let name = fidelity.as_str();
     let Some(level) = scene.fidelity.get(fidelity) else {
-        let expected =
-            format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
+        let expected = format!(
+            "\"standard\", or a table fidelity.{name}: `python -m ballistic_gel trade` measures it and prints the lines"
+        );
         let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
         return if fidelity == FidelityKind::Standard { Ok(None) } else { Err(unknown) };
     };

@@ -1,14 +1,13 @@
 //! Reads a scene text into a checked scene.
 
-use super::former_keys::{refuse_removed_keys, rename_keys};
 use super::named_body::{NamedBody, named_bodies};
 use super::overrides::{Override, apply_level, keys_overlap, level_error};
 use super::places::{KeyLocations, join, numbered};
 use super::quantity::si_text;
+use super::removed_keys::refuse_removed_keys;
 use super::validate::validate;
 use super::{FileSource, Scene, SceneError, explain, files, fill, no_files, resolve};
 use serde::Deserialize;
-use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 /// Greatest size of a scene text, bytes: two hundred times that of the longest built-in scene.
@@ -103,16 +102,9 @@ pub fn read_with(text: &str, overrides: &[Override], files: &FileSource<'_>) -> 
     }
 }
 
-/// Parses a scene text, with the present names of its keys.
-fn parse_table(text: &str) -> Result<Spanned<DeTable<'_>>, toml::de::Error> {
-    let mut table = DeTable::parse(text)?;
-    rename_keys(table.get_mut());
-    Ok(table)
-}
-
 /// Adds to an error the line on which its key is set.
 fn with_line(text: &str, error: SceneError) -> SceneError {
-    let line = parse_table(text).ok().and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
+    let line = DeTable::parse(text).ok().and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }
 
@@ -123,7 +115,7 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
     let text = &*si_text(text)?;
-    let parsed = parse_table(text);
+    let parsed = DeTable::parse(text);
     let table = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     let places = KeyLocations::of(text, table.get_ref());
     let at_its_line = |error: SceneError| SceneError { line: places.line_of(&error.key), ..error };

@@ -88,7 +88,7 @@ pub(super) trait ErasedModel: Send {
     /// Numbers of elements and nodes.
     fn counts(&self) -> MeshCounts;
     /// Fraction of the elements whose rest shape is not that of their nodes' rest positions.
-    fn fallback(&self) -> f64;
+    fn incompatible_fraction(&self) -> f64;
     /// Range of the current element steps.
     fn steps(&self) -> StepRange;
     fn synchronous_updates(&self, t: f64) -> f64;
@@ -347,7 +347,7 @@ where
         MeshCounts { elements: self.gel.engine.gel().potential.len(), nodes: self.gel.engine.gel().mass.len(), crushed }
     }
 
-    fn fallback(&self) -> f64 {
+    fn incompatible_fraction(&self) -> f64 {
         let own = self.gel.engine.state().birth.as_ref().map_or(0, |birth| birth.references.len());
         own as f64 / self.gel.engine.gel().potential.len() as f64
     }

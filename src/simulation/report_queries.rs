@@ -141,8 +141,8 @@ impl Simulation {
     /// Fraction of the elements whose rest shape is not that of their nodes' rest positions, as remeshing leaves
     /// them.
     #[must_use]
-    pub fn fallback(&self) -> f64 {
-        self.model.fallback()
+    pub fn incompatible_fraction(&self) -> f64 {
+        self.model.incompatible_fraction()
     }
 
     /// Cost of the run so far; visits the groups of elements.
@@ -161,7 +161,7 @@ impl Simulation {
             crushed_elements,
             remeshes: self.remeshes(),
             eroded_mass: self.model.record().eroded_mass,
-            incompatible_fraction: self.fallback(),
+            incompatible_fraction: self.incompatible_fraction(),
         }
     }
 

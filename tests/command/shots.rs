@@ -77,25 +77,3 @@ fn a_run_takes_values_with_units() {
     assert_eq!(length.status, Some(2));
     assert!(length.err.contains("projectile.mass"), "{}", length.err);
 }
-
-#[test]
-fn validate_keeps_its_rows_and_goes_on_from_them() {
-    let folder = folder();
-    let arguments = ["validate", "--only", "45acp-185-remington", "--json", "--out", "valid"];
-    let first = gelfmu_in(folder.path(), &arguments);
-    assert_eq!(first.status, Some(0), "{}", first.err);
-    let value = json(&first.out);
-    assert_eq!(value["rows"][0]["completed"], true);
-    let depth = value["rows"][0]["depth_m"].as_f64().unwrap();
-    assert!((0.1..0.4).contains(&depth), "{depth}");
-    let row = fs::read_dir(folder.path().join("valid/rows")).unwrap().next().unwrap().unwrap().path();
-    let text = fs::read_to_string(&row).unwrap().replace(&format!("\"depth_m\": {depth:?}"), "\"depth_m\": 0.123");
-    fs::write(&row, text).unwrap();
-    let again = json(&gelfmu_in(folder.path(), &arguments).out);
-    assert_eq!(again["rows"][0]["depth_m"], 0.123, "the kept row is used");
-    for file in ["validation.csv", "validation.md", "validation.svg"] {
-        assert!(fs::read_to_string(folder.path().join("valid").join(file)).unwrap().contains("45acp-185-remington"));
-    }
-    let unknown = gelfmu_in(folder.path(), &["validate", "--only", "x"]);
-    assert!(unknown.status == Some(2) && unknown.err.contains("bb-fbi"), "{}", unknown.err);
-}

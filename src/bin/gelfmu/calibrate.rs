@@ -1,9 +1,6 @@
-//! `gelfmu calibrate`: fits the strength of a gel to the depth at which a projectile rests, or several parameters of
-//! the gel to several shots.
+//! `gelfmu calibrate`: fits the strength of a gel to the depth at which a projectile rests.
 
 mod search;
-mod sensitivity;
-mod shots;
 mod task;
 mod trial;
 mod words;
@@ -11,27 +8,21 @@ mod words;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::interrupt;
+use crate::moved;
 use crate::options::CalibrateOptions;
 use crate::progress::ProgressDisplay;
 use search::{SearchStep, ShotOutcome, StrengthSearch, StrengthTrial};
 use std::ops::ControlFlow;
 use task::{CalibrationEnd, CalibrationTask, FITTED_KEY};
-use trial::ShotNeeds;
 
 /// Answer to the first Ctrl-C.
 const WAITING: &str = "interrupted: the best strength so far is kept; Ctrl-C again ends it at once";
 
-/// Carries out the calibration that the options ask for, and returns the exit status.
-pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
-    match (&options.shots, options.sensitivity.is_empty()) {
-        (_, false) => sensitivity::measure(options, console),
-        (Some(file), true) => shots::fit(file, options, console),
-        (None, true) => fit_depth(options, console),
-    }
-}
-
 /// Fits the strength to one depth, prints the lines for the scene, and returns the exit status.
-fn fit_depth(options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
+pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, CommandError> {
+    if options.shots.is_some() || options.sensitivity.is_some() {
+        return Err(moved::refuse("calibrate --shots", "calibrate SHOTS.csv"));
+    }
     let task = CalibrationTask::read(options)?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
@@ -90,7 +81,7 @@ fn run_trial(
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let scene = task.load_with(strength)?.scene;
-    let run = trial::run(scene, ShotNeeds { rest: true, cavity: false }, task.options.threads, &mut watch);
+    let run = trial::run(scene, task.options.threads, &mut watch);
     bar.clear();
     let Some(run) = run? else { return Ok(None) };
     if let Some(why) = trial::explain_excess_depth(task.options.depth, run.thickness) {

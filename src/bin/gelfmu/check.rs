@@ -19,7 +19,6 @@ use serde_json::{Value, json};
 /// Builds a scene and prints its model, cost and levels.
 pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandError> {
     let source = source::load(&options.scene, &options.set)?;
-    console.notes(&scene::former_keys(&source.text));
     let SceneSource { scene, text, .. } = source;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
     let simulation = job::build_simulation(&scene, CouplingMode::Integrated, 1)?;
@@ -31,6 +30,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         "scene": scene.scene.name,
         "title": scene.scene.title,
         "valid": true,
+        "values": scene,
         "modelled": modelled,
         "switched_off": off,
         "elements": cost.elements,

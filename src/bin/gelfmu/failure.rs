@@ -67,15 +67,6 @@ pub enum CommandError {
 }
 
 impl CommandError {
-    /// Puts a place before the message of bad input.
-    pub fn placed(self, place: &str) -> Self {
-        match self {
-            Self::BadInput(why) => Self::BadInput(format!("{place}{why}")),
-            Self::Scene { place: own, error } => Self::Scene { place: format!("{place}{own}"), error },
-            other => other,
-        }
-    }
-
     /// Returns the exit status: 2 for bad input, 1 for every other error.
     pub fn code(&self) -> u8 {
         match self {

@@ -74,14 +74,13 @@ fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<FidelityKi
     let Some(best) = known.iter().map(|level| level.error).reduce(f64::min) else {
         let found = format!("scene {name} without a curve that was measured with these values");
         let expected = format!(
-            "one with fidelity tables: `gelfmu trade {name}` measures them, with the same --set, and prints the lines"
+            "one with fidelity tables: `python -m ballistic_gel trade {name}` measures them and prints the lines"
         );
         return refuse(&found, &expected);
     };
     let fit = known.iter().filter(|level| level.error <= accuracy).min_by(|a, b| a.updates.total_cmp(&b.updates));
-    let least = || {
-        format!("at least {}%, the best of its curve, or a finer one (`gelfmu trade --finer`)", rounded(100.0 * best))
-    };
+    let least =
+        || format!("at least {}%, the best of its curve, or a finer one (trade --finer)", rounded(100.0 * best));
     fit.map_or_else(|| refuse("nothing so accurate", &least()), |level| Ok(level.fidelity))
 }
 

@@ -13,6 +13,7 @@ mod job;
 mod level;
 mod listing;
 mod measured;
+mod moved;
 mod movie;
 mod new;
 mod option_values;
@@ -30,9 +31,7 @@ mod scratch;
 mod source;
 mod summary;
 mod through_fmu;
-mod trade;
 mod user_table;
-mod validate;
 
 use clap::{CommandFactory, FromArgMatches};
 use console::Console;
@@ -64,10 +63,10 @@ fn main() -> ExitCode {
 fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandError> {
     match command {
         GelfmuCommand::Run(options) => return run::run(&options, console),
-        GelfmuCommand::Bench(options) => return bench::bench(&options, console),
+        GelfmuCommand::Bench(options) => bench::bench(&options, console)?,
         GelfmuCommand::Calibrate(options) => return calibrate::calibrate(&options, console),
-        GelfmuCommand::Trade(options) => return trade::trade(&options, console),
-        GelfmuCommand::TradeRow(options) => trade::print_row(&options)?,
+        GelfmuCommand::Trade { .. } => return Err(moved::refuse("trade", "trade SCENE")),
+        GelfmuCommand::Validate { .. } => return Err(moved::refuse("validate", "validate")),
         GelfmuCommand::Check(options) => check::check(&options, console)?,
         GelfmuCommand::Pack(options) => pack::pack(&options, console)?,
         GelfmuCommand::Report(options) => report::report(&options, console)?,
@@ -75,7 +74,6 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         GelfmuCommand::New(options) => new::new(&options, console)?,
         GelfmuCommand::Projectiles { name } => listing::projectiles(name.as_deref(), console)?,
-        GelfmuCommand::Validate(options) => return validate::validate(&options, console),
         GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
         GelfmuCommand::Schema => listing::schema(console),
         GelfmuCommand::Completions { shell } => listing::completions(shell, console),

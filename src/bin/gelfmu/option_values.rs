@@ -71,12 +71,13 @@ pub fn parse_error(text: &str) -> Result<f64, String> {
         .map(|percent| 0.01 * percent)
 }
 
-pub fn parse_jobs(text: &str) -> Result<usize, String> {
-    let most = fmi2::most_threads();
-    match text.parse::<usize>() {
-        Ok(n) if (1..=most).contains(&n) => Ok(n),
-        _ => Err(format!("expected a number of processes from 1 to {most}")),
-    }
+/// Least and greatest number of elements: cells of a fifth of the height of the block; the memory of a process.
+const ELEMENT_RANGE: (usize, usize) = (7000, 20_000_000);
+/// Parses a number of elements of `gelfmu bench`.
+pub fn parse_elements(text: &str) -> Result<usize, String> {
+    let (least, most) = ELEMENT_RANGE;
+    let number = text.parse::<usize>().ok().filter(|n| (least..=most).contains(n));
+    number.ok_or_else(|| format!("expected a number of elements from {least} to {most}"))
 }
 
 pub fn parse_threads(text: &str) -> Result<usize, String> {

@@ -1,15 +1,12 @@
 //! Command-line interface: subcommands, their options and the parsers of the values.
 
-use crate::bench::BenchOptions;
 use crate::new::NewOptions;
 use crate::option_values::{
-    PROJECTILE_NAME, SCENE_NAME, level_parser, parse_error, parse_jobs, parse_length, parse_speed, parse_threads,
+    PROJECTILE_NAME, SCENE_NAME, level_parser, parse_elements, parse_error, parse_length, parse_speed, parse_threads,
     parse_time,
 };
 use crate::output_choice::OutputChoice;
 use crate::report_options::{MovieOptions, ReportFolderOptions, ReportOptions};
-use crate::trade::CouplingVariant;
-use crate::validate::ValidateOptions;
 use ballistic_gel::scene::{FidelityKind, Override};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -54,17 +51,16 @@ pub enum ColorChoice {
 pub enum GelfmuCommand {
     /// Run a scene through the packed FMU, as an importer would, and write a result folder with a report
     Run(RunOptions),
-    /// Fit a gel to the depth at which a projectile rests, or to several shots, and print the lines of the scene
+    /// Fit a gel to the depth at which a projectile rests, and print the lines of the scene
     ///
-    /// One depth: the scene is run with one gel.strength_scale after the other, until the rest depth is the measured
-    /// one to 0.1 %. Several shots (--shots): the least squares of all residuals, each divided by its band, by the method of
-    /// Levenberg and Marquardt. Ctrl-C keeps the best values so far.
+    /// The scene is run with one gel.strength_scale after the other, until the rest depth is the measured one to 0.1 %.
+    /// Ctrl-C keeps the best value so far. Several parameters are fitted to several shots by the Python package.
     Calibrate(CalibrateOptions),
     /// Check a scene, and print the modelled physics and the physics switched off
     ///
     /// The scene is built, so a scene without a valid mesh is refused here, too.
     Check(CheckOptions),
-    /// Measure the element updates per second of this machine, the memory of an element and the FMI calls, and print a table
+    /// Measure the element updates per second of this machine, by threads, and print a table
     Bench(BenchOptions),
     /// Write the FMU of a scene, for every platform whose library is inside this gelfmu
     Pack(PackOptions),
@@ -83,15 +79,20 @@ pub enum GelfmuCommand {
     /// its points, the signed distance, the gel immersed and cut out, and the velocity on the old mesh and on the new
     /// meshes of both methods. `index.html` shows them in order with their figures.
     RemeshDemo(RemeshDemoOptions),
-    /// Measure error against cost: run a scene with every discretisation knob turned towards fine and towards coarse
-    ///
-    /// Errors of the projectile's motion are relative to the limit of refinement of the same scene (Richardson
-    /// extrapolation), and are refused where refinement is not monotone. Table, CSV and picture are written into the
-    /// folder. Finished runs are kept there: the same command continues an interrupted measurement.
-    Trade(TradeOptions),
-    /// Run one scene of a trade ladder and print its row as JSON
+    /// Refuse the former command with that of the Python package
     #[command(hide = true)]
-    TradeRow(TradeRowOptions),
+    Trade {
+        /// Former options
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        rest: Vec<String>,
+    },
+    /// Refuse the former command with that of the Python package
+    #[command(hide = true)]
+    Validate {
+        /// Former options
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        rest: Vec<String>,
+    },
     /// Write the scene of a shot: a projectile of the library, a speed, a yaw and a block of gel
     ///
     /// The scene is complete and commented: mesh and remeshing from the calibre, end time from an estimate of the path.
@@ -102,10 +103,6 @@ pub enum GelfmuCommand {
         #[arg(value_parser = PROJECTILE_NAME, hide_possible_values = true)]
         name: Option<String>,
     },
-    /// Run the measured shots of the library and print computed beside measured depths
-    ///
-    /// Finished shots are kept in the folder: the same command continues an interrupted validation.
-    Validate(ValidateOptions),
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
@@ -198,51 +195,21 @@ pub struct CalibrateOptions {
     /// Difference of the depth that counts as none, e.g. 1%: on coarse remeshed cells depths scatter by more than 0.1 %
     #[arg(long, value_name = "PERCENT", default_value = "0.1%", value_parser = parse_error, allow_hyphen_values = true)]
     pub tolerance: f64,
-    /// Fit to all shots of a CSV file, or of a built-in file such as gelatin-10: columns name, speed, measure (depth,
-    /// slope or cavity), value, band, and if needed scene, set, window and limit
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["depth", "speed", "tolerance"])]
+    /// Former option, refused with the command of the Python package
+    #[arg(long, hide = true, allow_hyphen_values = true)]
     pub shots: Option<String>,
-    /// Parameters that are fitted to the shots: any of stress, rate, exponent and shear_modulus (if absent stress,
-    /// shear_modulus, and the rate of a power law that has one, else its exponent)
-    #[arg(long, value_name = "KEY,...", value_enum, value_delimiter = ',', requires = "shots")]
-    pub fit: Vec<GelKey>,
-    /// Accuracy level of the runs whose fit is accepted (fine with --shots, else that of the scene)
+    /// Former option, refused with the command of the Python package
+    #[arg(long, hide = true, allow_hyphen_values = true)]
+    pub sensitivity: Option<String>,
+    /// Accuracy level of the runs (that of the scene if absent)
     #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
     pub level: Option<FidelityKind>,
-    /// Cheaper level of a first fit, which only finds the values to start from
-    #[arg(long, value_name = "LEVEL", value_parser = level_parser(), requires = "shots")]
-    pub start: Option<FidelityKind>,
-    /// Fit nothing: print the change of the rest depth, or of each measure of --shots, with the logarithm of these
-    /// parameters, by central differences of 20 %
-    #[arg(long, value_name = "KEY,...", value_enum, value_delimiter = ',', conflicts_with_all = ["depth", "fit", "start"])]
-    pub sensitivity: Vec<GelKey>,
     /// Replace a value of the scene, e.g. mesh.size=0.4e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Threads, 0 for all cores; results do not depend on the number
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
-}
-
-/// Parameters of a two-network gel, named by the ends of their keys in a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-pub enum GelKey {
-    /// Dashpot stress of the first power-law branch
-    Stress,
-    /// Rate at which the first power-law branch saturates
-    Rate,
-    /// Rate exponent of the first power-law branch
-    Exponent,
-    /// Modulus of the elastic network
-    ShearModulus,
-    /// Modulus of the first branch
-    #[value(name = "branches.shear_modulus")]
-    BranchModulus,
-    /// Stretch from which on the elastic network is damaged
-    CriticalStretch,
-    /// Delay of the damage
-    Delay,
 }
 
 /// Name of the scene that is remeshed by default.
@@ -272,53 +239,18 @@ pub struct RemeshDemoOptions {
     pub threads: usize,
 }
 
-/// Options of `gelfmu trade`.
+/// Options of `gelfmu bench`.
 #[derive(Debug, Args)]
-pub struct TradeOptions {
-    /// Name of a built-in scene, or path of a scene file
-    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
-    pub scene: String,
-    /// Replace a value of the scene in every run, e.g. remesh.quality=0.3; may be repeated
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<Override>,
-    /// Turn these knobs only, beside the mesh, e.g. cfl,element
-    #[arg(long, value_name = "KNOB,...", value_delimiter = ',')]
-    pub only: Vec<String>,
-    /// Number of refinements of all edges by √2 beyond the scene
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=6))]
-    pub finer: u32,
-    /// Number of concurrent processes, each of one thread
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_jobs, allow_hyphen_values = true)]
-    pub jobs: usize,
-    /// Folder for the curve and its runs (`gelfmu-out/SCENE-trade` if absent)
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Draw the runs of other codes beside ours: a CSV file with the columns run, cpu_seconds and any of trade.csv,
-    /// e.g. peak_depth
-    #[arg(long, value_name = "FILE")]
-    pub with: Option<PathBuf>,
-    /// Measure the cost of each option that the scene leaves out, switched on and switched off, instead of the curve
-    #[arg(long, conflicts_with_all = ["only", "with", "finer"])]
-    pub options: bool,
-    /// Repeat every run, also the kept ones; files of other commands in the folder stay
+pub struct BenchOptions {
+    /// Small mesh and few repetitions: a second instead of half a minute
     #[arg(long)]
-    pub afresh: bool,
-}
-
-/// Options of the hidden `gelfmu trade-row`: one run of a ladder.
-#[derive(Debug, Args)]
-pub struct TradeRowOptions {
-    /// Path of the scene file
-    pub scene: PathBuf,
-    /// Folder that relative file names in the scene start from
-    #[arg(long, value_name = "DIR", default_value = "")]
-    pub folder: PathBuf,
-    /// Coupling of the importer: the side that moves the projectile
-    #[arg(long, value_enum, default_value_t)]
-    pub importer: CouplingVariant,
-    /// Repetitions of the run; the least time counts
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub repeat: usize,
+    pub quick: bool,
+    /// Number of threads to compare with one thread, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
+    pub threads: usize,
+    /// Approximate number of elements (165000 if absent; 7000 if quick)
+    #[arg(long, value_name = "N", value_parser = parse_elements, allow_hyphen_values = true)]
+    pub elements: Option<usize>,
 }
 
 /// Options of `gelfmu pack`.

@@ -14,7 +14,7 @@ use crate::results;
 use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{ArchiveContent, ArchiveManifest, Causality, OutputSet, ScalarVariable, VariablePorts};
 use ballistic_gel::output::model_picture;
-use ballistic_gel::scene::{self, Scene};
+use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use library::{INSTALLATION, PLATFORMS, check_platforms};
 pub use library::{LIBRARY_PATH, PackedLibraries, long_version, own_platform, platforms};
@@ -34,7 +34,6 @@ mod licenses {
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), CommandError> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
     let source = source::load_for_fmu(name, &options.set)?;
-    console.notes(&scene::former_keys(&source.text));
     results::check_archive(&options.out, &results::inputs(name, &source))?;
     let interface = interface_of(&source.scene, options)?;
     let platforms = if options.platforms.is_empty() { platforms() } else { options.platforms.clone() };

@@ -13,7 +13,7 @@ use crate::through_fmu::{self, InstanceFolder};
 use crate::{direct, interrupt, measured, report, results, summary};
 use ballistic_gel::output;
 use ballistic_gel::output::{FolderClaim, ResultFolder};
-use ballistic_gel::scene::{self, CouplingMode, MOST_STEPS, Override, Scene};
+use ballistic_gel::scene::{CouplingMode, MOST_STEPS, Override, Scene};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -26,7 +26,6 @@ const WAITING: &str =
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
-    console.notes(&scene::former_keys(&source.text));
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
     let header = source.scene.scene.clone();

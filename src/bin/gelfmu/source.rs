@@ -49,14 +49,6 @@ pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, C
     Ok(SceneSource { text, scene, ..source })
 }
 
-/// Loads a scene file whose relative file names start from a given folder.
-pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, CommandError> {
-    let name = path.display().to_string();
-    let text = output::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
-    let read = scene::read_with_files(&text, &output::scene_file_reader(folder));
-    read.map_err(|error| CommandError::Scene { place: describe_place(&name, &[]), error: Box::new(error) })
-}
-
 fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let hint = scene::did_you_mean(name, known.iter().copied());

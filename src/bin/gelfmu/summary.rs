@@ -46,6 +46,7 @@ fn summary_rows<'a>(s: &Value, peak_force: &'a str) -> Vec<(&'a str, String)> {
         ("expected error", format_percent(&s["expected_error"])),
         ("model error", format_percent(&s["model_error"])),
         ("wall time", format_quantity(&s["wall_seconds"], "s")),
+        ("CPU time", format_quantity(&s["cpu_seconds"], "s")),
         ("digest", s["digest"].as_str().unwrap_or("-").to_owned()),
     ]
 }

@@ -7,7 +7,7 @@ use crate::job::{ProgressCallback, RunEnding, RunJob};
 use crate::pack::{LIBRARY_PATH, PackedInterface, own_platform, write_fmu};
 use crate::scratch::ScratchFolder;
 use crate::source::SceneSource;
-use ballistic_gel::fmi2::{self, CallStatus, Causality, Kind, LoadedFmu, VariablePorts};
+use ballistic_gel::fmi2::{self, CallStatus, LoadedFmu, VariablePorts};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::ffi::OsStr;
@@ -125,13 +125,6 @@ impl FmuImporter {
         let numbers = [self.reference("projectile.depth")?, self.reference("projectile.exit_time")?];
         Ok(PointReferences { numbers, perforated: self.reference("projectile.perforated")? })
     }
-
-    /// Returns the value references of all Real outputs.
-    pub fn outputs(&self) -> Vec<u32> {
-        let all = self.ports.scalars().filter(|scalar| scalar.variable.causality == Causality::Output);
-        all.filter(|scalar| scalar.variable.kind == Kind::Real).map(|scalar| scalar.reference()).collect()
-    }
-
     fn reference(&self, name: &str) -> Result<u32, RunError> {
         let missing = || component("modelDescription.xml", format!("there is no variable {name}"));
         self.ports.scalars().find(|scalar| scalar.name() == name).map(|scalar| scalar.reference()).ok_or_else(missing)

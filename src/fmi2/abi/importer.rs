@@ -43,7 +43,6 @@ type InstantiateFunction = unsafe extern "C" fn(
     c_int,
     c_int,
 ) -> OpaquePointer;
-type StateFunction = unsafe extern "C" fn(OpaquePointer, *mut OpaquePointer) -> c_int;
 
 /// Imported functions of a library.
 #[derive(Debug)]
@@ -59,12 +58,6 @@ struct ImportedFunctions {
     get_boolean: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *mut c_int) -> c_int,
     set_integer: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *const c_int) -> c_int,
     set_string: unsafe extern "C" fn(OpaquePointer, *const u32, usize, *const TextPointer) -> c_int,
-    get_state: StateFunction,
-    set_state: unsafe extern "C" fn(OpaquePointer, OpaquePointer) -> c_int,
-    free_state: StateFunction,
-    state_size: unsafe extern "C" fn(OpaquePointer, OpaquePointer, *mut usize) -> c_int,
-    write_state: unsafe extern "C" fn(OpaquePointer, OpaquePointer, *mut u8, usize) -> c_int,
-    read_state: unsafe extern "C" fn(OpaquePointer, *const u8, usize, *mut OpaquePointer) -> c_int,
 }
 
 impl ImportedFunctions {
@@ -83,12 +76,6 @@ impl ImportedFunctions {
                 get_boolean: *library.get(b"fmi2GetBoolean")?,
                 set_integer: *library.get(b"fmi2SetInteger")?,
                 set_string: *library.get(b"fmi2SetString")?,
-                get_state: *library.get(b"fmi2GetFMUstate")?,
-                set_state: *library.get(b"fmi2SetFMUstate")?,
-                free_state: *library.get(b"fmi2FreeFMUstate")?,
-                state_size: *library.get(b"fmi2SerializedFMUstateSize")?,
-                write_state: *library.get(b"fmi2SerializeFMUstate")?,
-                read_state: *library.get(b"fmi2DeSerializeFMUstate")?,
             })
         }
     }
@@ -107,17 +94,6 @@ pub struct LoadedFmu {
     /// Callbacks kept alive for the FMU, which stores a pointer to them.
     _callbacks: Box<CallbackFunctions>,
     _library: Library,
-}
-
-/// State of a loaded FMU. The caller frees the state by [`LoadedFmu::free_state`].
-#[derive(Debug)]
-pub struct LoadedState(OpaquePointer);
-
-impl Default for LoadedState {
-    /// Returns an empty state.
-    fn default() -> Self {
-        Self(ptr::null_mut())
-    }
 }
 
 impl LoadedFmu {
@@ -221,45 +197,6 @@ impl LoadedFmu {
         let text = CString::new(value.split('\0').next().unwrap_or_default()).unwrap_or_default();
         // SAFETY: one reference and one text.
         to_status(unsafe { (self.functions.set_string)(self.component, &raw const reference, 1, &text.as_ptr()) })
-    }
-
-    /// Calls `fmi2GetFMUstate` into an existing or a new state.
-    #[must_use]
-    pub fn get_state(&self, state: &mut LoadedState) -> CallStatus {
-        // SAFETY: null, or a state of this FMU, here and below.
-        to_status(unsafe { (self.functions.get_state)(self.component, &raw mut state.0) })
-    }
-
-    /// Calls `fmi2SetFMUstate`.
-    #[must_use]
-    pub fn set_state(&self, state: &LoadedState) -> CallStatus {
-        to_status(unsafe { (self.functions.set_state)(self.component, state.0) })
-    }
-
-    /// Calls `fmi2FreeFMUstate`.
-    #[must_use]
-    pub fn free_state(&self, state: &mut LoadedState) -> CallStatus {
-        to_status(unsafe { (self.functions.free_state)(self.component, &raw mut state.0) })
-    }
-
-    /// Calls `fmi2SerializedFMUstateSize`.
-    #[must_use]
-    pub fn state_size(&self, state: &LoadedState, size: &mut usize) -> CallStatus {
-        to_status(unsafe { (self.functions.state_size)(self.component, state.0, size) })
-    }
-
-    /// Calls `fmi2SerializeFMUstate` over all of the bytes.
-    #[must_use]
-    pub fn write_state(&self, state: &LoadedState, bytes: &mut [u8]) -> CallStatus {
-        // SAFETY: pointer and length of the same slice.
-        to_status(unsafe { (self.functions.write_state)(self.component, state.0, bytes.as_mut_ptr(), bytes.len()) })
-    }
-
-    /// Calls `fmi2DeSerializeFMUstate` into an existing or a new state.
-    #[must_use]
-    pub fn read_state(&self, bytes: &[u8], state: &mut LoadedState) -> CallStatus {
-        // SAFETY: pointer and length of the same slice.
-        to_status(unsafe { (self.functions.read_state)(self.component, bytes.as_ptr(), bytes.len(), &raw mut state.0) })
     }
 }
 

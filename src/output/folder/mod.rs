@@ -43,8 +43,6 @@ pub enum TakeoverPolicy {
     Refuse,
     /// Replace the results with the first new results.
     Replace,
-    /// Continue the results.
-    Continue,
 }
 
 /// Folder claimed for one run until the value is dropped.
@@ -203,21 +201,6 @@ impl ResultFolder {
     /// [`OutputError`] if the file cannot be removed.
     pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
         if self.staging.is_some() || self.owns(name) { files::remove(&self.place(name)) } else { Ok(()) }
-    }
-
-    /// Removes all listed files in a subfolder.
-    ///
-    /// # Errors
-    /// [`OutputError`] if a file cannot be removed.
-    pub fn remove_all(&mut self, folder: &str) -> Result<(), OutputError> {
-        let inside = format!("{folder}/");
-        let names: Vec<String> =
-            self.manifest.contents.files.iter().filter(|name| name.starts_with(&inside)).cloned().collect();
-        for name in &names {
-            files::remove(&self.path.join(name))?;
-            self.manifest.unlist_file(name).map_err(with_path(&self.path.join(MANIFEST)))?;
-        }
-        Ok(())
     }
 
     /// Begins the results of the run: the results of an earlier run are replaced, and the folder stays.

@@ -26,13 +26,7 @@ impl ResultFolder {
         if self.contents().command.is_none() {
             self.manifest.write_head(claim.command).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
-        match claim.policy {
-            TakeoverPolicy::Continue => {
-                self.begin()?;
-                Ok(self)
-            }
-            TakeoverPolicy::Refuse | TakeoverPolicy::Replace => self.create_staging(claim.command),
-        }
+        self.create_staging(claim.command)
     }
 
     /// Adopts the claim handed to the FMU of this process; afterwards no other instance can adopt it.

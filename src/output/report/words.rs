@@ -211,7 +211,7 @@ fn expected_error(summary: &RunSummary) -> String {
         ),
         None => format!(
             "<p>Expected error: not measured for this kind of shot at the level <code>{level}</code> \
-             (<code>gelfmu trade</code> measures it).</p>\n"
+             (<code>python -m ballistic_gel trade</code> measures it).</p>\n"
         ),
     }
 }

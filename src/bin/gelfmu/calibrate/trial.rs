@@ -2,34 +2,17 @@
 
 use crate::failure::CommandError;
 use crate::job;
-use ballistic_gel::output::CavityGauge;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, RestDetector, Simulation};
 use std::ops::ControlFlow;
 
 /// Greatest end time of a run to rest, in end times of the scene: a gel springs back long after the greatest depth.
 pub const END_TIME_FACTOR: f64 = 4.0;
-/// Interval between two measurements of the cavity, s: the greatest diameter lasts for some tenths of a millisecond.
-const CAVITY_INTERVAL: f64 = 20e-6;
-/// Fraction of a communication step below which a difference of times is round-off.
-const ROUND_OFF: f64 = 1e-6;
-
-/// Measurements that a run is made for.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ShotNeeds {
-    /// Rest depth: the run goes on until the projectile rests.
-    pub rest: bool,
-    /// Greatest diameter of the cavity: the run goes on until the end time of the scene.
-    pub cavity: bool,
-}
-
 /// Measurements of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShotRun {
     /// State of the projectile at the end.
     pub end: ShotEnd,
-    /// Greatest diameter of the cavity over depth and time, m.
-    pub cavity: f64,
     /// Time of the end of the run, s.
     pub time: f64,
     /// Depth of the gel at rest, m.
@@ -68,38 +51,25 @@ type ShotCallback<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
 struct ShotTrial {
     scene: Scene,
     simulation: Simulation,
-    needs: ShotNeeds,
     detector: RestDetector,
-    gauge: Option<CavityGauge>,
     /// Depth of the gel at rest, m.
     thickness: f64,
-    /// End time of the scene, s.
-    end_time: f64,
 }
 
-/// Runs a scene until the measurements are complete; returns `None` if `watch` asked to stop.
-pub fn run(
-    mut scene: Scene,
-    needs: ShotNeeds,
-    threads: usize,
-    watch: &mut ShotCallback<'_>,
-) -> Result<Option<ShotRun>, CommandError> {
-    let end_time = scene.scene.end_time;
-    scene.scene.end_time *= if needs.rest { END_TIME_FACTOR } else { 1.0 };
+/// Runs a scene until its projectile rests or cannot rest any more; returns `None` if `watch` asked to stop.
+pub fn run(mut scene: Scene, threads: usize, watch: &mut ShotCallback<'_>) -> Result<Option<ShotRun>, CommandError> {
+    scene.scene.end_time *= END_TIME_FACTOR;
     let simulation = job::build_simulation(&scene, CouplingMode::Integrated, threads)?;
     let start = simulation.frame();
     let thickness = -start.points.iter().map(|point| point.z).fold(0.0, f64::min);
-    let gauge = if needs.cavity { CavityGauge::new(&scene, &simulation) } else { None };
-    let trial = ShotTrial { scene, simulation, needs, detector: RestDetector::new(), gauge, thickness, end_time };
+    let trial = ShotTrial { scene, simulation, detector: RestDetector::new(), thickness };
     Ok(trial.finish(watch))
 }
 
 impl ShotTrial {
     /// Steps the simulation to the end of the run.
     fn finish(mut self, watch: &mut ShotCallback<'_>) -> Option<ShotRun> {
-        let step = self.scene.scene.communication_step;
-        let stride = (CAVITY_INTERVAL / step).round().max(1.0) as u64;
-        for (k, end) in (1_u64..).zip(job::step_ends(&self.scene, step)) {
+        for end in job::step_ends(&self.scene, self.scene.scene.communication_step) {
             let inputs = self.simulation.inputs();
             if let Err(error) = self.simulation.step(&inputs, end) {
                 return Some(self.into_run(ShotEnd::Failed(error.to_string())));
@@ -107,9 +77,6 @@ impl ShotTrial {
             let (time, depth) = (self.simulation.time(), self.simulation.depth(0));
             if watch(time, depth).is_break() {
                 return None;
-            }
-            if k.is_multiple_of(stride) {
-                self.measure_cavity(time, depth);
             }
             if let Some(end) = self.check_end(time, depth) {
                 return Some(self.into_run(end));
@@ -119,22 +86,9 @@ impl ShotTrial {
         Some(self.into_run(ShotEnd::Moving { depth, speed }))
     }
 
-    /// Measures the cavity up to the end time of the scene.
-    fn measure_cavity(&mut self, time: f64, depth: f64) {
-        let tolerance = ROUND_OFF * self.scene.scene.communication_step;
-        if let Some(gauge) = self.gauge.as_mut().filter(|_| time <= self.end_time + tolerance) {
-            gauge.measure(&self.scene, depth, || self.simulation.frame());
-        }
-    }
-
-    /// Returns the end of the run if the measurements are complete, or impossible.
+    /// Returns the end of the run if the projectile rests, or cannot rest any more.
     fn check_end(&mut self, time: f64, depth: f64) -> Option<ShotEnd> {
         self.detector.push(time, depth);
-        let is_cavity_open =
-            self.needs.cavity && time < self.end_time - ROUND_OFF * self.scene.scene.communication_step;
-        if !self.needs.rest || is_cavity_open {
-            return None;
-        }
         if self.detector.peak().is_some_and(|peak| peak.depth >= self.thickness) {
             return Some(ShotEnd::Perforated);
         }
@@ -147,8 +101,7 @@ impl ShotTrial {
 
     /// Returns the measurements.
     fn into_run(self, end: ShotEnd) -> ShotRun {
-        let cavity = self.gauge.map_or(0.0, |gauge| gauge.greatest_diameter());
-        ShotRun { end, cavity, time: self.simulation.time(), thickness: self.thickness }
+        ShotRun { end, time: self.simulation.time(), thickness: self.thickness }
     }
 }
 

@@ -2,25 +2,29 @@
 
 mod block;
 mod level_errors;
+#[cfg(test)]
+mod measured_shots;
 mod options;
 mod shot;
 mod sizes;
 mod text;
 
-pub use block::BlockSize;
 pub use options::NewOptions;
-pub use shot::{Shot, named_projectile};
-pub use text::scene_text;
+pub use shot::named_projectile;
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
 use crate::level;
 use crate::results;
 use ballistic_gel::scene;
+#[cfg(test)]
+use block::BlockSize;
 use level_errors::ShotIdentity;
 use serde_json::json;
+use shot::Shot;
 use std::io::ErrorKind;
 use std::path::Path;
+use text::scene_text;
 
 /// Prints the scene of a shot, or writes it to a file that does not exist.
 pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> {

@@ -219,7 +219,7 @@ mod tests {
         Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10 }
     }
 
-    /// The depth fits the resistance, and validates nothing: other shots do in `validate::measured`.
+    /// The depth fits the resistance, and validates nothing: other shots do in `measured_shots`.
     #[test]
     fn the_resistance_of_the_estimate_is_the_one_that_stops_the_calibration_shot_at_85_mm() {
         let bb = shot("bb", 0.0, 0.0);

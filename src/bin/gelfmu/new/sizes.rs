@@ -32,7 +32,7 @@ struct LevelRatios {
     growth: f64,
 }
 
-/// Levels about an axis: those of `fbi-bb`, whose error is measured (`gelfmu trade fbi-bb`).
+/// Levels about an axis: those of `fbi-bb`, whose error is measured (`python -m ballistic_gel trade fbi-bb`).
 const ABOUT_AXIS: [LevelRatios; 4] = [
     LevelRatios { level: "draft", cells_per_radius: 2.86, slope: 0.4243, growth: 0.2828 },
     LevelRatios { level: "coarse", cells_per_radius: 4.05, slope: 0.3, growth: 0.2 },

@@ -1,0 +1,24 @@
+//! Command, scenes and results: what a user reads and writes.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+#[path = "../output/page.rs"]
+mod page;
+#[path = "../output/stage.rs"]
+mod stage;
+
+mod calibrate;
+mod command;
+mod fields;
+mod folders;
+mod levels;
+mod output;
+mod perforation;
+mod presets;
+mod remesh_demo;
+mod report_commands;
+mod scene;
+mod sensors;
+mod shot;
+mod stl_files;
+mod supply;
