@@ -78,7 +78,7 @@ def _validate(**given: Any) -> int:
     print(f"{found.agreeing} of {found.judged} shots of grade B that the gel is not fitted to agree within 20 %")
     failed = found.runs[found.runs["status"] != "completed"]
     for _, run in failed.iterrows():
-        case = f"{run['shot']} {run['level']} yaw {run['yaw']}° roll {run['roll']}°"
+        case = f"{run['shot']} {run['level']} yaw {run['yaw']}°"
         print(f"{case}: {run['status']}: {run['reason']}", file=sys.stderr)
     return 1 if len(failed) else 0
 

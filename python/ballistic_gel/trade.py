@@ -128,6 +128,8 @@ class TradeCurve:
                 ax.annotate(str(name), (x, y), (4, 2), textcoords="offset points", fontsize=6)
         ax.set(xscale="log", yscale="log", ylabel="worst error, %")
         ax.set(xlabel="element updates" if others is None else "CPU seconds of one thread")
+        for which in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
+            which("{x:g}")
         ax.legend(frameon=False, fontsize=7)
         return ax
 

@@ -25,12 +25,14 @@ if TYPE_CHECKING:
 
 # Relative deviation from the measured range up to which a shot agrees.
 BAND = 0.20
-# Yaws and rolls of the scatter of a service bullet, degrees.
-_SCATTER = ((1.0, 0.0), (2.0, 0.0), (4.0, 0.0), (2.0, 45.0))
+# Yaws of the scatter of a service bullet, degrees.
+_SCATTER = (1.0, 2.0, 4.0)
 # Level of the run that counts: of a bullet that tumbles, in space, and of a shot about an axis, where `coarse` stops a
 # recovered shape a tenth too early.
 _TUMBLING, _STRAIGHT = "coarse", "standard"
 _LEVELS = ("draft", _TUMBLING, _STRAIGHT)
+# Ticks of the picture, mm.
+_TICKS = (60, 80, 100, 150, 200, 300, 400, 600, 800, 1000)
 _FILES = ("validation.csv", "validation.md", "validation.svg")
 
 
@@ -48,10 +50,10 @@ def measured_shots() -> pd.DataFrame:
         return pd.read_csv(file)
 
 
-def measured_scene(shot: pd.Series[Any], yaw: float | None = None, roll: float = 0.0) -> Scene:
+def measured_scene(shot: pd.Series[Any], yaw: float | None = None) -> Scene:
     """Return the scene of a measured shot, of its own yaw or of another one, degrees."""
     made = new_shot_values(
-        shot["projectile"], shot["speed"], yaw=shot["yaw"] if yaw is None else yaw, roll=roll, block=shot["block"]
+        shot["projectile"], shot["speed"], yaw=shot["yaw"] if yaw is None else yaw, roll=0.0, block=shot["block"]
     )
     scene = Scene(made["text"])
     if shot["measure"] == "neck":
@@ -66,7 +68,7 @@ class Validation:
     Attributes
     ----------
     runs : DataFrame
-        One row for each run: ``shot``, ``level``, ``yaw``, ``roll`` (degrees), ``status``, ``reason`` and figures.
+        One row for each run: ``shot``, ``level``, ``yaw`` (degrees), ``status``, ``reason`` and figures.
     table : DataFrame
         One row for each shot: the columns of `measured_shots`, ``level``, ``status`` and ``perforated`` of the run that
         counts, ``has_run``, false if it was refused or is missing, ``computed``, ``least`` and ``greatest`` value of
@@ -122,11 +124,14 @@ class Validation:
             computed = 1e3 * shot["computed"]
             ax.plot([1e3 * shot["low"], 1e3 * shot["high"]], [computed] * 2, color=colour)
             ax.plot(middle, computed, "o", color=colour, markersize=4)
-            if not np.isnan(computed):
+            if shot["judged"] or abs(shot["deviation"]) > 0.5 * BAND:
                 ax.annotate(
                     shot["name"], (middle, computed), (4, 2), textcoords="offset points", fontsize=6, color=colour
                 )
         ax.set(xscale="log", yscale="log", xlim=ends, ylim=ends, title="Measured shots: computed against measured")
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_ticks(_TICKS, [str(tick) for tick in _TICKS])
+            axis.set_ticks([], minor=True)
         ax.set(xlabel="measured, mm", ylabel="computed, mm; line: scatter of the yaw at draft")
         return ax
 
@@ -200,17 +205,16 @@ def validate(
 
 def _cases_of(shot: pd.Series[Any], level: str | None) -> list[dict[str, Any]]:
     """Return the runs of a shot: its usual yaw at the level that counts, and the scatter of a bullet that yaws."""
-    cases = [(_level_of(shot), shot["yaw"], 0.0)]
-    cases += [("draft", *angles) for angles in _SCATTER if shot["is_tumbling"]]
+    cases = [(_level_of(shot), shot["yaw"])]
+    cases += [("draft", yaw) for yaw in _SCATTER if shot["is_tumbling"]]
     return [
         {
             "shot": shot["name"],
             "level": own,
             "yaw": yaw,
-            "roll": roll,
-            "scene": measured_scene(shot, yaw, roll).with_values({"scene.fidelity": own}),
+            "scene": measured_scene(shot, yaw).with_values({"scene.fidelity": own}),
         }
-        for own, yaw, roll in cases
+        for own, yaw in cases
         if level in (None, own)
     ]
 

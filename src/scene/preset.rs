@@ -110,7 +110,7 @@ impl Preset {
         match self {
             Self::Gelatin10 => ShotData {
                 fitted: "85 mm of a steel BB of 179.8 m/s (measured, 85 ± 10 mm, grade B [R1]), depths of seven recovered pistol bullets (measured, grade B, 5 % less for their opening, assumed), and a derived window [D], the cavity of 4.8 mm at 720 m/s",
-                validated: "derived depths of balls [D]: of 4.4 to 5.5 mm at 150 to 1150 m/s 9 % (root mean square), at 75 to 125 m/s 30 %, too early; service bullets were not run with the present values",
+                validated: "derived depths of balls [D]: of 4.4 to 5.5 mm at 150 to 1150 m/s 9 % (root mean square), at 75 to 125 m/s 30 %, too early; on measured shots of grades B and C: balls of lead of 7.6 to 8.4 mm 14 %, too deep, pistol bullets 15 %, too early, and necks of rifle bullets 28 %",
                 classes: &GELATIN_10_SHOTS,
             },
             Self::Gelatin20 => ShotData {
@@ -163,7 +163,7 @@ const FITTED_BB: ShotClass = ShotClass {
     error: 0.0,
     basis: "",
 };
-const GELATIN_10_SHOTS: [ShotClass; 3] = [
+const GELATIN_10_SHOTS: [ShotClass; 6] = [
     ShotClass {
         calibre: [4.37e-3, 5.5e-3],
         speed: [75.0, 125.0],
@@ -184,8 +184,34 @@ const GELATIN_10_SHOTS: [ShotClass; 3] = [
         aspect: [0.5, 0.7],
         calibre: [13.7e-3, 21.6e-3],
         speed: [259.1, 310.9],
-        error: 0.1,
-        basis: "7 shots, measured, fitted",
+        error: 0.11,
+        basis: "8 shots, measured, 7 of them fitted",
+    },
+    ShotClass {
+        projectiles: "balls of lead",
+        calibre: [7.62e-3, 8.38e-3],
+        speed: [250.0, 366.0],
+        error: 0.14,
+        basis: "3 shots, measured, grade C",
+        ..FITTED_BB
+    },
+    ShotClass {
+        projectiles: "pistol bullets that stay whole",
+        is_of_balls: false,
+        aspect: [1.5, 2.06],
+        calibre: [5.7e-3, 11.48e-3],
+        speed: [264.9, 350.0],
+        error: 0.15,
+        basis: "3 shots, measured, two of grade C, 2° of yaw assumed",
+    },
+    ShotClass {
+        projectiles: "rifle bullets, their necks,",
+        is_of_balls: false,
+        aspect: [3.3, 4.5],
+        calibre: [5.61e-3, 7.91e-3],
+        speed: [715.0, 990.0],
+        error: 0.28,
+        basis: "4 necks, measured, 2° of yaw assumed",
     },
 ];
 

@@ -36,13 +36,13 @@ fn nose_by_law(drag: f64, resistance: f64) -> f64 {
     1e3 * mass / (2.0 * inertia * area) * ratio.ln()
 }
 
-/// Resistances, Pa, with which Poncelet's law with this drag stops the recovered bullets of grade B where they were
-/// found.
+/// Resistances, Pa, with which Poncelet's law with this drag stops the recovered bullets to which the gel is fitted where
+/// they were found.
 fn resistances_of_recovered_bullets(drag: f64) -> Vec<f64> {
     let rows = include_str!("../../python/ballistic_gel/data/measured_shots.csv")
         .lines()
         .map(|row| row.split(',').collect::<Vec<_>>());
-    let recovered = rows.filter(|row| row[1].ends_with("-recovered") && row[5] == "depth" && row[8] == "B");
+    let recovered = rows.filter(|row| row[1].ends_with("-recovered") && row[9] == "true");
     let resistance = |row: Vec<&str>| {
         let projectile = scene::LibraryProjectile::named(row[1]).unwrap();
         let scene::BodyShape::Bullet(bullet) = projectile.shape else { panic!("{} is no bullet", row[1]) };

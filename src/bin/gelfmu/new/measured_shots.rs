@@ -28,7 +28,6 @@ struct ComputedShot {
     shot: String,
     level: String,
     yaw: f64,
-    roll: f64,
     greatest_cavity_diameter: Option<f64>,
 }
 
@@ -41,12 +40,12 @@ fn measured_shots() -> Vec<MeasuredShot> {
 }
 
 impl MeasuredShot {
-    fn shot(&self, yaw: f64, roll: f64) -> Shot {
+    fn shot(&self, yaw: f64) -> Shot {
         Shot {
             projectile: named_projectile(&self.projectile).unwrap(),
             speed: self.speed,
             yaw,
-            roll,
+            roll: 0.0,
             block: BlockSize::parse(&self.block).unwrap(),
             gel: Preset::Gelatin10,
         }
@@ -60,7 +59,7 @@ fn the_law_of_the_estimate_stops_recovered_bullets_within_a_quarter_of_their_mea
         |shot: &MeasuredShot| shot.grade == "B" && shot.measure == "depth" && shot.projectile.ends_with("-recovered");
     let shots = measured_shots().into_iter().filter(is_counted);
     let ratio = |shot: MeasuredShot| {
-        let path = shot.shot(0.0, 0.0).longest_path();
+        let path = shot.shot(0.0).longest_path();
         path / path.clamp(shot.low, shot.high)
     };
     let ratios: Vec<f64> = shots.map(ratio).collect();
@@ -75,7 +74,7 @@ fn every_measured_shot_is_one_of_the_library_in_a_block_that_is_longer_than_its_
     assert!(shots.len() > 20);
     let fit = include_str!("../../../../python/ballistic_gel/data/gelatin-10.csv");
     for (i, measured) in shots.iter().enumerate() {
-        let shot = measured.shot(measured.yaw, 0.0);
+        let shot = measured.shot(measured.yaw);
         assert!(shot.block.length > 1.19 * measured.high && measured.low <= measured.high, "{}", measured.name);
         assert!(measured.low > 0.0 && !measured.source.is_empty());
         assert!(shots[..i].iter().all(|other| other.name != measured.name), "{} twice", measured.name);
@@ -93,17 +92,16 @@ fn the_estimate_of_a_cavity_meets_those_that_were_computed() {
     let mut n_at_rest = 0;
     for run in &computed {
         let measured = measured_shots().into_iter().find(|shot| shot.name == run.shot).unwrap();
-        let text = scene_text(&measured.shot(run.yaw, run.roll)).unwrap();
+        let text = scene_text(&measured.shot(run.yaw)).unwrap();
         // The estimate knows the end of a run to a neck.
         let ends_early = measured.measure == "neck";
         let end = format!("scene.end_time={:?}", 2.0 * measured.high / measured.speed);
         let end = ends_early.then(|| end.parse().unwrap());
         let scene = scene::read(&scene::resolve(&text, end.as_slice()).unwrap()).unwrap();
         let ratio = cavity_estimate(&scene, 0).unwrap() / run.greatest_cavity_diameter.unwrap();
-        let is_slow = measured.name == "bb-fbi";
-        n_at_rest += usize::from(!ends_early && !is_slow);
+        n_at_rest += usize::from(!ends_early);
         let band = if ends_early { 1.0..2.5 } else { 1.0 - CAVITY_MARGIN..1.0 + CAVITY_MARGIN };
-        assert!(is_slow && ratio < 1.7 || band.contains(&ratio), "{} {}: {ratio}", run.shot, run.level);
+        assert!(band.contains(&ratio), "{} {}: {ratio}", run.shot, run.level);
     }
-    assert_eq!((computed.len(), n_at_rest), (47, 26));
+    assert!(computed.len() >= 23 && n_at_rest >= 19, "{n_at_rest} of {}", computed.len());
 }
