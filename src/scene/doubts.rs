@@ -171,9 +171,8 @@ mod tests {
         for (name, text) in builtins() {
             let found = doubts(&read(text).unwrap());
             let expected: &[&str] = match name {
-                // A ball of extreme mass; a rifle bullet, whose model error is not known.
+                // A ball of extreme mass.
                 "hydro-drag" => &["projectile.mass"],
-                "bullet-yaw" => &["a calibre of 7.82 mm and a speed of 840.0 m/s"],
                 _ => &[],
             };
             assert_eq!(found.len(), expected.len(), "{name}: {found:?}");

@@ -91,7 +91,7 @@ mod tests {
             doubts_of(&scene_text(&shot).unwrap()).unwrap()
         };
         let narrow = doubts("10x10x10cm");
-        assert!(narrow.len() == 1 && narrow[0].contains("cavity of projectile may become 91 to 121 mm"), "{narrow:?}");
+        assert!(narrow.len() == 1 && narrow[0].contains("cavity of projectile may become 93 to 125 mm"), "{narrow:?}");
         assert_eq!(doubts("15x15x40cm"), Vec::<String>::new());
     }
 }
