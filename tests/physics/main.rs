@@ -1,6 +1,7 @@
 //! Physics and engine: what is computed.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+#![allow(clippy::duplicate_mod, reason = "modules of the studies name the bodies of these tests by their path")]
 
 #[path = "../../studies/src/deepest.rs"]
 mod deepest;

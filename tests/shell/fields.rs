@@ -1,8 +1,6 @@
 //! Fields in the frames of a run: they are there when asked for, and observing them leaves no trace.
 
-#[path = "../output/grid.rs"]
-mod grid;
-
+use crate::written::grid;
 use ballistic_gel::output::{DriverInterface, RunRecorder};
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, FrameField, MeshFrame, Simulation};

@@ -6,6 +6,8 @@
 mod page;
 #[path = "../output/stage.rs"]
 mod stage;
+#[path = "../hostile/written.rs"]
+mod written;
 
 mod calibrate;
 mod command;

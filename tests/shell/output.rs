@@ -4,11 +4,10 @@
 mod extremes;
 #[path = "../output/fragments.rs"]
 mod fragments;
-#[path = "../hostile/written.rs"]
-mod written;
 
 use crate::page;
 use crate::stage;
+use crate::written;
 use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder, model_picture};
 use ballistic_gel::scene::Scene;
