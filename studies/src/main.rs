@@ -33,6 +33,7 @@ mod whole;
 
 #[path = "../../partners/src/plate.rs"]
 mod plate;
+mod richardson;
 #[allow(dead_code, reason = "it is shared with what packs the partners")]
 #[path = "../../partners/src/table.rs"]
 mod table;

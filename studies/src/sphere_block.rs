@@ -1,9 +1,5 @@
-#[path = "../../src/bin/gelfmu/trade/richardson.rs"]
-#[allow(dead_code, reason = "the command says more of a limit")]
-mod richardson;
-
+use super::richardson::{MeshValue, RefinementLimit, extrapolate_limit};
 use super::run::{Run, run, scene};
-use richardson::{MeshValue, RefinementLimit, extrapolate_limit};
 use std::io::Write as _;
 
 /// Cells along the edge of 0.1 m of the block; its height of 0.05 m has half as many. With fewer than 16 the ball of 20 mm
