@@ -377,7 +377,7 @@ def _refuse_parameters(parameters: Sequence[str], start: Mapping[str, float], ta
         remedy = "different parameters, at least one"
         raise GelfmuError(f"parameters: found {', '.join(parameters) or 'none'}, expected {remedy}", remedy=remedy)
     for name, value in start.items():
-        if not 0.0 < value < math.inf:
+        if not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
             remedy = "a number above 0"
             raise GelfmuError(f"start: {name}: found {value!r}, expected {remedy}", key=name, remedy=remedy)
     if len(table) < len(parameters):

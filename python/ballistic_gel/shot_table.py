@@ -13,6 +13,7 @@ import pandas as pd
 
 from .errors import GelfmuError, unknown_name
 from .scene import Scene, as_scene
+from .tables import refuse_irregular
 from .validation import measured_scene, measured_shots
 from .values import Value, parse_override
 
@@ -110,6 +111,7 @@ def _read_file(place: str) -> tuple[pd.DataFrame, list[str]]:
     """Return the table of a file, and the line of each row."""
     source: Any = resources.files(__package__).joinpath("data", f"{place}.csv") if place in _TABLES else Path(place)
     try:
+        refuse_irregular(source)
         lines = source.read_text(encoding="utf-8").splitlines()
         kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
         text = "\n".join(line for _, line in kept)

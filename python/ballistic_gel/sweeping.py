@@ -152,12 +152,7 @@ def run_scenes(
     if len(table) != len(tasks):
         remedy = f"{len(tasks)}, one for each scene"
         raise GelfmuError(f"labels: found {len(table)} rows, expected {remedy}", key="labels", remedy=remedy)
-    made = _sweep_tasks(tasks, table, folder, open_engine(client, workers, False), share, progress)
-    if clock:
-        store = RowStore(folder, [])
-        times = pd.DataFrame([(store.read(tasks[place].key()) or {}).get("clock", {}) for place in made.index])
-        made = pd.concat([made, times.set_axis(made.index)], axis=1)
-    return made
+    return _sweep_tasks(tasks, table, folder, open_engine(client, workers, False), share, progress, clock)
 
 
 def _sweep_tasks(
@@ -167,8 +162,9 @@ def _sweep_tasks(
     engine: AbstractContextManager[Submit],
     share: str | None,
     progress: bool,
+    clock: bool = False,
 ) -> pd.DataFrame:
-    """Run what is missing of some shots, and return them beside the columns of a table."""
+    """Run what is missing of some shots, and return them beside the columns of a table; with their times if asked."""
     number, count = (1, 1) if share is None else _parse_share(share)
     keys, keep = [task.key() for task in tasks], any(task.folder for task in tasks)
     store = RowStore(folder, keys)
@@ -188,6 +184,9 @@ def _sweep_tasks(
         made["folder"] = [store.shot_of(keys[place], rows) for place in made.index]
     if len(made) == len(table):
         store.write_tables(made, keys, rows)
+    if clock:
+        times = pd.DataFrame([rows[keys[place]].get("clock", {}) for place in made.index], made.index)
+        made = pd.concat([made, times], axis=1)
     crashed = made[made["status"] == CRASHED]
     if len(crashed):
         counted = f"{len(crashed)} of {len(made)} shots crashed, and are run again by the same call"

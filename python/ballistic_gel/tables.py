@@ -1,9 +1,10 @@
-"""Tables and numbers as text."""
+"""Tables and numbers as text, and the files of tables."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 
 def markdown(rows: Iterable[Mapping[str, str]]) -> str:
@@ -22,3 +23,15 @@ def digits(value: float, count: int = 3) -> str:
         return "-"
     before = 1 if value == 0.0 else math.floor(math.log10(abs(value))) + 1
     return f"{value:.{min(max(count - before, 0), count + 2)}f}"
+
+
+def refuse_irregular(file: Any) -> None:
+    """Raise an OSError for what is no regular file, such as a device without an end.
+
+    Parameters
+    ----------
+    file : Path or Traversable
+        File that is to be read.
+    """
+    if not file.is_file():
+        raise OSError("no readable regular file")

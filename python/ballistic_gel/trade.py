@@ -21,7 +21,7 @@ from .richardson import NoLimit, RefinementLimit, extrapolate_limit
 from .samplers import import_scipy
 from .scene import Scene, as_scene
 from .sweeping import run_scenes
-from .tables import digits, markdown
+from .tables import digits, markdown, refuse_irregular
 from .tasks import COMPLETED, value_of
 from .values import toml_text
 
@@ -433,6 +433,7 @@ def _read_others(path: Path) -> pd.DataFrame:
         return GelfmuError(f"others {path}: found {found}, expected {remedy}", remedy=f"expected {remedy}")
 
     try:
+        refuse_irregular(path)
         table = pd.read_csv(path)
         for name in ("run", "cpu_seconds"):
             if name not in table:

@@ -90,8 +90,11 @@ def test_a_fit_without_sense_is_refused_before_a_run(tmp_path):
     ]:
         with pytest.raises(bg.GelfmuError, match=message):
             bg.fit_gel(shots, scene=_small(), out=out, progress=False, **given)
-    with pytest.raises(bg.GelfmuError, match="shots nowhere.csv: found .*expected a CSV file, or one of gelatin-10"):
-        bg.fit_gel("nowhere.csv", out=out)
+    for file in ("nowhere.csv", "/dev/zero"):
+        with pytest.raises(bg.GelfmuError, match=f"shots {file}: found .*expected a CSV file, or one of gelatin-10"):
+            bg.fit_gel(file, out=out)
+    with pytest.raises(bg.GelfmuError, match="start: stress: found '1 MPa', expected a number above 0"):
+        bg.fit_gel(shots, ["stress"], scene=_small(), start={"stress": "1 MPa"}, out=out)
     assert not out.exists()
 
 

@@ -94,8 +94,7 @@ fn measure(
     for repeat in 0..repeats {
         for (i, simulation) in simulations.iter_mut().enumerate() {
             bar.show_task(&format!("{} threads", counts[i]), repeat as f64 / repeats as f64);
-            let failed = |error: &dyn std::error::Error| step_failure("Simulation::restore", error);
-            simulation.restore(&saved).map_err(|error| failed(&error))?;
+            simulation.restore(&saved).map_err(|error| step_failure("Simulation::restore", &error))?;
             step_to(simulation, settled)?;
             let timing = measure_once(simulation, counts[i], end)?;
             match timings.get_mut(i) {

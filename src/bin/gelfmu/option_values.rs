@@ -73,6 +73,7 @@ pub fn parse_error(text: &str) -> Result<f64, String> {
 
 /// Least and greatest number of elements: cells of a fifth of the height of the block; the memory of a process.
 const ELEMENT_RANGE: (usize, usize) = (7000, 20_000_000);
+
 /// Parses a number of elements of `gelfmu bench`.
 pub fn parse_elements(text: &str) -> Result<usize, String> {
     let (least, most) = ELEMENT_RANGE;
