@@ -119,6 +119,7 @@ impl GelDefinition {
         position: &[Vector<D>],
         mass: Vec<f64>,
     ) -> DiscreteGel<D, Simplices<D>> {
+        let simplices = simplices.with_masses(&mass, position);
         let gel = DiscreteGel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position));
         let gel = gel.mirrored(self.mirrored()).with_self_contact(self.meets_itself);
         self.with_pressures(gel, mesh)

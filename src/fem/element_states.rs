@@ -70,7 +70,8 @@ pub(super) fn evaluate_all<const D: usize>(
 impl<const D: usize> Simplices<D> {
     /// Collects the reference shapes of eight elements.
     fn reference_batch(&self, elements: &[Option<ElementId>; LANES]) -> ReferenceBatch<D> {
-        let mut rest = ReferenceBatch { edges: [[[0.0; LANES]; D]; D], radius: [1.0; LANES], filled: [0.0; LANES] };
+        let (edges, ones) = ([[[0.0; LANES]; D]; D], [1.0; LANES]);
+        let mut rest = ReferenceBatch { edges, radius: ones, filled: [0.0; LANES], density: ones };
         for (lane, element) in elements.iter().enumerate() {
             let Some(element) = element else {
                 (0..D).for_each(|i| rest.edges[i][i][lane] = 1.0);
@@ -78,6 +79,7 @@ impl<const D: usize> Simplices<D> {
             };
             let reference = self.reference(*element);
             (rest.radius[lane], rest.filled[lane]) = (reference.radius, 1.0);
+            rest.density[lane] = self.relative_density(*element);
             for i in 0..D {
                 for j in 0..D {
                     rest.edges[i][j][lane] = reference.edges[(i, j)];

@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::element_law::{ElementDeformation, ElementForces, ElementLaw, LawInput, VolumetricSlopes};
+use super::element_law::{ElementDeformation, ElementForces, ElementLaw, LawInput, RestOperator, VolumetricSlopes};
 use super::kinematics::{GradientSums, ShapeGradients};
 use super::rest_geometry::RestGeometry;
 use crate::constitutive::{
@@ -106,6 +106,27 @@ impl<const D: usize> HistoryLayout<D> for TwoNetwork {
     }
 }
 
+/// Rest data of two-network elements.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct NetworkRest<const D: usize, L: Copy + Default = [f64; 8]> {
+    gradients: ShapeGradients<D, L>,
+    /// Density relative to that of the gel.
+    density: L,
+}
+
+impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for NetworkRest<D, L> {
+    #[inline(always)]
+    fn each(&self, mut see: impl FnMut(&L)) {
+        self.gradients.each(&mut see);
+        see(&self.density);
+    }
+
+    #[inline(always)]
+    fn deform<V: Number<Lanes = L>>(&self, strained: V, scale: V, f: &mut [[V; D]; D]) -> V {
+        self.gradients.deform(strained, scale, f)
+    }
+}
+
 /// Deformation of an element, with the nodal sums of its gradients.
 struct NetworkKinematics<const D: usize, V> {
     at: IsochoricDeformation<D, V>,
@@ -115,6 +136,8 @@ struct NetworkKinematics<const D: usize, V> {
     still: GradientSums<D, V>,
     /// True if an element is below the floor of J.
     is_crushed: bool,
+    /// Density at rest, kg/m³.
+    density: V,
 }
 
 /// Sums over the networks: P = J^(−2/3) F M + p ∂J/∂F, M = Σ μ_k C_k, p = U′ − Σ μ_k tr b̄_k/(3J).
@@ -132,12 +155,12 @@ struct NetworkForces<const D: usize, V> {
 }
 
 impl<const D: usize> ElementLaw<D> for TwoNetwork {
-    type Rest<L: Copy + Default + Debug> = ShapeGradients<D, L>;
+    type Rest<L: Copy + Default + Debug> = NetworkRest<D, L>;
     const HAS_HISTORY: bool = true;
 
     #[inline(always)]
-    fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> ShapeGradients<D, V::Lanes> {
-        ShapeGradients::new(shape)
+    fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> NetworkRest<D, V::Lanes> {
+        NetworkRest { gradients: ShapeGradients::new(shape), density: shape.density.store() }
     }
 
     #[inline(always)]
@@ -149,16 +172,17 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
     fn evaluate<V: Number>(
         &self,
         section: Section,
-        input: LawInput<'_, V, ShapeGradients<D, V::Lanes>>,
+        input: LawInput<'_, V, NetworkRest<D, V::Lanes>>,
         s: &ElementDeformation<D, V>,
         u: &VolumetricSlopes<V>,
     ) -> ElementForces<D, V> {
-        let LawInput { volume, rest, kick, history, .. } = input;
+        let LawInput { volume, rest: NetworkRest { gradients: rest, density }, kick, history, .. } = input;
         let elapsed = kick.elapsed;
         let (at, zero) = (s.isochoric(), volume.constant(0.0));
+        let density = zero.load(density) * self.density();
         let (nodes, is_crushed) = (rest.spatial_sums(&at, s.hoop), (-at.above_floor).any_positive());
         let still = if is_crushed { rest.sums(s.hoop) } else { nodes };
-        let kinematics = NetworkKinematics { at, nodes, still, is_crushed };
+        let kinematics = NetworkKinematics { at, nodes, still, is_crushed, density };
         let (numbers, mut rows) = history.split_first_chunk_mut::<NUMBERS>().expect("the history of an element");
         let mut sum = NetworkForces::none(zero);
         let mut released = zero;
@@ -180,7 +204,7 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
         let dilated = dilated(s, at, nodes);
         let swollen = u.curvature * dilated + slope.absolute() * kinematics.minor_curvature(section, s);
         let damping = self.resistance(&kinematics, rate * 2.0) * dilated / at.jacobian;
-        let stiffness = damped::<D, _>(self.density(), volume, volume * (sum.curvature + swollen), damping);
+        let stiffness = damped::<D, _>(density, volume, volume * (sum.curvature + swollen), damping);
         let pushing = if kick.takes_back() { u.slope } else { slope };
         let pressure = pushing - at.above_floor.choose(sum.trace / (at.jacobian * 3.0), zero);
         let shape = -(volume * at.scale);
@@ -231,7 +255,7 @@ impl TwoNetwork {
         // An empty lane has no gradients.
         let height = rate.constant(1.0) / kinematics.nodes.max_squared.at_least(f64::MIN_POSITIVE).root();
         // With ρ₀ a torn web of 3 kg/m³ was damped 370 times too much, beyond what its step allowed.
-        let density = rate.constant(self.density()) / kinematics.at.jacobian;
+        let density = kinematics.density / kinematics.at.jacobian;
         self.viscosity().at(density, self.sound_speed(), height, rate)
     }
 }
@@ -254,7 +278,7 @@ impl<const D: usize, V: Number> NetworkForces<D, V> {
         pulled: &[[V; D]; D],
         elastic: &SymmetricTensor<D, V>,
     ) {
-        let NetworkKinematics { at, nodes, still, is_crushed } = kinematics;
+        let NetworkKinematics { at, nodes, still, is_crushed, .. } = kinematics;
         for i in 0..D {
             for j in 0..D {
                 self.pulled[i][j] = pulled[i][j].multiply_add(modulus, self.pulled[i][j]);
@@ -412,8 +436,8 @@ fn dilated<const D: usize, V: Number>(
 /// part. With the velocity of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m,
 /// ξ = c/(2mω) (numerics 1.3g). This limit is 2√m/(√(κ + s²) + s) with s = c/(2√m).
 #[inline(always)]
-fn damped<const D: usize, V: Number>(density: f64, volume: V, kappa: V, damping: V) -> V {
-    let mass = (volume * (density / (D + 1) as f64)).at_least(f64::MIN_POSITIVE);
+fn damped<const D: usize, V: Number>(density: V, volume: V, kappa: V, damping: V) -> V {
+    let mass = (volume * (density / density.constant((D + 1) as f64))).at_least(f64::MIN_POSITIVE);
     let s = volume * damping * 0.5 / mass.root();
     let root = (kappa + s * s).root() + s;
     root * root

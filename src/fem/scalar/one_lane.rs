@@ -18,10 +18,16 @@ pub(super) struct LoneElement<const D: usize, R> {
 }
 
 impl<const D: usize, R> LoneElement<D, R> {
-    /// Prepares an element of this rest shape.
+    /// Prepares an element of this rest shape and relative density.
     #[inline(always)]
-    pub fn of<G: ElementLaw<D, Rest<f64> = R>>(gel: &G, section: Section, reference: &ReferenceShape<D>) -> Self {
-        let geometry = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, section);
+    pub fn of<G: ElementLaw<D, Rest<f64> = R>>(
+        gel: &G,
+        section: Section,
+        reference: &ReferenceShape<D>,
+        density: f64,
+    ) -> Self {
+        let shape = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, section);
+        let geometry = RestGeometry { density, ..shape };
         Self { volume: geometry.volume, scale: geometry.scale(), rest: gel.rest(&geometry) }
     }
 }
@@ -85,7 +91,7 @@ impl<const D: usize> Simplices<D> {
     /// Prepares an element at rest.
     #[inline(always)]
     fn lone_element<G: ElementLaw<D>>(&self, gel: &G, id: ElementId) -> LoneElement<D, G::Rest<f64>> {
-        LoneElement::of(gel, self.section, &self.reference(id))
+        LoneElement::of(gel, self.section, &self.reference(id), self.relative_density(id))
     }
 
     /// Computes the deformation of an element; at rest, where no node has moved, without rounding.

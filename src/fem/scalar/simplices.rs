@@ -5,6 +5,9 @@ use crate::fem::{ReferenceShape, Section, max_patch_size};
 use crate::math::{Tensor, Vector, array, det};
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 
+/// Round-off of a relative density.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
 ///
 /// F = Σ x_a ⊗ ∇N_a. The out-of-plane stretch is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
@@ -35,6 +38,8 @@ pub struct Simplices<const D: usize> {
     /// Index into `references` of each incompatible element; empty if all elements are compatible.
     reference_index: Vec<Option<u32>>,
     references: Vec<ReferenceShape<D>>,
+    /// Relative density of each element; empty if all have that of the gel.
+    density: Vec<f64>,
     pub(crate) patches: ElementPatches,
 }
 
@@ -57,8 +62,8 @@ impl<const D: usize> Simplices<D> {
     ) -> Self {
         assert!(patches.largest() <= max_patch_size(D), "a patch has at most {} elements", max_patch_size(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let (material, reference_index, references) = (material.into(), vec![], vec![]);
-        Self { material, section, elements, rest, reference_index, references, patches }
+        let (material, reference_index, references, density) = (material.into(), vec![], vec![], vec![]);
+        Self { material, section, elements, rest, reference_index, references, density, patches }
     }
 
     /// Returns the elements with the reference shapes of the incompatible elements.
@@ -77,6 +82,38 @@ impl<const D: usize> Simplices<D> {
             self.references.push(*reference);
         }
         self
+    }
+
+    /// Returns the elements with the relative densities that these nodal masses, kg, give them, of nodes at `x` when they
+    /// were new (numerics 1.3h): remeshing moves mass and rest volume apart. Only viscosity depends on it.
+    #[must_use]
+    pub fn with_masses(mut self, mass: &[f64], x: &[Vector<D>]) -> Self {
+        let Material::TwoNetwork(gel) = &self.material else { return self };
+        let all = || (0..self.elements.len() as u32).map(ElementId);
+        let mut usual = vec![0.0; mass.len()];
+        for element in all() {
+            let (whole, nodes) = (gel.density() * self.volume(element), self.corners(element));
+            let radii = nodes.iter().map(|node| x[node.index()][0]).sum::<f64>();
+            for node in nodes {
+                let share = match self.section {
+                    Section::Planar { .. } | Section::Spatial => 1.0 / (D + 1) as f64,
+                    Section::Axisymmetric => (3.0 * x[node.index()][0] / radii + 3.0) / 12.0,
+                };
+                usual[node.index()] += whole * share;
+            }
+        }
+        let relative = |node: &NodeId| mass[node.index()] / usual[node.index()];
+        let least = |element| self.corners(element).iter().map(relative).fold(1.0, f64::min);
+        // Sums of shares differ by round-off.
+        let density = all().map(least).map(|least| if least > 1.0 - ROUND_OFF { 1.0 } else { least });
+        self.density = density.collect();
+        self
+    }
+
+    /// Returns the density of an element relative to that of the gel, at most 1: that of its lightest node.
+    #[must_use]
+    pub fn relative_density(&self, element: ElementId) -> f64 {
+        self.density.get(element.index()).copied().unwrap_or(1.0)
     }
 
     /// Returns the kinematic model.

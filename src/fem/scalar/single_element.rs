@@ -71,7 +71,7 @@ impl SingleElementLaw {
         now: &ReferenceShape<D>,
         memory: &[HistoryVariables<D>],
     ) -> SingleElementResponse {
-        let LoneElement { volume, scale, rest } = LoneElement::of(gel, self.section, rest);
+        let LoneElement { volume, scale, rest } = LoneElement::of(gel, self.section, rest, 1.0);
         let mut strain = ElementDeformation::at_rest(0.0);
         strain.f = array::rows(&now.edges);
         strain.deform::<G>(self.section, &rest, volume, scale, 1.0, 3.0 * now.radius);

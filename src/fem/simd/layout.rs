@@ -14,9 +14,9 @@ use super::transpose::gather;
 use crate::constitutive::{Material, NeoHookean, TwoNetwork};
 use crate::fem::history::{HistoryLanes, HistoryLayout, MOST_MEMORIES, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw};
-use crate::fem::law::kinematics::ShapeGradients;
 use crate::fem::law::neo_hookean::ShearStiffness;
 use crate::fem::law::rest_geometry::RestGeometry;
+use crate::fem::law::two_network::NetworkRest;
 use crate::fem::{GroupKick, HistoryVariables, MAX_NODES, Section, max_patch_size};
 use crate::math::Number;
 use fearless_simd::{Level, Simd, f64x8};
@@ -48,6 +48,8 @@ pub(crate) struct ReferenceBatch<const D: usize> {
     pub radius: LaneArray,
     /// 1 in a filled lane, else 0.
     pub filled: LaneArray,
+    /// Relative density; 1 in an empty lane.
+    pub density: LaneArray,
 }
 
 /// Corner of an element in a slot.
@@ -87,7 +89,7 @@ pub type SweepInput<'a> = (Range<usize>, GroupKicks<'a>, ReportPower);
 #[derive(Debug, Clone)]
 pub(crate) enum BatchLaw<const D: usize> {
     NeoHookean(NeoHookean, Vec<ShearStiffness<D>>),
-    TwoNetwork(TwoNetwork, Vec<ShapeGradients<D>>),
+    TwoNetwork(TwoNetwork, Vec<NetworkRest<D>>),
 }
 
 impl<const D: usize> BatchLaw<D> {
@@ -125,7 +127,7 @@ impl<const D: usize> ElementBatches<D> {
         let n = n_slots / LANES;
         let law = match material {
             Material::NeoHookean(gel) => BatchLaw::NeoHookean(*gel, vec![ShearStiffness::default(); n]),
-            Material::TwoNetwork(gel) => BatchLaw::TwoNetwork(*gel, vec![ShapeGradients::default(); n]),
+            Material::TwoNetwork(gel) => BatchLaw::TwoNetwork(*gel, vec![NetworkRest::default(); n]),
             Material::MooneyRivlin(_) | Material::Ogden(_) => return None,
         };
         Some(Self { batches: vec![ElementBatch::default(); n], incompatible: vec![], depth, law, section })
@@ -326,7 +328,8 @@ fn store_rest_geometry<const D: usize, G: ElementLaw<D>, S: Simd>(
 ) {
     let edges = load_edges(simd, &rest.edges);
     let (radius, filled) = (load_lanes(simd, &rest.radius), load_lanes(simd, &rest.filled));
-    let shape = RestGeometry::new(&edges, radius, filled, section);
+    let density = load_lanes(simd, &rest.density);
+    let shape = RestGeometry { density, ..RestGeometry::new(&edges, radius, filled, section) };
     (batch.volume, batch.scale) = (shape.volume.store(), shape.scale().store());
     *law = gel.rest(&shape);
 }
@@ -356,7 +359,7 @@ mod tests {
         let edges = std::array::from_fn(|i| std::array::from_fn(|j| std::array::from_fn(|lane| edge(i, j, lane))));
         // One lane is empty.
         let filled = std::array::from_fn(|lane| if lane < 7 { 1.0 } else { 0.0 });
-        let rest = ReferenceBatch { edges, radius: [1.0; LANES], filled };
+        let rest = ReferenceBatch { edges, radius: [1.0; LANES], filled, density: [1.0; LANES] };
         let made = |level: Level| {
             let (mut batch, mut law) = (ElementBatch::default(), ShearStiffness::<3>::default());
             on!(level, simd => store_rest_geometry(simd, &gel, &mut batch, &mut law, &rest, Section::Spatial));
