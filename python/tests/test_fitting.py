@@ -37,7 +37,8 @@ def _small():
 
 
 def test_a_fit_meets_its_shot_and_its_lines_give_the_computed_value(tmp_path):
-    shots = _shots(("bb", 60, "depth", 0.0181, 5e-4), ("wide", 60, "cavity", 4.7e-3, 1e-3, 1e-3))
+    # Runs whose stress differs by thousandths end within 0.5 mm: half a band is three of their standard deviations.
+    shots = _shots(("bb", 60, "depth", 0.0181, 1e-3), ("wide", 60, "cavity", 4.7e-3, 1e-3, 1e-3))
     given = {"scene": _small(), "parameters": ["stress"], "progress": False}
     fit = bg.fit_gel(shots, out=tmp_path / "fit", **given)
     assert fit.status == "fitted" and abs(fit.table["residual"]["bb"]) < 0.5, str(fit)
@@ -48,7 +49,7 @@ def test_a_fit_meets_its_shot_and_its_lines_give_the_computed_value(tmp_path):
     assert again.status == "derivatives" and again.table["computed"].equals(fit.table["computed"])
 
 
-def test_what_a_shot_decides_is_seen_without_it(tmp_path):
+def test_leaving_out_a_shot_shows_its_influence_on_the_fit(tmp_path):
     shots = _shots(("slow", 50, "depth", 0.014, 1e-3), ("fast", 70, "depth", 0.024, 1e-3))
     fit = bg.fit_gel(shots, ["stress"], scene=_small(), steps=0, out=tmp_path / "fit", progress=False)
     slopes, residuals = fit.sensitivity["stress"].to_numpy() / 1e-3, fit.table["residual"].to_numpy()

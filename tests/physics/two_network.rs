@@ -114,9 +114,10 @@ fn bits_of_a_gel_that_is_damaged_do_not_depend_on_communication_steps_threads_or
 
 /// A cavity without air that collapses behind a ball of 720 m/s, on coarse cells, remade at set times: distortion alone ends
 /// no mesh then on some last digits.
-#[test]
-fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
+fn collapsing_cavity(speed: f64) -> Scene {
+    let projectile = format!("projectile.velocity=[0, 0, {:?}]", -speed);
     let changes = [
+        &projectile,
         "gel.cavity={ sealed = { pressure = 0.0 } }",
         "mesh.size=0.85e-3",
         "mesh.tree.slope=0.42",
@@ -129,19 +130,39 @@ fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
         "remesh.times=[2.7e-3, 2.8e-3, 2.9e-3]",
     ];
     let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
-    let scene = scene::read(&scene::resolve(scene::builtin("sphere-720").unwrap(), &changes).unwrap()).unwrap();
-    let mut whole = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
-    let inputs = whole.inputs();
-    whole.step(&inputs, 2.6e-3).unwrap();
-    let (open, n_open) = (whole.save(), whole.renewals().len());
-    assert_eq!(whole.observe().energy.self_contact, 0.0);
+    scene::read(&scene::resolve(scene::builtin("sphere-720").unwrap(), &changes).unwrap()).unwrap()
+}
+
+/// Steps until the gel has met itself, 50 µs before the last remeshing at the latest; returns the state before that step.
+fn meet_itself(simulation: &mut Simulation) -> Option<SavedSimulation> {
+    let inputs = simulation.inputs();
+    for step in 1..=57 {
+        let before = simulation.save();
+        simulation.step(&inputs, f64::from(step) * 5e-5).unwrap();
+        if simulation.observe().energy.self_contact < 0.0 {
+            return Some(before);
+        }
+    }
+    None
+}
+
+/// In one of four such shots the walls of the cavity meet: in which, depends on last digits.
+#[test]
+fn a_cavity_that_collapses_while_its_mesh_is_remade_meets_itself() {
+    let speeds = (0..16).map(|k| 720.0 + 0.01 * f64::from(k));
+    let met = speeds.map(collapsing_cavity).find_map(|scene| {
+        let mut whole = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+        meet_itself(&mut whole).map(|open| (scene, whole, open))
+    });
+    let (scene, mut whole, open) = met.expect("a shot whose cavity meets itself");
+    let (inputs, n_open) = (whole.inputs(), whole.remeshings().len());
     whole.step(&inputs, scene.scene.end_time).unwrap();
     let seen = whole.observe();
-    assert!(seen.energy.self_contact < 0.0 && whole.renewals().len() > n_open, "{:?}", seen.energy);
+    assert!(seen.energy.self_contact < 0.0 && whole.remeshings().len() > n_open, "{:?}", seen.energy);
     assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-11, "{:?}", seen.energy);
     let mut other = Simulation::new(&scene, CouplingMode::Integrated, 2).unwrap();
     other.restore(&open).unwrap();
-    other.step(&inputs, 2.85e-3).unwrap();
+    other.step(&inputs, 2.95e-3).unwrap();
     other.step(&inputs, scene.scene.end_time).unwrap();
     assert_eq!(other.digest(), whole.digest());
 }
@@ -155,7 +176,10 @@ fn shot_with_a_refusal() -> Scene {
         let end = format!("scene.end_time={:e}", 0.0216 / f64::from(speed));
         shot(&[&end, "scene.communication_step=1e-6", "remesh.quality=0.5", "remesh.method=immersed", &velocity])
     };
-    speeds.map(of).find(|scene| !run(scene, 1, 1).refusals().is_empty()).expect("a shot that makes a rough crater")
+    speeds
+        .map(of)
+        .find(|scene| !run(scene, 1, 1).failed_remeshings().is_empty())
+        .expect("a shot that makes a rough crater")
 }
 
 #[test]
@@ -166,14 +190,14 @@ fn a_run_is_taken_up_again_after_a_remeshing_that_was_refused() {
     let (mut states, mut kept) = (vec![], vec![]);
     for step in 1..=600 {
         // What an interval without another mesh changes is the doing of the old one, in other patches.
-        let before = (on.renewals().len(), on.refusals().len(), on.observe().energy.remesh);
+        let before = (on.remeshings().len(), on.failed_remeshings().len(), on.observe().energy.remesh);
         on.step(&inputs, scene.scene.end_time * f64::from(step) / 600.0).unwrap();
         let energy = on.observe().energy;
-        if on.renewals().len() == before.0 && on.refusals().len() > before.1 {
+        if on.remeshings().len() == before.0 && on.failed_remeshings().len() > before.1 {
             kept.push((energy.remesh - before.2) / energy.initial);
         }
         // The first state after the old mesh went on, whose dashpots have flowed already.
-        if states.is_empty() && !on.refusals().is_empty() {
+        if states.is_empty() && !on.failed_remeshings().is_empty() {
             let mut bytes = vec![];
             on.save().write(&mut |run| bytes.extend_from_slice(run));
             states.push(bytes);
@@ -214,7 +238,7 @@ fn a_shot_that_no_mesh_can_follow_says_why_none_was_taken() {
         if why.is_empty() {
             return false;
         }
-        let reasons = &simulation.refusals().last().unwrap().why;
+        let reasons = &simulation.failed_remeshings().last().unwrap().why;
         let named = reasons.iter().all(|reason| why.contains(&reason.to_string()));
         assert!(why.starts_with(". No new mesh was accepted at ") && !reasons.is_empty() && named, "{why}");
         true
@@ -247,7 +271,7 @@ fn a_facet_that_leaks_ends_its_mesh_and_not_the_run() {
 
 /// This run stopped, at a step that collapsed in a young mesh.
 #[test]
-fn what_no_mesh_can_follow_breaks_off_a_gel_of_two_networks_and_the_books_close() {
+fn erosion_of_a_two_network_gel_conserves_mass_momentum_and_energy() {
     let scene = shot(&["projectile.velocity=[0.0,0.0,-2000.0]"]);
     let mass = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap().frame().mass;
     let done = run(&scene, 3, 2);
@@ -267,7 +291,7 @@ fn a_gel_of_two_networks_in_space_keeps_its_books_over_remeshings_and_its_bits_o
     assert!((mass / whole - 1.0).abs() < 1e-12, "a quarter stands for all of the block: {mass} kg");
     let done = run(&scene, 3, 1);
     let seen = done.observe();
-    assert!(seen.cost.remeshes > 3 && done.refusals().is_empty(), "{} meshes", seen.cost.remeshes);
+    assert!(seen.cost.remeshes > 3 && done.failed_remeshings().is_empty(), "{} meshes", seen.cost.remeshes);
     assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-12, "{:?}", seen.energy);
     assert!(seen.energy.energy_defect < 0.01, "defect {}", seen.energy.energy_defect);
     let taken = seen.energy.remesh / seen.energy.initial;
@@ -287,7 +311,11 @@ fn a_shot_into_coarse_cells_that_grow_slowly_leaves_no_node_without_mass() {
     let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb").unwrap(), &changes).unwrap()).unwrap();
     let done = run(&scene, 1, 1);
     let is_massless = |why: &RemeshRefusal| matches!(why, RemeshRefusal::Massless { .. });
-    assert!(!done.refusals().iter().flat_map(|refusal| &refusal.why).any(is_massless), "{:?}", done.refusals());
+    assert!(
+        !done.failed_remeshings().iter().flat_map(|refusal| &refusal.why).any(is_massless),
+        "{:?}",
+        done.failed_remeshings()
+    );
     assert!(done.observe().cost.remeshes > 16);
 }
 

@@ -368,13 +368,22 @@ fn figures_of_a_remeshed_shot_are_the_same_in_any_galilean_frame_within_its_scat
         let gel = format!("gel.velocity=[0, 0, {boost:?}]");
         summary(name, &thin(&[&gel, &format!("projectile.velocity=[0, 0, {:?}]", boost - 179.8)]))
     };
-    let [a, b] = [shot("still", 0.0), shot("drifting", 89.9)];
-    assert_eq!((b["perforated"].as_bool(), b["peak_depth"].as_f64()), (Some(true), Some(0.012)));
-    // Round-off decides when a mesh is remade: boosts of 1e-9 to 90 m/s and speeds that differ by 1e-4 spread the
-    // residual energy by 2 %.
-    for key in ["exit_time", "residual_energy", "energy_deposited", "greatest_cavity_diameter"] {
-        let [a, b] = [&a, &b].map(|summary| summary[key].as_f64().unwrap_or_else(|| panic!("{key} of {summary}")));
-        assert!((b / a - 1.0).abs() < 0.02, "{key}: {a} at rest, {b} in motion");
+    let [still, drifting] = [shot("still", 0.0), shot("drifting", 89.9)];
+    assert_eq!((drifting["perforated"].as_bool(), drifting["peak_depth"].as_f64()), (Some(true), Some(0.012)));
+    // Round-off decides when a mesh is remade: boosts of 0 to 90 m/s spread the residual energy by 2 %, by as many joules
+    // the energy that the gel has got, and the cavity by 5 %.
+    let figure =
+        |summary: &serde_json::Value, key: &str| summary[key].as_f64().unwrap_or_else(|| panic!("{key} of {summary}"));
+    let energy = 0.02 * figure(&still, "residual_energy");
+    let scatter = [
+        ("exit_time", 0.02 * figure(&still, "exit_time")),
+        ("residual_energy", energy),
+        ("energy_deposited", energy),
+        ("greatest_cavity_diameter", 0.06 * figure(&still, "greatest_cavity_diameter")),
+    ];
+    for (key, scatter) in scatter {
+        let [a, b] = [&still, &drifting].map(|summary| figure(summary, key));
+        assert!((b - a).abs() < scatter, "{key}: {a} at rest, {b} in motion");
     }
 }
 
