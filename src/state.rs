@@ -167,7 +167,7 @@ pub enum SurfaceStretch {
     /// Within the limit of a mesh.
     Little,
     /// Deep enough that the mesh is distorted.
-    Worn,
+    Distorted,
     /// Beyond the leak depth (A11): the mesh ends.
     Leaking,
 }

@@ -1,6 +1,6 @@
 """Runs the scenes of the paper page and draws its pictures: python docs/pictures/paper.py GELFMU FOLDER
 
-Into FOLDER go the runs, which are kept; the pictures are written beside this file. Needs matplotlib and pyvista.
+Into FOLDER go the runs, which are kept; the pictures are written beside this file. Needs matplotlib, pyvista and cargo.
 Prints the table of one step for each group of elements against one for all.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 import pyvista as pv
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import LightSource, Normalize
+from matplotlib.colors import LightSource, ListedColormap, Normalize
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from PIL import Image, ImageChops
 
@@ -40,6 +40,7 @@ RUNS = {
     "ball-square-remeshed-global": ["ball-square", *FOUR_MESHES, *GLOBAL],
 }
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#8a8f98"
+AMBER = ListedColormap(["#f0b24a"])
 
 
 class Run:
@@ -68,9 +69,13 @@ def compute(gelfmu, folder):
         if not (folder / name / "summary.json").exists():
             subprocess.run([gelfmu, "--quiet", "run", *words, "--threads", "1", "--no-report", "--out", name],
                            cwd=folder)
-    steps = ["ball-square", "--set", "projectile.velocity=[0,0,-30]", "--out", "remesh-demo"]
-    if not (folder / "remesh-demo").exists():
-        subprocess.run([gelfmu, "--quiet", "remesh-demo", *steps], cwd=folder, check=True)
+    steps = folder / "remesh-steps.json"
+    if not steps.exists():
+        manifest = HERE.parents[1] / "studies" / "Cargo.toml"
+        program = ["cargo", "run", "--quiet", "--release", "--manifest-path", manifest, "--bin", "remesh-steps"]
+        printed = subprocess.run(program, check=True, stdout=subprocess.PIPE).stdout
+        json.loads(printed)
+        steps.write_bytes(printed)
     return {name: Run(folder / name) for name in RUNS}
 
 
@@ -216,20 +221,53 @@ def figure_5(runs):
 
 
 def figure_6(folder):
-    """Six of the pictures that `gelfmu remesh-demo` draws."""
-    stages = {
-        "02-indicator-close": "(a) curvature indicator",
-        "04-quadtree-close": "(b) quadtree",
-        "05-delaunay-close": "(c) Delaunay triangulation",
-        "06-distance-close": "(d) signed distance",
-        "08-carved-close": "(e) the new mesh",
-        "10-velocity-immersed-close": "(f) velocity, transferred",
-    }
+    """The steps of one remeshing, around the worst element."""
+    steps = json.loads((folder / "remesh-steps.json").read_text(encoding="utf-8"))
+    old, background, new = steps["old"], steps["background"], steps["new"]
+    points = np.array(old["points"])
+    window = 0.07 * np.ptp(points, axis=0).max()
+    middle = points[old["triangles"][int(np.argmin(old["quality"]))]].mean(axis=0)
     figure, axes = plt.subplots(2, 3, figsize=(9.6, 6.6))
-    for one, (name, title) in zip(axes.flat, stages.items(), strict=True):
-        one.imshow(plt.imread(folder / "remesh-demo" / f"{name}.png"))
-        one.set_title(title, fontsize=9)
-        one.set_axis_off()
+
+    def triangles(ax, mesh, values=None, **options):
+        x, y = np.array(mesh["points"]).T
+        if values is not None:
+            shading = "flat" if len(values) == len(mesh["triangles"]) else "gouraud"
+            ax.tripcolor(x, y, mesh["triangles"], values, shading=shading, **options)
+        else:
+            ax.tripcolor(x, y, mesh["triangles"], np.zeros(len(mesh["triangles"])), cmap=AMBER)
+        return x, y
+
+    def edges(ax, mesh):
+        ax.triplot(*np.array(mesh["points"]).T, mesh["triangles"], color="black", linewidth=0.3)
+
+    (indicator, quadtree, delaunay), (distance, carved, velocity) = axes
+    triangles(indicator, old, np.degrees(old["curvature"]), cmap="plasma", vmin=0, vmax=90)
+    triangles(quadtree, old)
+    squares = [
+        [(x - h, y - h), (x + h, y - h), (x + h, y + h), (x - h, y + h)]
+        for x, y, h in ((x, y, 0.5 * edge) for x, y, edge in steps["quadtree"])
+    ]
+    quadtree.add_collection(PolyCollection(squares, facecolors="none", edgecolors="black", linewidths=0.3))
+    triangles(delaunay, old)
+    edges(delaunay, background)
+    triangles(distance, background, background["distance"], cmap="RdBu_r", vmin=-2 * window, vmax=2 * window)
+    edges(distance, background)
+    x, y = np.array(background["points"]).T
+    distance.tricontour(x, y, background["triangles"], background["distance"], levels=[0.0], colors="black")
+    triangles(carved, new)
+    edges(carved, new)
+    most = np.abs(new["velocity"]).max()
+    triangles(velocity, new, new["velocity"], cmap="RdBu_r", vmin=-most, vmax=most)
+    edges(velocity, new)
+    titles = [
+        "curvature indicator", "quadtree", "Delaunay triangulation",
+        "signed distance", "the new mesh", "velocity, transferred",
+    ]
+    for letter, ax, title in zip("abcdef", axes.flat, titles, strict=True):
+        ax.set(xlim=middle[0] + window * np.array([-1, 1]), ylim=middle[1] + window * np.array([-1, 1]), aspect="equal")
+        ax.set_title(f"({letter}) {title}", fontsize=9)
+        ax.set(xticks=[], yticks=[])
     figure.subplots_adjust(wspace=0.02, hspace=0.12)
     save(figure, "paper-6")
 

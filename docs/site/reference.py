@@ -1,7 +1,8 @@
 """Writes the pages of the reference from their one source each: reference.py GELFMU FOLDER
 
-The keys of a scene come from `gelfmu schema`, the variables from modelDescription/variables.toml, the commands from
-their own help, the projectiles from `gelfmu projectiles`, and the scenes from `gelfmu scenes`.
+The keys of a scene and the figures of a run come from `gelfmu schema`, the variables from
+modelDescription/variables.toml, the commands from their own help, the projectiles from `gelfmu projectiles`, and the
+scenes from `gelfmu scenes`.
 """
 
 import json
@@ -30,6 +31,7 @@ def main(gelfmu, folder):
     variables = tomllib.loads((ROOT / "modelDescription" / "variables.toml").read_text(encoding="utf-8"))
     pages = {
         "scene": scene_keys(json.loads(printed("schema"))),
+        "figures": figures_of_run(json.loads(printed("schema", "summary"))),
         "variables": fmu_variables(variables),
         "commands": command_help(printed),
         "projectiles": projectile_library(printed),
@@ -68,6 +70,33 @@ def scene_keys(schema):
         rows = [] if name == "fragment" else list(keys(schema, body, ""))
         lines += table(["key", "value", "default", "meaning"], rows)
     return lines
+
+
+# Figures of a run
+
+SAMPLED = {
+    **{name: name for name in ("", "start", "end")},
+    **{name: f"each {name}" for name in ("tick", "frame")},
+    "update": "each update of an element",
+    "step": "each communication step",
+}
+
+
+def figures_of_run(schema):
+    """One table of the figures; `[]` stands for one entry of a list."""
+    return table(["key", "unit", "sampled", "meaning"], list(figures(schema, schema, "")))
+
+
+def figures(schema, shape, prefix):
+    """Rows for the figures of an object, and for those of the objects in it."""
+    for name, entry in shape.get("properties", {}).items():
+        inner, described = resolve(schema, entry)
+        listed = inner.get("type") if isinstance(inner.get("type"), list) else [inner.get("type")]
+        items = resolve(schema, inner["items"])[0] if "array" in listed and "items" in inner else {}
+        unit, sampled = entry.get("x-unit", ""), entry.get("x-sampled", "")
+        yield [f"`{prefix}{name}`", {"1": "–"}.get(unit, unit), SAMPLED[sampled], described]
+        yield from figures(schema, inner, f"{prefix}{name}.")
+        yield from figures(schema, items, f"{prefix}{name}[].")
 
 
 def resolve(schema, entry):

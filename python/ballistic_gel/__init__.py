@@ -7,7 +7,7 @@
 """
 
 from .binary import find_binary
-from .commands import Calibration, calibrate, projectiles, scenes
+from .commands import Calibration, calibrate, figures, projectiles, scenes
 from .errors import CrashWarning, DoubtWarning, FitWarning, GelfmuError, ShotError
 from .fitting import GelFit, fit_gel
 from .fmu import FmuInstance, pack, simulate
@@ -47,6 +47,7 @@ __all__ = [
     "Validation",
     "calibrate",
     "error_cost",
+    "figures",
     "find_binary",
     "fit_gel",
     "level_errors",

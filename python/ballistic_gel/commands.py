@@ -13,6 +13,7 @@ import pandas as pd
 from .binary import CommandResult, call_binary, call_json
 from .errors import FitWarning
 from .scene import Scene, as_scene
+from .schema import walk_schema
 
 
 def projectiles() -> pd.DataFrame:
@@ -24,6 +25,23 @@ def projectiles() -> pd.DataFrame:
 def scenes() -> pd.DataFrame:
     """Return the built-in scenes: name, title and dimension."""
     return pd.DataFrame(call_json(["scenes"]))[["name", "title", "dimension"]]
+
+
+def figures() -> pd.DataFrame:
+    """Return the figures of a run, the keys of ``summary.json``.
+
+    Returns
+    -------
+    DataFrame
+        Indexed by the dotted key, without the numbers of lists, as in ``sensors.peak_pressure``: ``unit`` (SI, ``"1"``
+        for a ratio or a count, empty for a text), ``sampled`` (``start`` or ``end`` of the run, or each ``step`` of
+        communication, ``frame``, ``tick`` or ``update``) and ``meaning``.
+    """
+    schema = call_json(["schema", "summary"])
+    rows = dict(walk_schema(schema, schema.get("$defs", {}), ""))
+    columns = {"unit": "x-unit", "sampled": "x-sampled", "meaning": "description"}
+    table = {column: {key: figure.get(name, "") for key, figure in rows.items()} for column, name in columns.items()}
+    return pd.DataFrame(table).rename_axis("key")
 
 
 @dataclass(frozen=True)

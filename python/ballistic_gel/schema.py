@@ -102,23 +102,23 @@ def _quantities_of(_path: Path, _modified: int) -> dict[str, Quantity | None]:
     schema: Schema = call_json(["schema"])
     kinds = schema.get("x-quantities", {})
     found: dict[str, Quantity | None] = {}
-    for key, node in _walk(schema, schema.get("$defs", {}), ""):
+    for key, node in walk_schema(schema, schema.get("$defs", {}), ""):
         kind = kinds.get(node.get("x-quantity"))
         quantity = kind and Quantity(kind["expected"], frozenset(kind["units"]), "type" not in node)
         found[key] = found.get(key) or quantity
     return found
 
 
-def _walk(node: Schema, definitions: Schema, prefix: str) -> Iterator[tuple[str, Schema]]:
+def walk_schema(node: Schema, definitions: Schema, prefix: str) -> Iterator[tuple[str, Schema]]:
     """Yield the keys of a node and of all nodes below it, and the node of each."""
     if "$ref" in node:
-        yield from _walk(definitions[node["$ref"].rpartition("/")[2]], definitions, prefix)
+        yield from walk_schema(definitions[node["$ref"].rpartition("/")[2]], definitions, prefix)
     for word in ("anyOf", "oneOf", "allOf"):
         for part in node.get(word, []):
-            yield from _walk(part, definitions, prefix)
+            yield from walk_schema(part, definitions, prefix)
     if isinstance(node.get("items"), dict):
-        yield from _walk(node["items"], definitions, prefix)
+        yield from walk_schema(node["items"], definitions, prefix)
     for name, part in node.get("properties", {}).items():
         key = f"{prefix}.{name}" if prefix else name
         yield key, part
-        yield from _walk(part, definitions, key)
+        yield from walk_schema(part, definitions, key)

@@ -40,6 +40,19 @@ _RESIDUALS = (
 _EACH = {"scene": str, "completed": bool, "doubts": list, "digest": str, "ended_by": str}
 
 
+# Format of ``summary.json`` that can be read.
+_FORMAT = 1
+
+
+class _ForeignSummaryError(ValueError):
+    """Summary of another release."""
+
+    def __init__(self, figures: dict[str, Any]) -> None:
+        written = f"format {figures['format']}" if "format" in figures else "no format"
+        release = f", written by gelfmu {figures['version']}" if "version" in figures else ""
+        super().__init__(f"{written}{release}, in the place of format {_FORMAT}")
+
+
 def _figures_in(text: str) -> dict[str, Any]:
     """Return the figures of a summary.
 
@@ -51,6 +64,8 @@ def _figures_in(text: str) -> dict[str, Any]:
     figures = json.loads(text)
     if not isinstance(figures, dict):
         raise ValueError(f"{type(figures).__name__} in the place of figures")
+    if figures.get("format") != _FORMAT:
+        raise _ForeignSummaryError(figures)
     wrong = [name for name, kind in _EACH.items() if not isinstance(figures.get(name), kind)]
     if wrong:
         raise ValueError(f"without {', '.join(wrong)}")
@@ -90,13 +105,16 @@ class Shot:
 
     @functools.cached_property
     def summary(self) -> dict[str, Any]:
-        """Figures of the run: all of ``summary.json``, in SI units."""
+        """All of ``summary.json``, in SI units; the function `ballistic_gel.figures` has units and meanings."""
         path = self.folder / "summary.json"
         try:
             return _figures_in(path.read_text(encoding="utf-8"))
         except FileNotFoundError as error:
             remedy = "name the folder of a run that ended; gelfmu.jsonl in it tells the state"
             raise GelfmuError(f"{path}: found no summary of a run", remedy=remedy) from error
+        except _ForeignSummaryError as error:
+            remedy = "run its scene.toml, or pack the FMU, with this release"
+            raise GelfmuError(f"{path}: found {error}: {remedy}", remedy=remedy) from error
         except (OSError, ValueError) as error:
             remedy = "expected the summary that gelfmu writes: run it again"
             raise GelfmuError(f"{path}: found a damaged summary ({error}), {remedy}", remedy=remedy) from error

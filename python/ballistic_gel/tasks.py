@@ -28,7 +28,7 @@ COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crash
 # Figures of the summary that depend on the machine.
 _CLOCK = ("wall_seconds", "cpu_seconds", "updates_per_second")
 # Texts that are the same in all rows, and tables whose length is not.
-_CONSTANT = ("threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
+_CONSTANT = ("format", "threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
 _LEFT_OUT = (*_CLOCK, *_CONSTANT, "cavity_course", "energy_per_centimetre")
 _VECTORS = ("exit_velocity", "final_velocity", "total_impulse", "position")
 

@@ -1,4 +1,4 @@
-"""Calibration: a fit that fails is told."""
+"""Lists, and a calibration that fails."""
 
 import sys
 
@@ -19,3 +19,12 @@ def test_a_gel_that_is_not_fitted_is_a_warning_with_the_reason(tmp_path, monkeyp
     with pytest.warns(bg.FitWarning, match="^gel.strength_scale was not fitted: no run stops$"):
         calibration = bg.calibrate("fbi-bb", level="draft")
     assert calibration.status == "not fitted" and calibration.strength_scale == 0.5
+
+
+def test_the_table_of_figures_has_the_unit_of_every_number_of_a_run(deep):
+    figures = bg.figures()
+    assert figures.loc["rest_depth", ["unit", "sampled"]].tolist() == ["m", "step"]
+    assert figures.loc["sensors.dent.depth", "unit"] == "m" and figures["meaning"].str.len().min() > 3
+    numbers = [key for key, value in deep.summary.items() if type(value) in (int, float) and key != "format"]
+    numbers += [f"energy.{account}" for account in deep.summary["energy"]]
+    assert (figures.loc[numbers, "unit"] != "").all() and (figures.loc[numbers, "sampled"] != "").all()

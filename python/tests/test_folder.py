@@ -30,7 +30,7 @@ def test_a_file_of_this_name_that_is_no_manifest_is_refused_with_its_line(tmp_pa
     assert (tmp_path / "gelfmu.jsonl").read_bytes() == text
 
 
-def test_what_a_killed_claim_has_left_is_taken_over(tmp_path):
+def test_the_remains_of_a_killed_claim_are_taken_over(tmp_path):
     for rest in (b"", b'{"results_of":"swe'):
         (tmp_path / "gelfmu.jsonl").write_bytes(rest)
         SweepFolder(tmp_path).claim(["results.csv"])

@@ -94,7 +94,7 @@ def test_values_are_written_as_toml(value, text):
     assert toml_text(value) == text
 
 
-def test_what_toml_cannot_hold_is_refused(quick):
+def test_a_value_that_toml_cannot_represent_is_refused(quick):
     with pytest.raises(TypeError, match="NoneType"):
         quick["mesh.size"] = None
 

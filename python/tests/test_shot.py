@@ -38,7 +38,7 @@ def test_a_table_that_is_missing_says_why(quick, tmp_path):
         (b"{", "Expecting"),
         (b"\xff", "utf-8"),
         (b"[]", "list in the place of figures"),
-        (b"{}", "without scene, completed, doubts, digest, ended_by"),
+        (b'{"format": 1}', "without scene, completed, doubts, digest, ended_by"),
     ],
 )
 def test_a_damaged_summary_is_told_with_the_remedy(tmp_path, text, told):
@@ -47,9 +47,22 @@ def test_a_damaged_summary_is_told_with_the_remedy(tmp_path, text, told):
         bg.Shot.load(tmp_path)
     assert damaged.value.remedy.endswith("run it again")
     (tmp_path / "history.csv").write_bytes(text)
-    if text != b"{" and text != b"[]" and text != b"{}":
+    if not text.startswith((b"{", b"[]")):
         with pytest.raises(bg.GelfmuError, match="found a damaged table"):
             bg.Shot(tmp_path).history  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "text, told",
+    [
+        ("{}", "no format, in the place of format 1"),
+        ('{"format": 2, "version": "9.1.0"}', "format 2, written by gelfmu 9.1.0, in the place of format 1"),
+    ],
+)
+def test_a_summary_of_another_release_names_it_and_the_remedy(tmp_path, text, told):
+    (tmp_path / "summary.json").write_text(text)
+    with pytest.raises(bg.GelfmuError, match=rf"summary\.json: found {told}: run its scene\.toml, or pack the FMU"):
+        bg.Shot.load(tmp_path)
 
 
 @pytest.mark.parametrize("name", PLOTS)

@@ -115,7 +115,7 @@ fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: Option<MeshG
     if let Some(failure) = gel.engine.failure() {
         return Err(failure.clone());
     }
-    keep_mesh(gel, data).map_err(|UnusableStep { step, .. }| StepError::Worn { time, step })
+    keep_mesh(gel, data).map_err(|UnusableStep { step, .. }| StepError::NoUsableMesh { time, step })
 }
 
 /// Error of a run whose energy far exceeds the initial energy and the work done on it. Without this check a

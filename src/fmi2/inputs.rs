@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_move_a_held_projectile_is_named_and_refused() {
+    fn an_input_that_would_move_a_held_projectile_is_refused_by_name() {
         let scene =
             input_start_values(1, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
         let check = |reference: u32, value: f64, rate: f64| {

@@ -232,7 +232,7 @@ mod tests {
 
     #[cfg(not(target_vendor = "apple"))]
     #[test]
-    fn what_is_available_can_be_reserved() {
+    fn memory_that_is_available_can_be_reserved() {
         let available = available_memory().unwrap();
         assert!(available.bytes > 1 << 20, "{available:?}");
         assert!(reserve_memory(MemoryPhase::Saving, CHECK_THRESHOLD.min(available.bytes / 2)).is_ok());

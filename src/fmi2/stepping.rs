@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_additions_of_an_importer_leave_before_the_end_is_a_step() {
+    fn a_round_off_remainder_before_the_stop_time_is_a_valid_step() {
         for (step, stop) in [(1e-5_f64, 1e-2), (5e-6, 4e-3), (1e-5, 1.0)] {
             let mut clock = ExperimentClock { start: 0.0, stop: Some(stop), now: 0.0 };
             let mut last = step;

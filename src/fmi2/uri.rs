@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_local_folder_is_refused_with_the_uri_in_the_message() {
+    fn a_uri_of_no_local_folder_is_refused_with_the_uri_in_the_message() {
         for uri in
             ["", "http://a/b", "/a/b", "file:a", "file://server/a", "file:///a%2", "file:///%zz", "file:///%00", "é"]
         {

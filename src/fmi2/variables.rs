@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn what_squares_out_of_the_numbers_is_refused() {
+    fn an_input_whose_square_overflows_is_refused() {
         let refused = instance().set_reals(&[116], &[1e160]).unwrap_err().to_string();
         assert!(refused.contains("nothing beyond 1e15 N.m"), "{refused}");
     }

@@ -27,7 +27,7 @@ pub(super) fn is_distorted<const D: usize, P: Potential<D>>(
     if system.clock.ends.distortion.is_none() {
         return false;
     }
-    if system.state.record.stretch >= SurfaceStretch::Worn && age >= MIN_STRETCHED_AGE {
+    if system.state.record.stretch >= SurfaceStretch::Distorted && age >= MIN_STRETCHED_AGE {
         return true;
     }
     if system.contact.neighbours.n_parts() == 0 {

@@ -92,7 +92,7 @@ pub enum StepError {
         "at {time:.6e} s the mesh is distorted, no new mesh was accepted, and the old mesh cannot go on: its stable \
          step is {step:.3e} s. Use a smaller mesh.size near the impact or a lower speed"
     )]
-    Worn {
+    NoUsableMesh {
         /// Time, s.
         time: f64,
         /// The stable step, s.
@@ -137,7 +137,7 @@ impl StepError {
             | Self::StepCollapsed { time, .. }
             | Self::Leak { time, .. }
             | Self::Spun { time, .. }
-            | Self::Worn { time, .. }
+            | Self::NoUsableMesh { time, .. }
             | Self::Diverged { time, .. } => *time,
         }
     }

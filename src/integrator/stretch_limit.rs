@@ -70,8 +70,8 @@ fn check_facet<const D: usize, P: Potential<D>>(
             return Err(StepError::Leak { body, element, time, depth, at: point.into() });
         }
     }
-    let is_worn = deep.is_some() || is_long::<D, P>(system, &corners, rigid, at);
-    Ok(if is_worn && system.can_be_distorted() { SurfaceStretch::Worn } else { SurfaceStretch::Little })
+    let is_distorted = deep.is_some() || is_long::<D, P>(system, &corners, rigid, at);
+    Ok(if is_distorted && system.can_be_distorted() { SurfaceStretch::Distorted } else { SurfaceStretch::Little })
 }
 
 /// Returns true if an edge of a facet touches a body and is longer than the mesh allows.

@@ -1,5 +1,6 @@
 //! Output of a run: history, frames, summary and report. The module reads the simulation and never writes to it.
 
+mod accounts;
 mod body;
 mod bounds;
 mod files;
@@ -16,8 +17,6 @@ mod picture;
 mod placeholder;
 mod reading;
 #[cfg(feature = "cli")]
-mod remesh_pictures;
-#[cfg(feature = "cli")]
 mod report;
 #[cfg(feature = "cli")]
 mod saved_run;
@@ -33,6 +32,7 @@ use crate::scene::{Dimension, FidelityKind, FidelityLevels, Scene};
 use crate::simulation::{MeshFrame, Observation, Simulation};
 use std::path::Path;
 
+pub use accounts::SummaryAccount;
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 #[cfg(feature = "cli")]
@@ -43,15 +43,14 @@ pub use picture::{OpaquePicture, model_picture};
 pub(crate) use reading::{MOST_FILE_BYTES, read_limited};
 pub use reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited_text, read_scene_text, scene_file_reader};
 #[cfg(feature = "cli")]
-pub use remesh_pictures::{RemeshFigures, draw as draw_steps};
-#[cfg(feature = "cli")]
 pub use report::{
-    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison, peak_force_label, report_page,
+    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, FigureRow, figure_rows, insert_comparison,
+    peak_force_label, report_page, summary_schema,
 };
 #[cfg(feature = "cli")]
 pub use saved_run::SavedRunError;
 pub use sensors::{DentFigures, SensorFigures};
-pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SummaryAccount, rebound};
+pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SUMMARY_FORMAT, rebound};
 pub use wound::WoundFigures;
 
 use frames::FrameSeries;

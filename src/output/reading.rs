@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_too_long_is_refused_before_it_is_read() {
+    fn a_scene_file_that_is_too_long_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("long");
         File::create(&path).unwrap().set_len(1 << 40).unwrap();

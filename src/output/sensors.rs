@@ -7,21 +7,27 @@ use serde::{Deserialize, Serialize};
 
 /// Figures of a sensor, evaluated from the rows of the history, one row per communication step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct SensorFigures {
     /// Position of the sensor in the gel at rest, m.
     #[serde(deserialize_with = "super::numbers::vector")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "start")))]
     pub position: [f64; 3],
     /// Greatest pressure, Pa.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "Pa", "x-sampled" = "step")))]
     pub peak_pressure: f64,
     /// Time of the greatest pressure, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "step")))]
     pub time_of_peak_pressure: f64,
     /// Greatest rate of the pressure between consecutive rows, Pa/s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "Pa/s", "x-sampled" = "step")))]
     pub peak_pressure_rate: f64,
     /// Time of the greatest rate, s: the middle between the two rows.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "step")))]
     pub time_of_peak_pressure_rate: f64,
     /// Dent of the entry surface, for a sensor on the surface.
     pub dent: Option<DentFigures>,
@@ -29,19 +35,24 @@ pub struct SensorFigures {
 
 /// Dent of the entry surface of a block or a cylinder at one point, measured against the block.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct DentFigures {
     /// Greatest depth, m.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "step")))]
     pub depth: f64,
     /// Time of the greatest depth, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "step")))]
     pub time_of_depth: f64,
     /// Viscous criterion VC_max = max V(t) C(t), m/s (Lau & Viano 1986). V is the speed of the dent and C the ratio
     /// of dent depth to gel height; the paper takes the deflection relative to the chest depth.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "step")))]
     pub viscous_criterion: f64,
     /// Time of the viscous criterion, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "step")))]
     pub time_of_viscous_criterion: f64,
 }
 

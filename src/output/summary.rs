@@ -1,21 +1,24 @@
 //! `summary.json`: figures of a run under fixed keys.
 
+use super::accounts::{SummaryAccount, as_object, energy_accounts, from_object};
 use super::overlap;
 use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
 use super::wound::WoundFigures;
 use crate::math::Vector3;
 use crate::scene::{self, Dimension, FidelityKind, Scene};
-use crate::simulation::{self, BodyReport, EnergyReport, MeshFrame, Observation};
+use crate::simulation::{self, BodyReport, MeshFrame, Observation};
 use cpu_time::ProcessTime;
-use serde::de::Deserializer;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::time::Instant;
+
+/// Format of `summary.json`: it changes when a key goes or changes its meaning.
+pub const SUMMARY_FORMAT: u32 = 1;
 
 /// Interface that drove the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum DriverInterface {
     /// FMI 2.0 C interface.
     Fmi2,
@@ -39,6 +42,7 @@ pub struct FinalState<'a> {
 /// Cause of the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum EndCause {
     /// The run reached `scene.end_time`.
     EndTime,
@@ -66,7 +70,10 @@ impl EndCause {
 
 /// Figures of a run in SI units; `None` (null in JSON) for a figure without a value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct RunSummary {
+    /// Format of this file: another one is read by another release.
+    pub format: u32,
     /// Name of the scene.
     pub scene: String,
     /// Version of this crate.
@@ -84,91 +91,109 @@ pub struct RunSummary {
     pub ended_by: EndCause,
     /// Time at the end, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub end_time: f64,
     /// Wall time between the first and the last record, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub wall_seconds: f64,
     /// CPU time of the process between the first and the last record, s: within an importer, with what that computes.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub cpu_seconds: f64,
     /// Threads of the element loop.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "start")))]
     pub threads: usize,
     /// Dimension of the scene.
     pub dimension: Dimension,
     /// Number of elements.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub elements: usize,
     /// Number of nodes.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub nodes: usize,
     /// Number of element updates.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub element_updates: f64,
     /// Element updates per second of wall time.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1/s", "x-sampled" = "end")))]
     pub updates_per_second: f64,
     /// Element updates of a synchronous integrator with the stable step of the assembled system.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub synchronous_updates: f64,
     /// Smallest element step at the end, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub smallest_step: f64,
     /// Largest element step at the end, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub largest_step: f64,
     /// Number of remeshings.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub remeshes: u64,
     /// Fraction of incompatible elements at the end: their reference shape is not that of their nodes' rest
     /// positions.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub incompatible_fraction: f64,
     /// Volume of self-overlap of the gel at the end, m³: without self-contact surfaces pass through each other; with it
     /// they are stopped where they stand in each other, and not pushed out.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m3", "x-sampled" = "end")))]
     pub overlapped_volume: f64,
     /// Smallest J = det F of the run.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "update")))]
     pub min_jacobian: f64,
     /// Greatest depth in the block, m, limited by the back face of a block or cylinder.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "tick")))]
     pub peak_depth: f64,
     /// Time of the greatest depth, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "tick")))]
     pub time_of_peak_depth: f64,
     /// Depth in the block at the end, m, limited by the back face.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "end")))]
     pub final_depth: f64,
     /// Figures of the exit at the back face.
     #[serde(flatten)]
     pub exit: ExitFigures,
     /// Rebound speed relative to the block, against the initial velocity, m/s (numerics A14); absent during contact and
     /// after a perforation.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "end")))]
     pub rebound_velocity: Option<f64>,
     /// Velocity at the end in the world frame, m/s.
     #[serde(deserialize_with = "super::numbers::vector")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "end")))]
     pub final_velocity: [f64; 3],
     /// Time from the first to the last contact impulse, s.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "tick")))]
     pub contact_duration: Option<f64>,
     /// Greatest mean force over a window of `force_window`, N.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "N", "x-sampled" = "tick")))]
     pub peak_force: f64,
     /// Width of the window of the peak force, s.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "start")))]
     pub force_window: f64,
     /// Contact impulse on the projectile, N·s.
     #[serde(deserialize_with = "super::numbers::vector")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "N s", "x-sampled" = "end")))]
     pub total_impulse: [f64; 3],
-    /// Greatest diameter of the cavity between one projectile diameter below the entry and the rear of the projectile,
-    /// m. This figure and the next two need a penetration along −z by which the rear is that deep.
-    pub greatest_cavity_diameter: Option<f64>,
-    /// Time of the greatest diameter, s.
-    pub time_of_greatest_cavity: Option<f64>,
-    /// Greatest diameter of the cavity at the end, m, without the hole that the projectile fills.
-    pub final_cavity_diameter: Option<f64>,
     /// Rest of the projectile, course of the cavity and permanent track.
     #[serde(flatten)]
     pub wound: WoundFigures,
     /// Energy given to the gel in each centimetre of depth, seen from the block, J; the last centimetre ends at the
     /// greatest depth. Needs a penetration along −z beyond the length of the projectile.
     #[serde(deserialize_with = "super::numbers::list")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "J", "x-sampled" = "step")))]
     pub energy_per_centimetre: Option<Vec<f64>>,
     /// Figures of each fragment.
     pub fragments: Vec<FragmentFigures>,
@@ -176,25 +201,32 @@ pub struct RunSummary {
     pub sensors: Vec<SensorFigures>,
     /// Energy accounts, J.
     #[serde(rename = "energy", serialize_with = "as_object", deserialize_with = "from_object")]
+    #[cfg_attr(feature = "cli", schemars(with = "std::collections::BTreeMap<String, Option<f64>>"))]
     pub accounts: Vec<SummaryAccount>,
     /// Residual of the energy balance relative to its throughput (numerics A6).
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub energy_error: f64,
     /// Error of the method relative to the initial energy and the energy from outside (numerics A6).
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub energy_defect: f64,
     /// Residual of the momentum balance relative to its throughput.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub momentum_error: f64,
     /// Residual of the angular momentum balance relative to its throughput, or to 2.2e-4 μ V t if greater (shear
     /// modulus, volume of the gel, time). The second scale covers light bodies: the round-off of stresses is relative
     /// to the modulus.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub angular_momentum_error: f64,
     /// Relative change of the mass of the mesh at rest.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub mass_error: Option<f64>,
     /// Mean penetration of the nodes in contact, in element sizes.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "tick")))]
     pub mean_standing_penetration: f64,
     /// Hash of the stored state, 32 hexadecimal digits.
     pub digest: String,
@@ -210,11 +242,14 @@ pub struct RunSummary {
 
 /// Relative errors that are known for shots of the kind of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct KnownErrors {
     /// Greatest relative error of the projectile motion measured at this fidelity, for an unmodified scene.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "start")))]
     pub expected_error: Option<f64>,
     /// Model error of the gel for shots like this one: root mean square of the relative deviations of their depths from
     /// measured or derived ones.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "start")))]
     pub model_error: Option<f64>,
 }
 
@@ -229,17 +264,22 @@ impl KnownErrors {
 /// Exit of the projectile at the back face of the gel, SI. The back face moves with the block; velocity and energies
 /// are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct ExitFigures {
     /// True if the rear end of the projectile has passed the undisturbed back face of the gel.
     pub perforated: bool,
-    /// Velocity at the exit, m/s; this figure and the next two need a perforation.
+    /// Velocity at the exit, m/s; of a perforation.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "tick")))]
     pub exit_velocity: Option<[f64; 3]>,
-    /// Time of the exit, s.
+    /// Time of the exit, s; of a perforation.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "tick")))]
     pub exit_time: Option<f64>,
-    /// Kinetic energy at the exit, J.
+    /// Kinetic energy at the exit, J; of a perforation.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "J", "x-sampled" = "tick")))]
     pub residual_energy: Option<f64>,
     /// Energy given to the gel, J, up to the exit if any.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "J", "x-sampled" = "end")))]
     pub energy_deposited: f64,
 }
 
@@ -258,23 +298,29 @@ impl ExitFigures {
 
 /// Figures of a fragment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct FragmentFigures {
     /// True if the fragment was active at the end.
     pub active: bool,
     /// Greatest depth of the foremost point in the block, m, over the contact.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "tick")))]
     pub peak_depth: f64,
     /// Depth in the block at the end, m.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "end")))]
     pub final_depth: f64,
     /// Velocity at the end, m/s.
     #[serde(deserialize_with = "super::numbers::vector")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "end")))]
     pub final_velocity: [f64; 3],
     /// Greatest mean force over a window of `force_window`, N.
     #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "N", "x-sampled" = "tick")))]
     pub peak_force: f64,
     /// Contact impulse on the fragment, N·s.
     #[serde(deserialize_with = "super::numbers::vector")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "N s", "x-sampled" = "end")))]
     pub total_impulse: [f64; 3],
 }
 
@@ -352,9 +398,9 @@ impl RunSummary {
     pub(super) fn of(run: &RunInfo, ending: &FinalState, penetration: Option<&PenetrationRecord>) -> Self {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
-        let greatest_cavity = penetration.and_then(|shot| shot.cavity.course.greatest());
         let (doubts, ended_by) = (run.doubts(ending.observation), EndCause::of(ending, run.scene.scene.end_time));
         Self {
+            format: SUMMARY_FORMAT,
             scene: run.scene.scene.name.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             interface: run.interface,
@@ -388,9 +434,6 @@ impl RunSummary {
             peak_force: contact.peak_force,
             force_window: run.scene.force_window(),
             total_impulse: contact.total_impulse.into(),
-            greatest_cavity_diameter: greatest_cavity.map(|greatest| greatest.diameter),
-            time_of_greatest_cavity: greatest_cavity.map(|greatest| greatest.time),
-            final_cavity_diameter: penetration.and_then(|shot| shot.cavity.last_diameter),
             wound: WoundFigures::default(),
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
@@ -419,66 +462,6 @@ impl RunSummary {
     pub(super) fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("names and numbers can always be written") + "\n"
     }
-}
-
-/// Named account of the energy balance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SummaryAccount {
-    /// Name in `summary.json`.
-    pub name: &'static str,
-    /// Value, J.
-    pub value: f64,
-    /// Meaning in words.
-    pub meaning: &'static str,
-}
-
-fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(accounts.iter().map(|account| (account.name, account.value)))
-}
-
-/// Name, value in a report, and meaning of an energy account.
-type AccountEntry = (&'static str, fn(&EnergyReport) -> f64, &'static str);
-
-/// Energy accounts in the order of the report.
-const ACCOUNTS: [AccountEntry; 20] = [
-    ("initial", |energy| energy.initial, "total energy at the start"),
-    ("kinetic", |energy| energy.kinetic, "kinetic energy of gel and bodies"),
-    ("projectile", |energy| energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
-    ("elastic", |energy| energy.elastic, "stored energy of the deformed gel"),
-    ("contact", |energy| energy.contact, "work of the contact law; negative is dissipated"),
-    (
-        "self_contact",
-        |energy| energy.self_contact,
-        "work of the contact of the gel with itself; negative is dissipated",
-    ),
-    ("friction", |energy| energy.friction, "work of friction; negative is dissipated"),
-    ("contact_bias", |energy| energy.contact_bias, "work of removing standing penetration"),
-    ("integration", |energy| energy.integration, "trapezoidal residual of the time integration"),
-    ("external", |energy| energy.external, "work of external forces and of a prescribed motion"),
-    ("importer", |energy| energy.importer, "energy of state jumps of the bodies made by the importer"),
-    ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by remeshing"),
-    ("load", |energy| energy.load, "work of the pressures on faces"),
-    ("air", |energy| energy.air, "work of the air in the cavity"),
-    ("damping", |energy| energy.damping, "work of the damping; negative is dissipated"),
-    ("bulk_viscous", |energy| energy.bulk_viscous, "dissipated by bulk viscosity, which spreads shocks"),
-    ("viscous", |energy| energy.viscous, "dissipated by the viscous branches of the gel"),
-    ("eroded", |energy| energy.eroded, "energy of eroded mass"),
-    ("damage", |energy| energy.damage, "stored energy dissipated by damage"),
-    ("imbalance", |energy| energy.imbalance, "imbalance: change that no account explains"),
-];
-
-/// Returns every energy account in the order of the report.
-fn energy_accounts(energy: &EnergyReport) -> Vec<SummaryAccount> {
-    ACCOUNTS.iter().map(|&(name, value, meaning)| SummaryAccount { name, value: value(energy), meaning }).collect()
-}
-
-/// Reads the energy accounts back; an account that is not in the summary is left out.
-fn from_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<SummaryAccount>, D::Error> {
-    let values = BTreeMap::<String, Option<f64>>::deserialize(deserializer)?;
-    let account = |&(name, _, meaning): &AccountEntry| {
-        values.get(name).map(|value| SummaryAccount { name, value: value.unwrap_or(f64::NAN), meaning })
-    };
-    Ok(ACCOUNTS.iter().filter_map(account).collect())
 }
 
 /// Returns the rebound speed relative to the block, against the initial velocity relative to it, m/s (numerics A14).

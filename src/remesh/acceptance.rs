@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_welded_or_opened_is_refused() {
+    fn a_mesh_with_other_numbers_of_parts_or_boundary_loops_is_refused() {
         let any = AcceptanceLimits { measure: 1.0, quality: 0.0 };
         let (two, whole) = (rings(2, 0.5), square(8));
         let mut less = same(&two);

@@ -90,14 +90,14 @@ mod tests {
     }
 
     #[test]
-    fn what_hangs_on_what_breaks_off_goes_with_it() {
+    fn parts_detached_by_an_erosion_are_eroded_with_it() {
         assert_eq!(gone(&[10], &[7], 1.0), [7, 8, 9]);
         assert_eq!(gone(&[10], &[2, 7], 1.0), [0, 1, 2, 7, 8, 9]);
         assert!(gone(&[10], &[], 1.0).is_empty());
     }
 
     #[test]
-    fn what_is_heavy_goes_on_as_a_body_of_its_own() {
+    fn a_detached_part_above_the_mass_limit_remains_as_a_separate_body() {
         assert_eq!(gone(&[10], &[6], 0.2), [6]);
         assert_eq!(gone(&[10], &[1, 7], 0.2), [0, 1, 7, 8, 9]);
         assert!(gone(&[10], &[4, 5, 6], 0.2).is_empty(), "more than may go");

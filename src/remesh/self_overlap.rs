@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_blocks_have_in_common_is_found_exactly() {
+    fn the_overlap_of_two_blocks_is_computed_exactly() {
         let planes = || uniform(0.0, 1.0, 0.25);
         let solid =
             block(BlockSpec { planes: [planes(), planes(), planes()], split: CellSplit::Centred, faces: vec![] });

@@ -181,7 +181,7 @@ fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
 }
 
 #[test]
-fn what_held_nodes_take_is_booked() {
+fn momentum_absorbed_by_held_nodes_is_accounted_for() {
     let mut random = TestRandom::new(7);
     let mut body = body([4, 3, 3], &mut random).with_velocity(wavy);
     let held = |xi: &Vector3| [xi.x == 0.0 || xi.z == 0.0, xi.z == 0.0, xi.z == 0.0];
@@ -202,7 +202,7 @@ fn what_held_nodes_take_is_booked() {
 }
 
 #[test]
-fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
+fn mass_cut_off_by_a_dropped_boundary_node_is_deposited_nearby() {
     let mut random = TestRandom::new(8);
     for bulge in [0.02, -0.02] {
         let bulged = |xi: &Vector3| xi + Vector3::new(0.0, 0.0, bulge * xi.z * xi.x * (1.0 - xi.x));
@@ -269,7 +269,7 @@ fn an_element_that_weighs_less_than_nothing_is_light_though_its_nodes_are_not() 
 
 /// Self-overlapping body: overlapping new elements share the mass, and nothing is taken where nothing overlaps.
 #[test]
-fn what_new_elements_lie_over_twice_is_shared_by_them() {
+fn overlapping_new_elements_share_the_mass_they_cover() {
     let mut random = TestRandom::new(19);
     let body = body([4, 3, 3], &mut random).with_velocity(wavy);
     let (xi, once) = body.other(&cells([5, 3, 2]), (1.0, &mut random), &affine);

@@ -314,7 +314,7 @@ mod tests {
     /// Uncovered mass reduced these elements to a thousandth. Limiting that drew momenta to the mean velocity of the
     /// whole, 230 to 280 m/s, ejected nodes of a field of 1 m/s at 45 to 140 m/s.
     #[test]
-    fn what_is_drawn_to_its_mean_kicks_no_node_out_of_its_field() {
+    fn limiting_the_density_keeps_velocities_within_their_field() {
         let v = |x: f64, y: f64| Vector::<2>::new(x, y);
         check_kicks([-1.0, -1.0, 2.003, 0.0], [v(1.0, 0.0), v(0.0, 1.0), v(-0.6, -0.8), v(0.0, 0.0)]);
         let v = |x: f64, y: f64, z: f64| Vector::<3>::new(x, y, z);
@@ -326,7 +326,7 @@ mod tests {
 
     /// An old element of negative mass that is fully covered: the position of its uncovered rest was 0/0.
     #[test]
-    fn of_an_element_below_nothing_that_is_given_away_nothing_is_laid_down() {
+    fn a_covered_element_of_negative_mass_deposits_nothing() {
         let x = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
         let cell = DeformedElement::of(&x, &[NodeId(0), NodeId(1), NodeId(2), NodeId(0)]);
         let own = [-1.0, -1.0, -2.0, 0.0];
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_to_its_mean_moves_as_before() {
+    fn limiting_the_density_preserves_a_uniform_velocity() {
         let velocity = Vector::<2>::new(-60.0, 70.0);
         let mut part = ElementMoments {
             element: 0,

@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn what_held_nodes_take_is_booked() {
+    fn momentum_absorbed_by_held_nodes_is_accounted_for() {
         let mut random = TestRandom::new(7);
         let mut body = body(BodySymmetry::Planar, &mut random).with_velocity(wavy);
         for i in 0..body.xi.len() {
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
+    fn mass_cut_off_by_a_dropped_boundary_node_is_deposited_nearby() {
         let mut random = TestRandom::new(8);
         for bulge in [0.02, -0.02] {
             let bulged = |xi: &Vector<2>| Vector::<2>::new(xi[0], xi[1] + bulge * xi[1] * xi[0] * (1.0 - xi[0]));
@@ -358,7 +358,7 @@ mod tests {
 
     /// A needle that nothing replaces: with all other elements unchanged, its mass was once lost.
     #[test]
-    fn what_is_cut_off_where_nothing_else_changes_is_laid_down_beside_it() {
+    fn mass_of_a_removed_element_is_deposited_in_its_edge_neighbours() {
         let mut random = TestRandom::new(13);
         let body = body(BodySymmetry::Planar, &mut random).with_velocity(wavy);
         let is_at = |i: usize| body.xi[i].iter().all(|c| c.abs() < 0.3);

@@ -87,7 +87,7 @@ fn loss<const D: usize>(way: &TransferScheme<D>, (nodes, jitter): (usize, f64), 
 }
 
 /// Loss of interpolation in a row of nodes, (1 − cos kh)/3 (numerics 4.5).
-fn of_interpolation(nodes: usize) -> f64 {
+fn interpolation_loss(nodes: usize) -> f64 {
     (1.0 - (std::f64::consts::TAU / nodes as f64).cos()) / 3.0
 }
 
@@ -140,7 +140,7 @@ fn print_losses<const D: usize>(nodes: &[usize], (jitter, n_shifts): (f64, usize
     for nodes in nodes {
         let [plain, lumped, found] = [&interpolated as &TransferScheme<D>, &lumped, &transferred]
             .map(|way| 100.0 * loss(way, (*nodes, jitter), n_shifts));
-        println!("{nodes:4} {:9.4} {plain:9.4} {lumped:9.4} {found:9.4}", 100.0 * of_interpolation(*nodes));
+        println!("{nodes:4} {:9.4} {plain:9.4} {lumped:9.4} {found:9.4}", 100.0 * interpolation_loss(*nodes));
     }
 }
 

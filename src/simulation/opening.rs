@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_open_below_the_back_face_is_no_cavity() {
+    fn an_opening_below_the_back_face_is_not_part_of_the_cavity() {
         let open = |hole: &[[f64; 2]]| {
             void_radii(section(Dimension::Axisymmetric), facets(&dished(hole)), &Vector3::zeros(), millimetres(14))
         };

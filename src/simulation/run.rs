@@ -217,7 +217,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`StepError`] as [`Simulation::step`].
-    pub fn rehearse(&mut self, from: f64, end: f64) -> Result<Option<RemeshPreview>, StepError> {
+    pub fn preview_remeshing(&mut self, from: f64, end: f64) -> Result<Option<RemeshPreview>, StepError> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
@@ -234,13 +234,13 @@ impl Simulation {
 
     /// Remeshings since this simulation was built; those before a restored state are not included.
     #[must_use]
-    pub fn renewals(&self) -> &[RemeshRecord] {
+    pub fn remeshings(&self) -> &[RemeshRecord] {
         self.model.remesh_records()
     }
 
     /// Failed remeshings since this simulation was built, with the reason for each attempt; not kept in states.
     #[must_use]
-    pub fn refusals(&self) -> &[FailedRemesh] {
+    pub fn failed_remeshings(&self) -> &[FailedRemesh] {
         self.model.failed_remeshes()
     }
 
@@ -402,8 +402,8 @@ impl Simulation {
     #[must_use]
     pub fn diagnosis(&self) -> Option<String> {
         let failure = self.failure.as_ref()?;
-        let last_remesh = self.renewals().last().map_or(0.0, |renewal| renewal.time);
-        let tried = self.refusals().last().filter(|last| (last_remesh..=failure.time()).contains(&last.time));
+        let last_remesh = self.remeshings().last().map_or(0.0, |remeshing| remeshing.time);
+        let tried = self.failed_remeshings().last().filter(|last| (last_remesh..=failure.time()).contains(&last.time));
         Some(tried.map_or_else(|| failure.to_string(), |refusal| format!("{failure}. {refusal}")))
     }
 

@@ -67,7 +67,7 @@ fn row(degrees: f64) {
         curve(&seen),
         law(&scene, degrees, &seen),
         cost.remeshes,
-        simulation.refusals().len(),
+        simulation.failed_remeshings().len(),
         cost.elements,
         1e-6 * cost.element_updates,
         100.0 * energy.contact_bias / energy.initial,

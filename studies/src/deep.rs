@@ -128,11 +128,11 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
     let seen = simulation.observe();
     let (depth, at) = seen.projectile().contact.peak_depth;
     let end = told(end);
-    let renewals = simulation.renewals();
-    let n = renewals.len().max(1) as f64;
+    let remeshings = simulation.remeshings();
+    let n = remeshings.len().max(1) as f64;
     // The sum of nothing is −0.
-    let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n + 0.0;
-    let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
+    let kept = remeshings.iter().map(|remeshing| remeshing.unchanged).sum::<f64>() / n + 0.0;
+    let attempts: usize = remeshings.iter().map(|remeshing| remeshing.attempt).sum();
     tell_refusals(&format!("{} mm{name}", 1e3 * size), &simulation);
     println!(
         "| {}{name} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {} | {cpu:.0} |",
@@ -148,6 +148,6 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
         seen.energy.energy_error,
         seen.momentum_error,
         ((simulation.frame().mass + seen.cost.eroded_mass) / mass - 1.0).abs(),
-        pace(renewals, wall),
+        pace(remeshings, wall),
     );
 }

@@ -72,12 +72,13 @@ fn shot(scene: &Scene) -> Shot {
         }
         rebound = rebound.max(simulation.kinematics(0).velocity.z);
     }
-    let (wall, seen, renewals) = (begun.elapsed().as_secs_f64(), simulation.observe(), simulation.renewals());
+    let (wall, seen, remeshings) = (begun.elapsed().as_secs_f64(), simulation.observe(), simulation.remeshings());
     let percent = |energy: f64| 100.0 * energy / seen.energy.initial;
-    let remade = renewals.iter().map(|renewal| renewal.elements as f64 * (1.0 - renewal.unchanged)).sum::<f64>();
-    let gross = renewals.iter().map(|renewal| renewal.energy.abs()).sum::<f64>();
-    let seconds = renewals.iter().map(|renewal| renewal.seconds).sum::<f64>();
-    let n = renewals.len() as f64;
+    let remade =
+        remeshings.iter().map(|remeshing| remeshing.elements as f64 * (1.0 - remeshing.unchanged)).sum::<f64>();
+    let gross = remeshings.iter().map(|remeshing| remeshing.energy.abs()).sum::<f64>();
+    let seconds = remeshings.iter().map(|remeshing| remeshing.seconds).sum::<f64>();
+    let n = remeshings.len() as f64;
     let figures =
         [n, remade, percent(seen.energy.remesh), percent(gross), 100.0 * seconds / wall, seen.cost.min_jacobian];
     Shot { depth: seen.projectile().contact.peak_depth.0, rebound, end: told(end), figures }

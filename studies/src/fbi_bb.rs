@@ -117,8 +117,8 @@ impl Shot {
             1e3 * s.time_of_peak_depth,
             told(wound.rest_depth, 2),
             told(wound.time_of_rest, 1),
-            told(s.greatest_cavity_diameter, 2),
-            told(s.time_of_greatest_cavity, 2)
+            told(s.wound.greatest_cavity_diameter, 2),
+            told(s.wound.time_of_greatest_cavity, 2)
         )
     }
 }
@@ -190,7 +190,7 @@ fn fit(shots: &FittedShots) {
     println!("| rest depth by speed from 165 to 195 m/s, mm per m/s | 0.46 to 0.58 | derived | {slope:.3} |");
     println!(
         "| 4.8 mm at 720 m/s, greatest cavity, mm | 38 to 66 | derived | {:.2} |",
-        1e3 * shots.sphere.summary.greatest_cavity_diameter.unwrap_or(f64::NAN)
+        1e3 * shots.sphere.summary.wound.greatest_cavity_diameter.unwrap_or(f64::NAN)
     );
 }
 

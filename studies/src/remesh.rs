@@ -57,8 +57,8 @@ pub(super) fn pace(made: &[RemeshRecord], wall: f64) -> String {
     if made.is_empty() {
         return "0 | –".to_owned();
     }
-    let remeshing: f64 = made.iter().map(|renewal| renewal.seconds).sum();
-    let elements: usize = made.iter().map(|renewal| renewal.elements).sum();
+    let remeshing: f64 = made.iter().map(|remeshing| remeshing.seconds).sum();
+    let elements: usize = made.iter().map(|remeshing| remeshing.elements).sum();
     format!("{:.0} | {:.0}", 100.0 * remeshing / wall, 1e-3 * elements as f64 / remeshing)
 }
 
@@ -79,7 +79,7 @@ fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
         seen.energy.energy_error,
         seen.momentum_error,
         (simulation.frame().mass / mass - 1.0).abs(),
-        pace(simulation.renewals(), wall),
+        pace(simulation.remeshings(), wall),
     );
 }
 
@@ -173,7 +173,7 @@ fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
         1e3 * seen.projectile().contact.peak_depth.0,
         seen.projectile().kinematics.velocity.z,
         seen.cost.min_jacobian,
-        changes(simulation.renewals(), (seen.energy.initial, scene.projectile.mass.unwrap_or(f64::NAN) * speed)),
+        changes(simulation.remeshings(), (seen.energy.initial, scene.projectile.mass.unwrap_or(f64::NAN) * speed)),
         100.0 * seen.energy.remesh / seen.energy.initial,
         100.0 * seen.energy.energy_defect,
     );
@@ -185,12 +185,12 @@ fn changes(made: &[RemeshRecord], (energy, momentum): (f64, f64)) -> String {
     if made.is_empty() {
         return "0 | – | – | – | – | – | –".to_owned();
     }
-    let sum = |of: &dyn Fn(&RemeshRecord) -> f64| made.iter().map(|renewal| of(renewal).abs()).sum::<f64>();
+    let sum = |of: &dyn Fn(&RemeshRecord) -> f64| made.iter().map(|remeshing| of(remeshing).abs()).sum::<f64>();
     format!(
         "{} | {} | {:.2} | {:.2} | {:.0e} | {:.0e} | {:.4}",
         made.len(),
-        made.iter().map(|renewal| renewal.attempt).sum::<usize>(),
-        made.iter().map(|renewal| renewal.quality.least).fold(f64::INFINITY, f64::min),
+        made.iter().map(|remeshing| remeshing.attempt).sum::<usize>(),
+        made.iter().map(|remeshing| remeshing.quality.least).fold(f64::INFINITY, f64::min),
         100.0 * sum(&|r| r.kinetic[1] - r.kinetic[0]) / energy,
         sum(&|r| r.momentum) / momentum,
         sum(&|r| r.mass),

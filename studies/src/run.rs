@@ -29,7 +29,7 @@ pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::
 
 /// Says on standard error when no new mesh was taken, and why not.
 pub fn tell_refusals(name: &str, simulation: &Simulation) {
-    simulation.refusals().iter().for_each(|refusal| eprintln!("{name}: {refusal}"));
+    simulation.failed_remeshings().iter().for_each(|refusal| eprintln!("{name}: {refusal}"));
 }
 
 /// Runs a scene to its end on all cores, looking at it `looks` times.

@@ -60,7 +60,7 @@ fn ride(method: Option<&str>, end: f64) -> Ride {
         stop: end.err().map(|failure| failure.time()),
         mass: simulation.frame().mass,
         seen: simulation.observe(),
-        made: simulation.renewals().to_vec(),
+        made: simulation.remeshings().to_vec(),
     }
 }
 
@@ -73,14 +73,14 @@ fn motion(ride: &Ride) -> String {
         stop.map_or_else(none, |time| format!("at {:.2}", 1e3 * time)),
         seen.cost.remeshes,
         1e6 * seen.cost.smallest_step,
-        made.iter().map(|renewal| renewal.attempt).sum::<usize>(),
+        made.iter().map(|remeshing| remeshing.attempt).sum::<usize>(),
         seen.cost.elements,
         1e3 * seen.projectile().contact.peak_depth.0,
         seen.projectile().kinematics.velocity.z,
         share(seen.energy.kinetic),
         share(seen.energy.elastic),
         made.iter()
-            .map(|renewal| renewal.quality.least)
+            .map(|remeshing| remeshing.quality.least)
             .reduce(f64::min)
             .map_or_else(none, |least| format!("{least:.2}")),
     )
@@ -89,8 +89,9 @@ fn motion(ride: &Ride) -> String {
 /// The columns of what is kept and of the time; sums are of absolute values.
 fn books(ride: &Ride, fixed: f64) -> String {
     let Ride { seen, made, mass, cpu, .. } = ride;
-    let sum =
-        |of: &dyn Fn(&RemeshRecord) -> f64| made.iter().map(|renewal| of(renewal).abs()).fold(0.0, |sum, of| sum + of);
+    let sum = |of: &dyn Fn(&RemeshRecord) -> f64| {
+        made.iter().map(|remeshing| of(remeshing).abs()).fold(0.0, |sum, of| sum + of)
+    };
     let [energy, momentum] = [seen.energy.initial, 2.0 * seen.energy.initial / SPEED];
     format!(
         "{} | {} | {} | {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {cpu:.1} | {:.0}",

@@ -93,13 +93,13 @@ pub fn ride(text: &str) -> Ride {
         }
     }
     let seen = simulation.observe();
-    let why = simulation.refusals().last().map(ToString::to_string);
+    let why = simulation.failed_remeshings().last().map(ToString::to_string);
     Ride {
         stop,
         part: simulation.time() / scene.scene.end_time,
         remeshings: seen.cost.remeshes,
-        whole: simulation.renewals().iter().filter(|made| made.edits.total() == 0).count(),
-        refused: simulation.refusals().len(),
+        whole: simulation.remeshings().iter().filter(|made| made.edits.total() == 0).count(),
+        refused: simulation.failed_remeshings().len(),
         why: why.unwrap_or_default(),
         closure,
         mass: ((simulation.frame().mass + seen.cost.eroded_mass) / mass - 1.0).abs(),

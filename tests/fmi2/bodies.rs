@@ -107,7 +107,7 @@ fn the_bulge_of_a_dome_follows_its_inputs_in_every_mode() {
 }
 
 #[test]
-fn what_is_no_dome_is_refused_by_name() {
+fn an_invalid_bulge_input_is_refused_by_name() {
     let mut host = two(DOME);
     host.start();
     assert_eq!(host.set("fragment[1].bulge_height_rate", 250.0), OK);

@@ -163,7 +163,7 @@ fn a_prescribed_acceleration_is_the_derivative_of_the_velocity() {
 }
 
 #[test]
-fn what_would_move_a_held_projectile_is_refused_by_name() {
+fn an_input_that_would_move_a_held_projectile_is_refused_by_name() {
     for (mode, input, value) in [
         (1, "projectile.position[1]", 0.05),
         (3, "projectile.velocity[1]", 3.0),

@@ -85,7 +85,7 @@ fn a_corrected_body_that_is_put_back_to_a_gel_at_rest_is_refused() {
 }
 
 #[test]
-fn what_is_doubtful_of_a_scene_is_logged_when_initialization_ends_and_what_was_seen_at_the_end() {
+fn warnings_are_logged_when_initialization_ends_and_at_termination() {
     let mut host = Host::with(&coarse().replace("mass = 0.033", "mass = 33.0"));
     host.start();
     let (status, category, text) = host.lines().pop().unwrap();

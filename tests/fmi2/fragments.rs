@@ -111,7 +111,7 @@ fn a_radius_that_shrinks_to_nothing_within_the_step_is_refused() {
 }
 
 #[test]
-fn what_makes_a_bulge_is_refused_for_a_body_that_is_no_dome() {
+fn a_bulge_input_is_refused_for_a_body_that_is_no_dome() {
     let mut host = with(&[BALL]);
     for (name, body) in [("bulge_height_rate", "projectile"), ("bulge_radius_rate", "fragment[1]")] {
         let name = format!("{body}.{name}");
@@ -126,7 +126,7 @@ fn what_makes_a_bulge_is_refused_for_a_body_that_is_no_dome() {
 }
 
 #[test]
-fn what_would_move_a_held_fragment_is_refused_by_name() {
+fn an_input_that_would_move_a_held_fragment_is_refused_by_name() {
     for (mode, input, value) in [(2, "external_force[3]", -1.0), (1, "position[1]", 0.01), (3, "velocity[2]", 3.0)] {
         let mut host = Host::with(&(coarse() + BALL + DOME));
         assert_eq!(host.set_integer("coupling.mode", mode), OK);

@@ -178,7 +178,7 @@ fn a_state_pointer_follows_the_instance_to_another_scene_and_back() {
 }
 
 #[test]
-fn what_was_read_before_shows_in_no_output() {
+fn reading_outputs_does_not_change_later_outputs() {
     let mut all = Host::started();
     let mut last = Host::started();
     for k in 0..5 {

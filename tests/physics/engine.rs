@@ -219,7 +219,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
+fn elements_at_rest_give_the_same_bits_whether_swept_or_skipped() {
     // The ball needs half a second to the gel, and then the wave does to the bottom; from farther up it needs three, of
     // which the ticks of the first two and a half are skipped.
     let ends = [(0.1, 0.3), (0.1, 0.6), (0.1, 1.0), (0.6, 3.2)];
@@ -233,7 +233,7 @@ fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
 }
 
 #[test]
-fn what_no_wave_has_reached_is_not_swept() {
+fn elements_that_no_wave_has_reached_are_not_swept() {
     let advanced = |mut engine: Engine<3, Simplices<3>>| {
         engine.advance_to(0.505, &mut [ImpulseExchange::default()]).unwrap();
         let swept: Vec<bool> = engine.block_layouts().iter().map(|run| run.was_swept).collect();

@@ -143,7 +143,7 @@ fn eight_elements_side_by_side_do_what_they_do_one_after_the_other() {
 }
 
 #[test]
-fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
+fn history_variables_survive_a_round_trip_through_the_lanes() {
     let mut both = Both::new(apart::<3>(all_gels()[3], Section::Spatial));
     both.advance(&strained(&both.simplices, 0.05), GroupKick { length: 1.0, elapsed: 0.01 });
     let (rows, mut own) = (both.lanes.rows(), vec![HistoryVariables::default(); both.simplices.memories()]);

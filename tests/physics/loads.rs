@@ -129,7 +129,7 @@ fn a_step_that_collapses_ends_a_mesh_and_the_run_only_where_no_other_helps() {
     let (end, between) = (1.5 * stroke, stroke + 2e-9);
     let scene = struck(stroke, "0", "[remesh]\n");
     let whole = run(&scene, (1, 1), end);
-    assert_eq!((whole.remeshes(), whole.refusals().len()), (1, 0));
+    assert_eq!((whole.remeshes(), whole.failed_remeshings().len()), (1, 0));
     assert_eq!(run(&scene, (2, 37), end).digest(), whole.digest());
     for time in [stroke - 2e-9, stroke, between, stroke + 1e-5] {
         let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
@@ -232,7 +232,12 @@ fn loads_go_on_where_they_were_when_the_mesh_is_replaced() {
             .map(|mesh| {
                 let simulation = run(&read(space, &format!("{load}{mesh}")), (1, 1), 8e-3);
                 let seen = simulation.observe();
-                assert_eq!(seen.cost.remeshes > 0, !mesh.is_empty(), "{space} {mesh} {:?}", simulation.refusals());
+                assert_eq!(
+                    seen.cost.remeshes > 0,
+                    !mesh.is_empty(),
+                    "{space} {mesh} {:?}",
+                    simulation.failed_remeshings()
+                );
                 assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-11, "{space}: {seen:?}");
                 let mut other =
                     Simulation::new(&read(space, &format!("{load}{mesh}")), CouplingMode::Integrated, 1).unwrap();

@@ -143,7 +143,7 @@ fn the_image_is_met_in_every_form_schedule_and_law() {
 
 /// A node may go more than its size in a step.
 #[test]
-fn what_comes_faster_than_sound_does_not_pass_its_image() {
+fn a_body_faster_than_sound_does_not_pass_its_mirror_image() {
     for (gap, speed) in [(0.051, 14.0), (0.07, 10.0)] {
         let mut engine = thrown(20, (gap, speed), (SteppingSchedule::Bins, MOREAU));
         for i in 1..=40 {

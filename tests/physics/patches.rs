@@ -194,7 +194,7 @@ fn a_gathered_mesh_has_the_same_patches_in_a_row() {
 }
 
 #[test]
-fn what_is_left_of_patches_stays_together() {
+fn restricted_patches_keep_their_remaining_elements_together() {
     let mesh = cube::<3>(3, CellSplit::Kuhn);
     let patches = ElementPatches::grouped(&mesh);
     let kept: Vec<ElementId> = (0..mesh.elements.len() as u32).map(ElementId).filter(|e| e.0 % 7 > 1).collect();

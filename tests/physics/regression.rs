@@ -101,7 +101,7 @@ fn a_state_of_another_scene_is_refused() {
 }
 
 #[test]
-fn what_cannot_be_built_is_refused_before_memory_is_taken() {
+fn a_scene_that_cannot_be_built_is_refused_before_memory_is_allocated() {
     let refusal = |scene: &Scene| Simulation::new(scene, CouplingMode::Integrated, 1).err();
     for name in ["sphere-block", "ball-bounce", "ball-square", "l-beam"] {
         for size in ["1e-9", "1e-5"] {

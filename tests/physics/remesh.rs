@@ -87,7 +87,7 @@ fn a_disc_runs_on_by_the_mesh_of_the_paper() {
     assert!((done.frame().mass / mass - 1.0).abs() < 1e-12, "mass {:e}", done.frame().mass / mass - 1.0);
     assert!(seen.projectile().depth > 0.05 && seen.projectile().depth < 0.1, "{} m deep", seen.projectile().depth);
     // What cutting takes and gives is of the second order: on these cells up to 2e-4 of the area at once.
-    let changes: Vec<f64> = done.renewals().iter().map(|renewal| renewal.quality.change).collect();
+    let changes: Vec<f64> = done.remeshings().iter().map(|remeshing| remeshing.quality.change).collect();
     assert!(changes.iter().all(|change| change.abs() < 1e-3), "{changes:?}");
 }
 
@@ -109,7 +109,7 @@ fn meshes_are_replaced_at_given_times_and_at_no_others() {
     for method in ["remesh.method=local", "remesh.method=immersed"] {
         let scene = changed("ball-square", &[FOUR.as_slice(), &[method]].concat());
         let done = run(&scene, (1, 1));
-        let times: Vec<f64> = done.renewals().iter().map(|renewal| renewal.time).collect();
+        let times: Vec<f64> = done.remeshings().iter().map(|remeshing| remeshing.time).collect();
         let late = |k: usize| times[k] - 0.4e-3 * (k + 1) as f64;
         assert!(times.len() == 4 && (0..4).all(|k| (-1e-12..LATE).contains(&late(k))), "{method}: {times:?}");
         check_books(&done.observe());
@@ -139,7 +139,7 @@ fn a_gel_at_rest_gets_its_mesh_in_time_whatever_the_communication_steps() {
     let early = ["projectile.position=[0, 0, 0.03]", "remesh.times=[0.1e-3, 0.47e-3]"];
     let scene = changed("ball-square", &[FOUR.as_slice(), &early].concat());
     let done = run(&scene, (1, 1));
-    let times: Vec<f64> = done.renewals().iter().map(|renewal| renewal.time).collect();
+    let times: Vec<f64> = done.remeshings().iter().map(|remeshing| remeshing.time).collect();
     assert!(times.len() == 2 && (times[0] - 0.1e-3).abs() < LATE && (times[1] - 0.47e-3).abs() < LATE, "{times:?}");
     for steps in [3, 41] {
         assert_eq!(run(&scene, (steps, 1)).digest(), done.digest(), "{steps} steps");
@@ -147,14 +147,14 @@ fn a_gel_at_rest_gets_its_mesh_in_time_whatever_the_communication_steps() {
 }
 
 #[test]
-fn a_remeshing_that_is_rehearsed_is_made_just_so() {
+fn a_remeshing_that_is_previewed_is_made_just_so() {
     let scene = changed("ball-square", &SQUARE);
     let mut on = simulation(&scene, 1);
-    let shown = on.rehearse(0.3e-3, 2e-3).unwrap().unwrap();
+    let shown = on.preview_remeshing(0.3e-3, 2e-3).unwrap().unwrap();
     assert!(shown.frame.time >= 0.3e-3 && on.time() == shown.frame.time);
     let retained = shown.trial.successors[1].1.as_ref().unwrap();
     assert_eq!(on.frame().points.len(), retained.points.len());
-    assert_eq!(on.renewals().last().unwrap().quality, retained.quality);
+    assert_eq!(on.remeshings().last().unwrap().quality, retained.quality);
     assert!(shown.trial.successors[0].1.is_ok() && shown.trial.steps.is_ok());
     advance(&mut on, scene.scene.end_time);
     assert_eq!(on.digest(), run(&scene, (1, 1)).digest());
@@ -212,7 +212,7 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
 /// between 7 and 16 ms. At which speeds no mesh is taken, and gel is eroded, depends on last digits: it is at the first of these. Local
 /// operations avoid it: here the mesh is immersed, when an element is turned over.
 #[test]
-fn what_no_mesh_can_follow_breaks_off_and_does_not_stop_a_run() {
+fn gel_that_cannot_be_remeshed_is_eroded_and_the_run_continues() {
     let mut broken = vec![];
     for speed in [22.8, 18.1] {
         let velocity = format!("projectile.velocity=[0.0, 0.0, {}]", -speed);

@@ -256,7 +256,7 @@ fn refused(triangles: &Triangles) -> SurfaceError {
 }
 
 #[test]
-fn what_encloses_nothing_is_refused_with_the_place() {
+fn an_open_branched_or_degenerate_surface_is_refused_with_the_place() {
     let cube = cuboid([2.0; 3]);
     let open = refused(&cube[1..].to_vec());
     assert!(matches!(open, SurfaceError::Open { count: 3, .. }) && open.to_string().contains("at [-1.0"), "{open}");
@@ -276,7 +276,7 @@ fn what_encloses_nothing_is_refused_with_the_place() {
 }
 
 #[test]
-fn what_crosses_itself_is_refused_with_the_place() {
+fn a_self_intersecting_surface_is_refused_with_the_place() {
     let cube = cuboid([2.0; 3]);
     let overlapping = [cube.clone(), moved(&cuboid([1.0; 3]), Vector3::new(1.0, 0.1, 0.2))].concat();
     let SurfaceError::Crossing { at: [x, ..] } = refused(&overlapping) else { panic!("{}", refused(&overlapping)) };
@@ -325,7 +325,7 @@ fn a_part_inside_out_is_refused_also_where_others_are_around_it() {
 
 /// In single precision, and with faces and edges on the lines of the grid or at any angle to them.
 #[test]
-fn what_winds_once_is_taken_at_any_angle() {
+fn a_surface_of_winding_number_one_is_accepted_at_any_orientation() {
     let hollow = [cuboid([2.0; 3]), reversed(&cuboid([1.0; 3]))].concat();
     for body in bodies().into_iter().chain([hollow, cylinder(1.0, 2.0, 48)]) {
         let volume = solid(&body).volume().unwrap();

@@ -221,7 +221,7 @@ fn refused(text: &str, file: &[u8], message: &str) {
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_said_with_the_place_and_the_remedy() {
+fn a_faulty_stl_file_is_refused_with_the_place_and_the_remedy() {
     let cube = cuboid([20.0; 3]);
     let open = binary(&cube[1..].to_vec());
     refused(

@@ -127,7 +127,7 @@ fn restitution_is_that_of_the_elastic_gel_times_that_of_springs_with_branches() 
 }
 
 #[test]
-fn what_linear_branches_cannot_be_is_said() {
+fn invalid_linear_branches_are_refused_with_the_expected_value() {
     let branch = |change: &str| changed(SMALL, &[change]).expect_err("a mistake");
     for (change, said) in [
         ("gel.branches=[{shear_modulus=-1.0, time=1.0}]", "a positive modulus, Pa"),

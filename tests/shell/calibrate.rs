@@ -74,7 +74,7 @@ fn the_strength_that_is_printed_rests_the_bb_at_the_depth() {
 }
 
 #[test]
-fn what_cannot_be_calibrated_is_refused_with_what_was_found() {
+fn invalid_calibration_inputs_are_refused_with_the_value_found() {
     let cases: [(&[&str], &str); 12] = [
         (
             &["sphere-block"],

@@ -271,6 +271,29 @@ fn schema_is_json_and_knows_every_key() {
     }
 }
 
+#[test]
+fn the_schema_of_a_summary_has_every_key_of_a_run_and_the_unit_of_each_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    std::fs::write(folder.path().join("lab.csv"), "time_ms,depth_mm\n0,0\n0.05,2\n").unwrap();
+    let (lab, out_text) = (folder.path().join("lab.csv"), out.to_str().unwrap());
+    let run =
+        ["run", "ball-square", "--direct", "--quiet", "--set=scene.end_time=1e-4", "--out", out_text, "--measured"];
+    assert_eq!(gelfmu(&[&run[..], &[lab.to_str().unwrap()]].concat()).status, Some(0));
+    let summary = json(&std::fs::read_to_string(out.join("summary.json")).unwrap());
+    let schema = json(&gelfmu(&["schema", "summary"]).out);
+    let known = schema["properties"].as_object().unwrap();
+    for (key, value) in summary.as_object().unwrap() {
+        assert!(known.contains_key(key), "the schema does not know {key}");
+        let is_number = value.is_number() || value.as_array().is_some_and(|all| all.iter().any(Value::is_number));
+        assert!(!is_number || key == "format" || known[key]["x-unit"].is_string(), "{key}");
+    }
+    assert!(summary["measured"].is_object());
+    let accounts = |value: &Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    assert_eq!(accounts(&summary["energy"]), accounts(&known["energy"]["properties"]));
+    assert_eq!(known["peak_force"]["x-unit"], "N");
+}
+
 /// Names of all keys of a TOML table.
 fn keys(table: &toml::Table, found: &mut Vec<String>) {
     for (name, value) in table {

@@ -86,11 +86,10 @@ fn last_state(folder: &Path) -> String {
 fn a_folder_that_gelfmu_has_not_made_is_refused_even_with_force() {
     let folder = own_folder();
     let before = contents(folder.path());
-    let cases: [&[&str]; 4] = [
+    let cases: [&[&str]; 3] = [
         &["run", "scene.toml", "--direct", "--out", ".", "--force"],
         &["run", "scene.toml", "--out", ".", "--force"],
         &["run", "ball-square", "--direct", "--fidelity", "coarse", "--set", "mesh.size=1e-2", "--out", ".", "--force"],
-        &["remesh-demo", "scene.toml", "--out", ".", "--force"],
     ];
     for arguments in cases {
         let said = gelfmu(folder.path(), arguments);

@@ -153,5 +153,7 @@ fn a_command_of_many_runs_names_that_of_the_python_package() {
             said.err
         );
     }
+    let said = gelfmu(folder.path(), &["remesh-demo", "ball-square", "--at", "3e-4"]);
+    assert!(said.status == Some(2) && said.err.contains("docs/pictures/paper.py"), "{}", said.err);
     assert!(fs::read_dir(folder.path()).unwrap().next().is_none(), "nothing was written");
 }

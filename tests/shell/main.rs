@@ -17,7 +17,6 @@ mod levels;
 mod output;
 mod perforation;
 mod presets;
-mod remesh_demo;
 mod report_commands;
 mod scene;
 mod sensors;

@@ -18,7 +18,7 @@ use std::{fs, path::Path, path::PathBuf};
 
 const STEPS: usize = 50;
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 66] = [
+const KEYS: [&str; 67] = [
     "ended_by",
     "perforated",
     "exit_velocity",
@@ -57,6 +57,7 @@ const KEYS: [&str; 66] = [
     "contact_duration",
     "peak_force",
     "force_window",
+    "format",
     "total_impulse",
     "greatest_cavity_diameter",
     "time_of_greatest_cavity",

@@ -57,7 +57,7 @@ fn a_preset_fills_what_a_scene_does_not_set() {
 }
 
 #[test]
-fn what_a_scene_sets_stays_as_it_is_at_any_depth() {
+fn a_value_set_by_a_scene_overrides_its_preset_at_any_depth() {
     let scene = read(NAMED, &["gel.damage.critical_stretch=2.5", "gel.density=1000.0"]).unwrap();
     let damage = scene.gel.damage.unwrap();
     assert_eq!((damage.critical_stretch, damage.delay, scene.gel.density), (2.5, 10e-6, 1000.0));

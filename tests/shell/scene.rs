@@ -127,7 +127,7 @@ fn every_fault_has_its_message() {
 }
 
 #[test]
-fn what_is_just_inside_its_bounds_is_accepted() {
+fn values_just_inside_their_bounds_are_accepted() {
     let with = |line: &str| read(&SPATIAL.replace(MASS, &format!("{MASS}\n{line}")));
     with("inertia = [1, 1, 2, 0, 0, 0]");
     with("orientation = [1.0009, 0, 0, 0]");
@@ -210,7 +210,7 @@ fn without_overrides_the_text_stays() {
 }
 
 #[test]
-fn what_is_not_a_key_and_a_value_is_refused() {
+fn a_malformed_override_is_refused() {
     not_an_override("mesh.size", "mesh.size: found no value, expected key=value, such as mesh.size=2e-3");
     not_an_override(
         "mesh.size=",

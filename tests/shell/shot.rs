@@ -123,7 +123,7 @@ fn speed_force_and_energy_stand_by_depth() {
 }
 
 #[test]
-fn what_has_just_turned_back_has_the_yaw_of_its_way_in() {
+fn a_projectile_that_has_just_turned_back_keeps_its_yaw_on_the_way_in() {
     let scene = scene();
     let folder = folder("turned");
     drop(fs::remove_dir_all(&folder));
@@ -193,7 +193,7 @@ fn a_cavity_that_grows_until_the_end_is_marked_as_still_opening() {
     assert_eq!((&found["ended_by"], &found["completed"]), (&"rest".into(), &true.into()));
     assert_eq!(found["cavity_still_opening"], true);
     let page = page_of(&folder);
-    assert!(page.contains(" deep, still opening</dd>"), "{page}");
+    assert!(page.contains(" at the end, still opening</dd>"), "{page}");
 }
 
 #[test]
@@ -225,11 +225,11 @@ fn a_ball_that_stays_in_the_gel_has_a_rest_depth() {
     let figure = |key: &str| summary[key].as_f64().unwrap();
     assert!((figure("rest_depth") - depth(stop)).abs() < 1e-12 && (figure("time_of_rest") - stop).abs() < 1e-9);
     let page = page_of(&folder);
-    assert!(page.contains("<dt>rest depth</dt><dd>16.80 mm</dd>"), "{page}");
+    assert!(page.contains("<dt>rest depth</dt><dd>16.80 mm from 4.000 ms</dd>"), "{page}");
 }
 
 #[test]
-fn what_is_open_ahead_of_the_projectile_is_no_cavity() {
+fn an_opening_ahead_of_the_projectile_is_not_part_of_the_cavity() {
     let (scene, folder) = (scene(), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("ahead"));
     drop(fs::remove_dir_all(&folder));
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
@@ -282,7 +282,11 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
         page.contains("has perforated the gel: it left the back face with <strong>3.000 m/s</strong> at 9.000 ms"),
         "{page}"
     );
-    assert!(!page.contains("rebound speed") && !page.contains("stopped early"));
+    assert!(
+        page.contains("<dt>exit</dt>")
+            && !page.contains("<dt>rebound velocity</dt>")
+            && !page.contains("stopped early")
+    );
 }
 
 #[test]

@@ -7,7 +7,7 @@ use clap_complete::Shell;
 use std::fmt::Write as _;
 
 /// Subcommands whose first argument is a scene.
-const SCENE_COMMANDS: [&str; 5] = ["run", "calibrate", "check", "remesh-demo", "scenes"];
+const SCENE_COMMANDS: [&str; 4] = ["run", "calibrate", "check", "scenes"];
 
 /// Returns the completion script of a shell.
 pub fn completion_script(shell: Shell) -> String {

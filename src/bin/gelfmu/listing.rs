@@ -3,7 +3,9 @@
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::new::named_projectile;
+use crate::options::SchemaFile;
 use crate::{completions, source};
+use ballistic_gel::output;
 use ballistic_gel::scene::{self, LibraryProjectile};
 use clap_complete::Shell;
 use comfy_table::{Table, presets};
@@ -67,9 +69,12 @@ fn list_projectiles(console: &Console) {
     console.document(&Value::Array(rows), &table.to_string());
 }
 
-/// Prints the JSON schema of scene files.
-pub fn schema(console: &Console) {
-    let schema = scene::schema();
+/// Prints the JSON schema of a file.
+pub fn schema(of: SchemaFile, console: &Console) {
+    let schema = match of {
+        SchemaFile::Scene => scene::schema(),
+        SchemaFile::Summary => output::summary_schema(),
+    };
     console.document(&schema, &format!("{schema:#}"));
 }
 

@@ -21,7 +21,6 @@ mod options;
 mod output_choice;
 mod pack;
 mod progress;
-mod remesh_demo;
 mod report;
 mod report_options;
 mod results;
@@ -66,16 +65,16 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::Bench(options) => bench::bench(&options, console)?,
         GelfmuCommand::Calibrate(options) => return calibrate::calibrate(&options, console),
         GelfmuCommand::Trade { .. } => return Err(moved::refuse("trade", "trade SCENE")),
+        GelfmuCommand::RemeshDemo { .. } => return Err(moved::refuse_pictures()),
         GelfmuCommand::Validate { .. } => return Err(moved::refuse("validate", "validate")),
         GelfmuCommand::Check(options) => check::check(&options, console)?,
         GelfmuCommand::Pack(options) => pack::pack(&options, console)?,
         GelfmuCommand::Report(options) => report::report(&options, console)?,
         GelfmuCommand::Movie(options) => movie::movie(&options, console)?,
-        GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         GelfmuCommand::New(options) => new::new(&options, console)?,
         GelfmuCommand::Projectiles { name } => listing::projectiles(name.as_deref(), console)?,
         GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
-        GelfmuCommand::Schema => listing::schema(console),
+        GelfmuCommand::Schema { of } => listing::schema(of, console),
         GelfmuCommand::Completions { shell } => listing::completions(shell, console),
     }
     Ok(0)

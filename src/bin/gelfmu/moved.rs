@@ -1,4 +1,4 @@
-//! Answers to commands that are ones of the Python package.
+//! Answers to former commands.
 
 use crate::failure::CommandError;
 
@@ -8,4 +8,13 @@ pub fn refuse(command: &str, present: &str) -> CommandError {
         "gelfmu {command}: found a command of many runs, expected `python -m ballistic_gel {present}` of the Python \
          package, whose functions also run on Dask, SLURM or Ray: pip install \"ballistic-gel[sweep]\""
     ))
+}
+
+/// Returns the error of the command that drew the stages of a remeshing.
+pub fn refuse_pictures() -> CommandError {
+    CommandError::BadInput(
+        "gelfmu remesh-demo: found a former command, expected `python docs/pictures/paper.py GELFMU FOLDER` in a clone of \
+         the repository, with cargo, matplotlib and pyvista: it draws the stages of a remeshing of ball-square, figure 6"
+            .to_owned(),
+    )
 }

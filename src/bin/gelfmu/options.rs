@@ -71,14 +71,6 @@ pub enum GelfmuCommand {
     Report(ReportFolderOptions),
     /// Make a film of a finished run: a GIF, or an MP4 with ffmpeg if it is installed, else the pictures as PNG files
     Movie(MovieOptions),
-    /// Draw the stages of a remesh: run a planar or axisymmetric scene until its mesh is distorted, and write a page of
-    /// pictures
-    ///
-    /// The pictures follow figure 6 of the paper and show the whole gel and the surroundings of the worst element: the
-    /// distorted mesh, the curvature of the fields and the target sizes, the quadtree, the Delaunay triangulation of
-    /// its points, the signed distance, the gel immersed and cut out, and the velocity on the old mesh and on the new
-    /// meshes of both methods. `index.html` shows them in order with their figures.
-    RemeshDemo(RemeshDemoOptions),
     /// Refuse the former command with that of the Python package
     #[command(hide = true)]
     Trade {
@@ -89,6 +81,13 @@ pub enum GelfmuCommand {
     /// Refuse the former command with that of the Python package
     #[command(hide = true)]
     Validate {
+        /// Former options
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        rest: Vec<String>,
+    },
+    /// Refuse the former command with where its pictures are
+    #[command(hide = true)]
+    RemeshDemo {
         /// Former options
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         rest: Vec<String>,
@@ -109,8 +108,12 @@ pub enum GelfmuCommand {
         #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
         name: Option<String>,
     },
-    /// Print the JSON schema of a scene file, for completion and validation in an editor
-    Schema,
+    /// Print a JSON schema: of a scene file, for completion and validation in an editor, or of summary.json
+    Schema {
+        /// File that the schema describes; that of summary.json has meaning, unit and sampling of every figure
+        #[arg(value_enum, default_value_t)]
+        of: SchemaFile,
+    },
     /// Print a shell completion script
     Completions {
         /// Shell that reads the script
@@ -212,31 +215,14 @@ pub struct CalibrateOptions {
     pub threads: usize,
 }
 
-/// Name of the scene that is remeshed by default.
-pub const DEMO_SCENE: &str = "ball-square";
-
-/// Options of `gelfmu remesh-demo`.
-#[derive(Debug, Args)]
-pub struct RemeshDemoOptions {
-    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is
-    /// given remesh.quality=0.05 and remesh.min_volume_ratio=0
-    #[arg(value_parser = SCENE_NAME, hide_possible_values = true)]
-    pub scene: Option<String>,
-    /// Remesh at this time, s, even if the mesh is not distorted (the first remesh if absent)
-    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
-    pub at: Option<f64>,
-    /// Replace a value of the scene, e.g. projectile.velocity=[0,0,-30]; may be repeated
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<Override>,
-    /// Folder for the pictures (`gelfmu-out/SCENE-remesh` if absent)
-    #[arg(long, visible_alias = "output", value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace the pictures of an earlier run of this command in the folder
-    #[arg(long)]
-    pub force: bool,
-    /// Threads, 0 for all cores; results do not depend on the number
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
-    pub threads: usize,
+/// File that has a schema.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum SchemaFile {
+    /// Scene file
+    #[default]
+    Scene,
+    /// Figures of a run, summary.json
+    Summary,
 }
 
 /// Options of `gelfmu bench`.

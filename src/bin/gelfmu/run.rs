@@ -61,7 +61,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
         console.notes(&measured::compare(table, &job.folder)?.residuals);
     }
     let summary = PrintedSummary::read(&job.folder)?;
-    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.folder));
+    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.source.scene, &job.folder));
     let doubts = summary.value["doubts"].as_array();
     doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
     Ok(report_ending(&ending, &job.folder, console))

@@ -1,7 +1,7 @@
 //! Cavity behind a projectile: radius against time and depth.
 
 use super::course::{CavityCourse, CavityCoursePoint};
-use super::shot_line::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
+use super::shot_line::{ShotLine, depths_per_metre};
 use crate::output::files::format_cell;
 use crate::scene::Scene;
 use crate::simulation::{DepthGrid, GelSection, MeshFrame, void_radii};
@@ -30,12 +30,6 @@ pub(in crate::output) struct CavityFigures {
     pub(in crate::output) still_opens: bool,
     /// Greatest diameter at the end, m; `None` where the rear of the projectile is above the first depth that counts.
     pub(in crate::output) last_diameter: Option<f64>,
-    /// Temporary cavity: depth, m, and greatest radius of the run at this depth, m.
-    pub(in crate::output) temporary: Vec<(f64, f64)>,
-    /// Cavity at the time of the greatest diameter: depth, m, and radius, m.
-    pub(in crate::output) widest: Vec<(f64, f64)>,
-    /// Cavity at the end: depth, m, and radius, m.
-    pub(in crate::output) last: Vec<(f64, f64)>,
 }
 
 impl CavityProfile {
@@ -84,30 +78,13 @@ impl CavityFigures {
         let widest: Vec<Option<CavityCoursePoint>> = profiles.iter().map(|profile| profile.widest(line)).collect();
         let last_diameter = widest.last().copied().flatten().map(|point| point.diameter);
         let course = CavityCourse(widest.into_iter().flatten().collect());
-        let time = course.greatest().map(|greatest| greatest.time);
-        let at_greatest = profiles.iter().find(|profile| Some(profile.time) == time);
         let opened = course.greatest().filter(|greatest| greatest.diameter > 0.0);
         Self {
             still_opens: opened.is_some_and(|widest| profiles.last().is_some_and(|last| last.time == widest.time)),
             last_diameter,
-            temporary: envelope(profiles).curve(),
-            widest: at_greatest.map_or(vec![], CavityProfile::curve),
-            last: profiles.last().map_or(vec![], CavityProfile::curve),
             course,
         }
     }
-}
-
-/// Returns the greatest radius at each depth.
-fn envelope(profiles: &[CavityProfile]) -> CavityProfile {
-    let wider = |a: Option<f64>, b: Option<f64>| match (a, b) {
-        (Some(a), Some(b)) => Some(a.max(b)),
-        (a, b) => a.or(b),
-    };
-    let n = profiles.iter().map(|profile| profile.radii.len()).max().unwrap_or(0);
-    let radius = |i: usize| profiles.iter().map(|profile| profile.radii.get(i).copied().flatten()).fold(None, wider);
-    let per_metre = profiles.first().map_or(DEPTHS_PER_METRE, |profile| profile.per_metre);
-    CavityProfile { time: 0.0, per_metre, rear: f64::INFINITY, radii: (0..n).map(radius).collect() }
 }
 
 /// Returns the text of `cavity.csv`: each profile down to the end of the cavity.
@@ -130,7 +107,7 @@ mod tests {
     #[test]
     fn a_void_below_a_closure_is_not_connected_with_the_entry() {
         let radii = [Some(0.004), Some(0.002), Some(0.0), Some(0.003), Some(0.003), None].to_vec();
-        let profile = CavityProfile { time: 0.0, per_metre: DEPTHS_PER_METRE, rear: f64::INFINITY, radii };
+        let profile = CavityProfile { time: 0.0, per_metre: 1000.0, rear: f64::INFINITY, radii };
         assert_eq!(profile.behind_projectile(0.01).radii, [Some(0.004), Some(0.002), Some(0.0), None, None, None]);
         assert_eq!(profile.behind_projectile(0.001).radii, [Some(0.004), None, None, None, None, None]);
     }
@@ -142,8 +119,7 @@ mod tests {
         // A cavity closed behind a ball 4 to 6 mm deep, and one that is open from the entry to the ball.
         let ball = [Some(0.001); 2];
         let radii = |behind: [f64; 4]| behind.map(Some).into_iter().chain(ball).collect();
-        let profile =
-            |behind, rear| CavityProfile { time: 0.0, per_metre: DEPTHS_PER_METRE, rear, radii: radii(behind) };
+        let profile = |behind, rear| CavityProfile { time: 0.0, per_metre: 1000.0, rear, radii: radii(behind) };
         let widest = |behind, rear| profile(behind, rear).behind_projectile(0.006).widest(&line);
         let closed = widest([0.003, 0.0, 0.0, 0.0], 0.004).unwrap();
         assert_eq!(closed.diameter, 0.0);

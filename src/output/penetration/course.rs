@@ -9,15 +9,19 @@ const PULSATION: f64 = 0.05;
 
 /// Greatest diameter of the cavity over the depth, at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct CavityCoursePoint {
     /// Time, s.
     #[serde(deserialize_with = "crate::output::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "frame")))]
     pub time: f64,
     /// Diameter, m.
     #[serde(deserialize_with = "crate::output::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "frame")))]
     pub diameter: f64,
     /// Depth of this diameter, m.
     #[serde(deserialize_with = "crate::output::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m", "x-sampled" = "frame")))]
     pub depth: f64,
 }
 

@@ -7,15 +7,9 @@ use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{GelBox, Scene};
 use crate::simulation::{BodyPose, MeshFrame, Simulation, StepInputs};
 
-/// Gauge of the cavity behind a projectile: greatest diameter over the depth, and over the frames of a run.
+/// Gauge of the cavity behind a projectile: its greatest diameter over the depth.
 #[derive(Debug, Clone)]
-pub struct CavityGauge {
-    line: ShotLine,
-    /// Greatest depth of the foremost point so far, m.
-    deepest: f64,
-    /// Greatest diameter so far, m.
-    greatest: f64,
-}
+pub struct CavityGauge(ShotLine);
 
 impl CavityGauge {
     /// Creates the gauge from a simulation at its start; `None` if the scene has no shot along −z, or a gel without a
@@ -26,21 +20,14 @@ impl CavityGauge {
         let GelBox { lower, upper } = scene.gel.shape.bounding_box()?;
         let (projectile, gel) = (BodyPose { kinematics, bulge, active }, AxisAlignedBox { lower, upper });
         let line = ShotLine::along(scene, &projectile, &gel, &start.block_motion());
-        line.map(|line| Self { line, deepest: 0.0, greatest: 0.0 })
-    }
-
-    /// Measures the cavity; `depth` is that of the foremost point of the projectile, m.
-    pub fn measure(&mut self, scene: &Scene, depth: f64, frame: impl FnOnce() -> MeshFrame) {
-        self.deepest = self.deepest.max(depth);
-        let widest = self.widest(scene, self.deepest, frame);
-        self.greatest = widest.map_or(self.greatest, |widest| self.greatest.max(widest.diameter));
+        line.map(Self)
     }
 
     /// Returns true if the depths at which a diameter counts are reached by `deepest`, the greatest depth so far of the
     /// foremost point, m.
     #[must_use]
     pub fn is_reached(&self, deepest: f64) -> bool {
-        deepest > self.line.projectile_width
+        deepest > self.0.projectile_width
     }
 
     /// Returns the point of the greatest diameter over the depth, below one projectile diameter; `None` while the rear
@@ -50,15 +37,9 @@ impl CavityGauge {
     /// one projectile diameter.
     #[must_use]
     pub fn widest(&self, scene: &Scene, deepest: f64, frame: impl FnOnce() -> MeshFrame) -> Option<CavityCoursePoint> {
-        let profile = || CavityProfile::of(&self.line, scene, &frame());
+        let profile = || CavityProfile::of(&self.0, scene, &frame());
         self.is_reached(deepest)
-            .then(|| profile().behind_projectile(deepest.min(self.line.gel_depth)).widest(&self.line))
+            .then(|| profile().behind_projectile(deepest.min(self.0.gel_depth)).widest(&self.0))
             .flatten()
-    }
-
-    /// Returns the greatest diameter so far, m.
-    #[must_use]
-    pub fn greatest_diameter(&self) -> f64 {
-        self.greatest
     }
 }

@@ -7,7 +7,7 @@ use crate::scene::{Dimension, Scene};
 use crate::simulation::{BlockMotion, BodyPose, MeshFrame, is_shot};
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
-pub(super) const DEPTHS_PER_METRE: f64 = 1e3;
+const DEPTHS_PER_METRE: f64 = 1e3;
 /// Limit of the number of depths in a table, reached at two metres of gel; a longer path has a wider interval.
 pub(super) const MAX_DEPTHS: usize = 2000;
 

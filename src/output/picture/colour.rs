@@ -11,9 +11,6 @@ pub(in crate::output) const SPEED: ColourMap =
 /// Colour map of time steps: dark blue for small steps, through green, to pale yellow for large steps.
 pub(in crate::output) const STEP: ColourMap =
     ColourMap([[28, 32, 92], [36, 92, 150], [40, 150, 140], [128, 200, 96], [244, 236, 150]]);
-/// Colour map of signed values: blue below zero, pale at zero, red above.
-pub(in crate::output) const SIGNED: ColourMap =
-    ColourMap([[36, 76, 164], [140, 178, 222], [246, 244, 238], [232, 160, 128], [172, 40, 44]]);
 /// Colour of gel without a value, such as the time step of an element before its first update.
 const UNKNOWN: [u8; 3] = [190, 190, 190];
 /// Colour of gelatin.

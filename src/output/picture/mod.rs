@@ -10,13 +10,12 @@ mod raster;
 mod stage;
 
 pub(super) use camera::Camera;
-pub(super) use colour::{AMBER, ColourMap, SIGNED, SPEED, STEP, png};
+pub(super) use colour::{AMBER, ColourMap, SPEED, STEP, png};
 pub(super) use raster::PictureField;
 
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
 use raster::{DepthBuffer, PicturePixel};
-use stage::PolygonMaterial;
 
 /// Width and height of a picture in the report, pixels.
 const PICTURE_SIZE: [usize; 2] = [480, 400];
@@ -85,12 +84,6 @@ impl OpaquePicture {
 pub fn model_picture(frame: &MeshFrame, scene: &Scene) -> Vec<u8> {
     let pixels = render(frame, scene, &Camera::of(frame, scene), MODEL_SIZE);
     png(MODEL_SIZE, pixels.iter().map(|pixel| pixel.colour(AMBER)))
-}
-
-/// Returns the bodies of a plane frame as polygons, x and z, m.
-pub(super) fn sections(frame: &MeshFrame, scene: &Scene) -> Vec<Vec<[f64; 2]>> {
-    let bodies = stage::polygons(frame, scene).into_iter().filter(|polygon| polygon.material == PolygonMaterial::Body);
-    bodies.map(|polygon| polygon.corners.iter().map(|corner| [corner.at.x, corner.at.z]).collect()).collect()
 }
 
 fn render(frame: &MeshFrame, scene: &Scene, camera: &Camera, size: [usize; 2]) -> Vec<PicturePixel> {

@@ -37,7 +37,7 @@ pub fn peak_force_label(window: f64) -> String {
 }
 
 /// Formats a value with unit in three significant digits and the prefix of the end of its scale.
-pub(in crate::output) fn format_tick(value: f64, end: f64, unit: &str) -> String {
+pub(super) fn format_tick(value: f64, end: f64, unit: &str) -> String {
     if value.is_finite() && value.abs() < LARGEST {
         format_prefixed(value, end, unit, 3)
     } else {
@@ -64,7 +64,7 @@ fn format_prefixed(value: f64, model: f64, unit: &str, significant: i32) -> Stri
 }
 
 /// Formats a ratio or an error in few digits, with an exponent if small or large.
-pub(in crate::output) fn ratio(value: f64) -> String {
+pub(super) fn ratio(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_string(),
         size if !size.is_finite() => "not known".to_string(),

@@ -4,6 +4,7 @@ mod axis;
 mod charts;
 mod compared;
 mod depths;
+mod figures;
 mod film;
 mod format;
 mod inputs;
@@ -14,9 +15,10 @@ mod words;
 mod wound_profile;
 
 pub use compared::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison};
+pub use figures::{FigureRow, figure_rows, summary_schema};
 pub(super) use film::speed_pictures;
+pub(super) use format::escape;
 pub use format::peak_force_label;
-pub(super) use format::{escape, format_tick, quantity, ratio};
 
 use super::history::HistoryRow;
 use super::picture::{Camera, MeshPicture};
@@ -38,7 +40,7 @@ const MAX_VIEW_INTERVALS: usize = 120;
 /// Place in the page at which a comparison with measured curves is inserted.
 pub(super) const MEASURED_PLACE: &str = "<!-- measured -->\n";
 
-pub(super) const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("style.css");
 
 /// Curves and pictures of a report.
 struct ReportData {

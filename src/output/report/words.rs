@@ -1,9 +1,10 @@
 //! Summary of the run in sentences.
 
-use super::format::{escape, peak_force_label, percent, quantity};
+use super::figures::{FigureRow, figure_rows, per_thickness};
+use super::format::{escape, percent, quantity};
 use crate::math::Vector3;
 use crate::output::summary::{DriverInterface, RunSummary};
-use crate::scene::{Dimension, Scene};
+use crate::scene::Scene;
 use std::fmt::Write;
 
 /// Returns a box with the diagnosis of an early stop; empty for a completed run.
@@ -138,14 +139,6 @@ fn doubt_sentences(summary: &RunSummary) -> String {
     doubt.trim_start().to_owned()
 }
 
-/// Returns the suffix of a force or an energy in a planar scene without thickness.
-fn per_thickness(scene: &Scene) -> &'static str {
-    match (scene.scene.dimension, scene.gel.thickness) {
-        (Dimension::Planar, None) => " per metre of thickness",
-        (Dimension::Planar | Dimension::Axisymmetric | Dimension::Spatial, _) => "",
-    }
-}
-
 fn thickness_sentence(scene: &Scene) -> String {
     match per_thickness(scene) {
         "" => String::new(),
@@ -153,48 +146,13 @@ fn thickness_sentence(scene: &Scene) -> String {
     }
 }
 
-/// Formats a depth, m; a negative depth is a height above the entry surface.
-fn format_depth(depth: f64) -> String {
-    if depth < 0.0 { format!("none, {} above the entry surface", quantity(-depth, "m")) } else { quantity(depth, "m") }
-}
-
 /// Returns the list of key figures.
 pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
-    let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
-    let way = match exit_state(summary) {
-        Some(exit) => [
-            ("exit speed", quantity(exit.speed, "m/s")),
-            ("perforated after", quantity(exit.time, "s")),
-            ("energy deposited in the gel", quantity(summary.exit.energy_deposited, "J") + per_thickness(scene)),
-            ("residual energy", quantity(exit.residual_energy, "J") + per_thickness(scene)),
-        ],
-        None => [
-            ("greatest depth", format_depth(summary.peak_depth)),
-            ("reached after", quantity(summary.time_of_peak_depth, "s")),
-            ("depth at the end", format_depth(summary.final_depth)),
-            ("rebound speed", known(summary.rebound_velocity, "m/s")),
-        ],
-    };
-    let peak_force = peak_force_label(summary.force_window);
-    let rest = [
-        ("contact duration", known(summary.contact_duration, "s")),
-        (&*peak_force, quantity(summary.peak_force, "N") + per_thickness(scene)),
-    ];
-    let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
-        let still = if summary.wound.cavity_still_opening == Some(true) { ", still opening" } else { "" };
-        let place = summary.wound.depth_of_greatest_cavity;
-        let place = place.map_or(String::new(), |depth| format!(", {} deep", quantity(depth, "m")));
-        [("temporary cavity", quantity(greatest, "m") + &place + still), ("cavity at the end", quantity(last, "m"))]
-    });
-    let collapse = summary.wound.time_of_cavity_collapse.map(|time| ("cavity collapsed after", quantity(time, "s")));
-    let track = summary.wound.greatest_track_diameter.filter(|diameter| *diameter > 0.0);
-    let track = track.map(|diameter| ("permanent track", quantity(diameter, "m")));
-    let neck = summary.wound.neck_length.map(|length| ("neck, until the yaw passes 30°", quantity(length, "m")));
-    let still = rest_figures(summary).into_iter().flatten();
-    let rest = still.chain(cavity.into_iter().flatten()).chain(collapse).chain(track).chain(neck).chain(rest);
+    let summary_value = serde_json::to_value(summary).expect("names and numbers can always be written");
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
-    for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
-        writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");
+    for FigureRow { name, text, .. } in figure_rows(&summary_value, scene).into_iter().filter(|row| row.is_key) {
+        let [name, text] = [name, text].map(|text| escape(&text));
+        writeln!(list, "<div><dt>{name}</dt><dd>{text}</dd></div>").expect("a string grows");
     }
     list + "</dl>\n" + &expected_error(summary) + "</section>\n"
 }
@@ -214,12 +172,6 @@ fn expected_error(summary: &RunSummary) -> String {
              (<code>python -m ballistic_gel trade</code> measures it).</p>\n"
         ),
     }
-}
-
-/// Returns the rest depth and the time of rest of a projectile at rest in the gel.
-fn rest_figures(summary: &RunSummary) -> Option<[(&'static str, String); 2]> {
-    let (depth, time) = summary.wound.rest_depth.zip(summary.wound.time_of_rest)?;
-    Some([("rest depth", quantity(depth, "m")), ("at rest after", quantity(time, "s"))])
 }
 
 /// Returns the footer with version, interface and state digest.

@@ -12,9 +12,10 @@ use super::folder::read_scene_digest;
 use super::history::{self, HistoryRow};
 use super::reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited, read_limited_text};
 use super::scene_digest::scene_digest;
-use super::summary::RunSummary;
+use super::summary::{RunSummary, SUMMARY_FORMAT};
 use crate::scene::Scene;
 use crate::simulation::MeshFrame;
+use serde::Deserialize;
 use std::io;
 use std::path::{Path, PathBuf};
 use table::CsvTable;
@@ -43,6 +44,16 @@ pub enum SavedRunError {
     },
 }
 
+/// Remedy of a damaged summary.
+const WHOLE: &str = "the summary of a run of this release; run the scene again";
+
+/// Keys of a summary of any format.
+#[derive(Deserialize)]
+struct SummaryHead {
+    format: Option<u32>,
+    version: Option<String>,
+}
+
 /// Folder with the results of a run of this scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SavedRun<'a> {
@@ -68,12 +79,16 @@ impl<'a> SavedRun<'a> {
     /// Reads `summary.json`.
     pub(super) fn summary(&self) -> Result<RunSummary, SavedRunError> {
         let path = self.folder.join("summary.json");
-        let content = |error: serde_json::Error| SavedRunError::Content {
-            path: path.clone(),
-            found: error.to_string(),
-            expected: "the summary of a run of this release; run the scene again",
-        };
-        serde_json::from_str(&read_text(&path, MOST_TABLE_BYTES)?).map_err(content)
+        let content = |found, expected| SavedRunError::Content { path: path.clone(), found, expected };
+        let text = read_text(&path, MOST_TABLE_BYTES)?;
+        let head: SummaryHead = serde_json::from_str(&text).map_err(|error| content(error.to_string(), WHOLE))?;
+        if head.format != Some(SUMMARY_FORMAT) {
+            let format = head.format.map_or("no format".to_owned(), |format| format!("format {format}"));
+            let release = head.version.map_or(String::new(), |version| format!(", written by gelfmu {version}"));
+            let own = format!("{format}{release}, in the place of format {SUMMARY_FORMAT}");
+            return Err(content(own, "a run of this release: gelfmu run FOLDER/scene.toml --out ANOTHER"));
+        }
+        serde_json::from_str(&text).map_err(|error| content(error.to_string(), WHOLE))
     }
 
     /// Reads at most `limit` rows of `history.csv`, evenly spaced by number, the last row included.

@@ -110,7 +110,7 @@ fn cavity_widths(table: &CsvTable, summary: &RunSummary) -> CavityWidths {
     }
     CavityWidths {
         temporary: envelope.into_iter().map(|(depth, radius)| (f64::from_bits(depth), radius)).collect(),
-        widest: summary.time_of_greatest_cavity.map_or(vec![], at),
+        widest: summary.wound.time_of_greatest_cavity.map_or(vec![], at),
         last: at(summary.end_time),
     }
 }

@@ -167,7 +167,7 @@ fn the_same_body_gives_the_same_bits() {
 }
 
 #[test]
-fn what_cannot_be_meshed_with_is_refused() {
+fn invalid_target_sizes_and_non_finite_positions_are_refused() {
     let mesh = square(4);
     let with = |size: f64, place: f64| {
         let position = moved(&mesh, |x| if *x == at(0.5, 0.5) { at(place, 0.5) } else { *x });
