@@ -32,7 +32,7 @@ def main(gelfmu, folder):
     with Image.open(film) as pictures:
         for number in MOVING:
             pictures.seek(number)
-            frames.append(pictures.convert("RGB").crop(BOX))
+            frames.append(pictures.convert("RGB").crop(BOX).resize((320, 541)))
     first, *others = frames
     timing = {"duration": 125, "loop": 0}
     first.save(HERE / "m80.webp", save_all=True, append_images=others, quality=70, method=6, **timing)
