@@ -231,12 +231,10 @@ def figure_6(folder):
 
     def triangles(ax, mesh, values=None, **options):
         x, y = np.array(mesh["points"]).T
-        if values is not None:
-            shading = "flat" if len(values) == len(mesh["triangles"]) else "gouraud"
-            ax.tripcolor(x, y, mesh["triangles"], values, shading=shading, **options)
-        else:
-            ax.tripcolor(x, y, mesh["triangles"], np.zeros(len(mesh["triangles"])), cmap=AMBER)
-        return x, y
+        if values is None:
+            values, options = np.zeros(len(mesh["triangles"])), {"cmap": AMBER}
+        shading = "flat" if len(values) == len(mesh["triangles"]) else "gouraud"
+        ax.tripcolor(x, y, mesh["triangles"], values, shading=shading, **options)
 
     def edges(ax, mesh):
         ax.triplot(*np.array(mesh["points"]).T, mesh["triangles"], color="black", linewidth=0.3)
