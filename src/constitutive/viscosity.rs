@@ -20,8 +20,8 @@ impl BulkViscosity {
     /// Returns η of q = η ε̇, Pa·s, from ρ, kg/m³, c, m/s, ℓ, m, and ε̇, 1/s.
     #[must_use]
     #[inline(always)]
-    pub fn at<T: Number>(&self, density: T, speed: f64, length: T, rate: T) -> T {
+    pub fn at<T: Number>(&self, density: T, speed: T, length: T, rate: T) -> T {
         let shock = length * (self.quadratic * self.quadratic) * (-rate).at_least(0.0);
-        length * density * (shock + self.linear * speed)
+        length * density * (shock + speed * self.linear)
     }
 }

@@ -112,6 +112,8 @@ pub(crate) struct NetworkRest<const D: usize, L: Copy + Default = [f64; 8]> {
     gradients: ShapeGradients<D, L>,
     /// Density relative to that of the gel.
     density: L,
+    /// Speed of sound relative to that of the gel, the inverse root of the relative density.
+    sound_speed: L,
 }
 
 impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for NetworkRest<D, L> {
@@ -119,6 +121,7 @@ impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for NetworkRe
     fn each(&self, mut see: impl FnMut(&L)) {
         self.gradients.each(&mut see);
         see(&self.density);
+        see(&self.sound_speed);
     }
 
     #[inline(always)]
@@ -138,6 +141,8 @@ struct NetworkKinematics<const D: usize, V> {
     is_crushed: bool,
     /// Density at rest, kg/m³.
     density: V,
+    /// Speed of sound at this density, m/s.
+    sound_speed: V,
 }
 
 /// Sums over the networks: P = J^(−2/3) F M + p ∂J/∂F, M = Σ μ_k C_k, p = U′ − Σ μ_k tr b̄_k/(3J).
@@ -160,7 +165,12 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
 
     #[inline(always)]
     fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> NetworkRest<D, V::Lanes> {
-        NetworkRest { gradients: ShapeGradients::new(shape), density: shape.density.store() }
+        let sound_speed = shape.density.constant(1.0) / shape.density.root();
+        NetworkRest {
+            gradients: ShapeGradients::new(shape),
+            density: shape.density.store(),
+            sound_speed: sound_speed.store(),
+        }
     }
 
     #[inline(always)]
@@ -176,13 +186,14 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
         s: &ElementDeformation<D, V>,
         u: &VolumetricSlopes<V>,
     ) -> ElementForces<D, V> {
-        let LawInput { volume, rest: NetworkRest { gradients: rest, density }, kick, history, .. } = input;
+        let LawInput { volume, rest: NetworkRest { gradients: rest, density, sound_speed }, kick, history, .. } = input;
         let elapsed = kick.elapsed;
         let (at, zero) = (s.isochoric(), volume.constant(0.0));
         let density = zero.load(density) * self.density();
+        let sound_speed = zero.load(sound_speed) * self.sound_speed();
         let (nodes, is_crushed) = (rest.spatial_sums(&at, s.hoop), (-at.above_floor).any_positive());
         let still = if is_crushed { rest.sums(s.hoop) } else { nodes };
-        let kinematics = NetworkKinematics { at, nodes, still, is_crushed, density };
+        let kinematics = NetworkKinematics { at, nodes, still, is_crushed, density, sound_speed };
         let (numbers, mut rows) = history.split_first_chunk_mut::<NUMBERS>().expect("the history of an element");
         let mut sum = NetworkForces::none(zero);
         let mut released = zero;
@@ -256,7 +267,7 @@ impl TwoNetwork {
         let height = rate.constant(1.0) / kinematics.nodes.max_squared.at_least(f64::MIN_POSITIVE).root();
         // With ρ₀ a torn web of 3 kg/m³ was damped 370 times too much, beyond what its step allowed.
         let density = kinematics.density / kinematics.at.jacobian;
-        self.viscosity().at(density, self.sound_speed(), height, rate)
+        self.viscosity().at(density, kinematics.sound_speed, height, rate)
     }
 }
 
