@@ -110,8 +110,8 @@ impl RunForecast {
         if self.deepest.is_none_or(|deepest| point.depth > deepest.depth) {
             self.deepest = Some(point);
         }
-        let left = self.wall_time_left();
-        if wall > 0.0 { wall / (wall + left) } else { 0.0 }
+        // Before the first tick nothing is known of the cost of scene time.
+        if point.time > 0.0 && wall > 0.0 { wall / (wall + self.wall_time_left()) } else { 0.0 }
     }
 
     /// Returns the wall time to the end, s, at the cost of scene time of late.
@@ -120,7 +120,7 @@ impl RunForecast {
         let since = (1.0 - RECENT_PART) * wall;
         let (from, then) = &self.course[self.course.partition_point(|(_, at)| *at < since).min(self.course.len() - 1)];
         let (from, then) = if from.time < now.time { (from.time, *then) } else { (0.0, 0.0) };
-        (self.end() - now.time).max(0.0) * (wall - then) / (now.time - from).max(f64::MIN_POSITIVE)
+        (self.end() - now.time).max(0.0) * (wall - then) / (now.time - from)
     }
 
     /// Returns the time of the end, s.
@@ -212,6 +212,15 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn nothing_is_forecast_before_the_first_tick() {
+        let mut forecast = RunForecast::new(&scene(0.15));
+        let start = RunPoint { time: 0.0, depth: 0.0, exit: None };
+        assert_eq!([0.0, 20.0].map(|wall| forecast.add(start, wall)), [0.0; 2]);
+        let fraction = forecast.add(RunPoint { time: 1e-6, depth: 3e-4, ..start }, 30.0);
+        assert!((1e-5..1e-2).contains(&fraction), "{fraction}");
     }
 
     #[test]
