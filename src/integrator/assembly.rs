@@ -7,9 +7,8 @@
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::active_set::{NODE_BATCH, TILE_NODES};
-use super::blocks::{ElementBlocks, exceed_cache};
+use super::blocks::ElementBlocks;
 use super::stability::nodal_step_limit;
-use super::tile_overlap::PREFETCH_DISTANCE;
 use crate::fem::{LANES, NodeAccumulator};
 use crate::math::Vector;
 use crate::mesh::NodeId;
@@ -119,11 +118,7 @@ impl NodeTile {
     #[inline(always)]
     pub fn new<const D: usize>(first: usize, blocks: &ElementBlocks<D>) -> Self {
         let (at, mut parts) = (first / TILE_NODES, [[0.0; 4]; TILE_NODES]);
-        let (overlaps, far) = (&blocks.overlaps[at], exceed_cache(blocks.n_nodes()));
-        for (i, overlap) in overlaps.iter().enumerate() {
-            if far && let Some(next) = overlaps.get(i + PREFETCH_DISTANCE) {
-                next.prefetch(&blocks.all[next.block as usize], &blocks.parts);
-            }
+        for overlap in &blocks.overlaps[at] {
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];

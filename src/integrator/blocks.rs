@@ -20,15 +20,6 @@ use fearless_simd::Level;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
-/// Number of nodes above which nodal data exceed the near caches and are prefetched: it saves 6 % of a step with 175 000 nodes
-/// and costs 4 % with 32 000.
-const CACHED_NODES: usize = 1 << 16;
-
-/// Returns true if the data of this many nodes exceed the near caches.
-pub(super) fn exceed_cache(n_nodes: usize) -> bool {
-    n_nodes > CACHED_NODES
-}
-
 /// Number of elements below which a tick is not shared among threads: some 100 µs of work. Ticks of elements that
 /// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
 pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
@@ -164,11 +155,6 @@ impl<const D: usize> ElementBlocks<D> {
     /// Returns true if no block moves and no step of one may be raised.
     pub fn are_still(&self) -> bool {
         self.all.iter().all(|block| !block.is_moving() && !block.may_raise_step)
-    }
-
-    /// Returns the number of nodes of all blocks.
-    pub fn n_nodes(&self) -> usize {
-        self.start.len() - 1
     }
 
     /// Returns the groups of a block.

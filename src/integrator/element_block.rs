@@ -67,8 +67,6 @@ pub(super) struct ElementBlock {
     pub report: Option<BlockReport>,
     /// Energy stored by the groups active at the last sweep, and their dissipation since the previous tick of each.
     pub dissipation: Dissipation,
-    /// Energy residual of the groups active at the last sweep.
-    pub step_residual: StepResidual,
     /// Group whose response accumulates the power of all groups without their own power; `None` if each has its own.
     pub power_accumulator: Option<usize>,
 }
@@ -174,23 +172,5 @@ impl ElementBlock {
         let all = if self.activity == BlockActivity::All { 0..self.nodes.len() } else { 0..0 };
         let some = if self.activity == BlockActivity::Some { self.active_star().nodes.as_slice() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
-    }
-}
-
-/// Energy residual of the active groups of a block, or of all blocks.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct StepResidual {
-    /// Residual Σ ΔV + Σ A of the last tick − Σ A of this one, J; A is the leading-half work.
-    pub residual: f64,
-    /// Stored energy and dissipation.
-    pub dissipation: Dissipation,
-}
-
-impl StepResidual {
-    /// Adds the residual of another block.
-    pub fn merge(mut self, other: &Self) -> Self {
-        self.residual += other.residual;
-        self.dissipation += other.dissipation;
-        self
     }
 }

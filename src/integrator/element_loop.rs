@@ -3,7 +3,7 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{ElementBlocks, exceed_cache, group_range};
+use super::blocks::{ElementBlocks, group_range};
 use super::element_block::{BlockActivity, BlockReport, ElementBlock, SweepCache};
 use super::element_order::{ElementLayout, SLOTS};
 use super::partial_block::GroupStar;
@@ -18,7 +18,6 @@ use crate::math::Vector;
 use crate::mesh::NodeId;
 use crate::state::{GroupClock, Tick};
 use fearless_simd::Level;
-use prefetch_index::prefetch_index;
 use std::sync::atomic::Ordering;
 
 /// Input of a sweep over the elements.
@@ -338,16 +337,6 @@ impl<const D: usize> NodeSource<D> for ElementLoopInput<'_, D> {
         let a = node.index();
         let passed = self.grid.time(self.moment.tick - self.last[a]);
         NodeMotion { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed }
-    }
-
-    #[inline(always)]
-    fn fetch(&self, node: NodeId) {
-        if exceed_cache(self.position.len()) {
-            prefetch_index(self.position, node.index());
-            prefetch_index(self.velocity, node.index());
-            prefetch_index(self.rest, node.index());
-            prefetch_index(self.last, node.index());
-        }
     }
 }
 

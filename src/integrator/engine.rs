@@ -180,7 +180,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         // The whole loop runs on the pool, so that its threads are entered once and not at every tick.
         let shares = !system.is_at_rest() && system.is_worth_sharing() && super::events::has_tick_until(system, until);
         let reached = match system.pool.clone().filter(|_| shares) {
-            Some(pool) => pool.lead(|| process_ticks(system, until, end, exchanges)),
+            Some(pool) => pool.run(|| process_ticks(system, until, end, exchanges)),
             None => process_ticks(system, until, end, exchanges),
         };
         history_rows::store_history(system);

@@ -4,7 +4,7 @@ use super::blocks::ElementBlocks;
 use super::contact_phase::solve;
 use super::damping::damping_impulse;
 use super::element_phase::evaluate_elements;
-use super::energy_residual::{ClockInput, update_clock};
+use super::energy_residual::update_clock;
 use super::history_rows::reevaluate_group;
 use super::kick_sums::{ConstraintReaction, KickSums};
 use super::load::{add_load_stiffness, apply_pressures, loaded_nodes, post_load_work};
@@ -218,9 +218,9 @@ fn update_group_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
 fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> f64 {
     let Some(mut blocks) = system.blocks.take() else { return 0.0 };
     let (moment, groups_per_block) = (system.tick_context(tick), blocks.groups);
-    let input = ClockInput { grid: system.model.grid, moment, responses: &system.workspace.responses };
-    let total = blocks.update_clocks(input, &mut system.state.clocks, system.pool.as_deref());
-    system.state.ledger.energy.book_dissipation(&total.dissipation);
+    let (clocks, responses) = (&mut system.state.clocks, &system.workspace.responses);
+    let (residual, dissipation) = blocks.update_clocks(system.model.grid, moment, clocks, responses);
+    system.state.ledger.energy.book_dissipation(&dissipation);
     let record = &mut system.state.record;
     for report in blocks.all.iter().filter_map(|block| block.report) {
         record.updates += report.updates;
@@ -233,5 +233,5 @@ fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
         blocks.all[block].may_raise_step = true;
     }
     system.blocks = Some(blocks);
-    total.residual
+    residual
 }

@@ -58,7 +58,6 @@ mod system;
 mod test_cube;
 mod tick;
 mod tile_overlap;
-mod worker_spin;
 mod workspace;
 
 pub use end_conditions::{DistortionLimits, ExitRule};

@@ -1,9 +1,7 @@
 //! Thread pool of a simulation, and the sharing of work among its threads.
 
-use super::worker_spin::{DutyGuard, SPIN_TIME, ThreadDuty, WorkerSpin};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
 
 /// Parts of a job per thread; a thread that finishes takes another part. With one part the slower of two halves of
 /// a tick took a tenth longer than the other, and twice as long where few elements were active. With four parts a
@@ -13,7 +11,6 @@ const PARTS_PER_THREAD: usize = 16;
 /// Thread pool of one simulation. Its threads are joined on drop, as none may outlive the library whose code they run.
 pub struct WorkerPool {
     workers: Option<rayon::ThreadPool>,
-    spin: Arc<WorkerSpin>,
     handles: Arc<Mutex<Vec<JoinHandle<()>>>>,
 }
 
@@ -22,11 +19,6 @@ impl WorkerPool {
     /// be started.
     #[must_use]
     pub fn new(threads: usize) -> Option<Arc<Self>> {
-        Self::with_spin_time(threads, SPIN_TIME)
-    }
-
-    /// Builds a pool whose idle threads spin for a given time.
-    pub(super) fn with_spin_time(threads: usize, spin_time: Duration) -> Option<Arc<Self>> {
         let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
         if threads == 1 {
             return None;
@@ -38,11 +30,7 @@ impl WorkerPool {
             kept.lock().unwrap_or_else(PoisonError::into_inner).push(handle);
             Ok(())
         });
-        Some(Arc::new(Self {
-            workers: Some(builder.build().ok()?),
-            spin: Arc::new(WorkerSpin::new(spin_time)),
-            handles,
-        }))
+        Some(Arc::new(Self { workers: Some(builder.build().ok()?), handles }))
     }
 
     /// Returns the number of threads.
@@ -66,19 +54,6 @@ impl WorkerPool {
     }
 }
 
-impl WorkerPool {
-    /// Runs a job of many parallel parts; between them the other threads spin for a while instead of sleeping.
-    pub(super) fn lead<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.run(|| self.spin.keep_awake(work))
-    }
-
-    /// Returns the state of the spinning threads.
-    #[cfg(test)]
-    pub(super) fn spin(&self) -> &WorkerSpin {
-        &self.spin
-    }
-}
-
 /// Work that can be split into two parts.
 pub(super) trait SplitWork: Sized + Send {
     /// Splits off the first `part` of `of` equal parts; returns it and the rest.
@@ -88,10 +63,7 @@ pub(super) trait SplitWork: Sized + Send {
 /// Performs a job on the pool, split into at most `max_parts` parts; as a whole without a pool.
 pub(super) fn share_work<W: SplitWork>(pool: Option<&WorkerPool>, max_parts: usize, work: W, task: impl Fn(W) + Sync) {
     match pool {
-        Some(pool) => pool.run(|| {
-            pool.spin.wake_workers();
-            run_halves(work, pool.part_count(max_parts), &task);
-        }),
+        Some(pool) => pool.run(|| run_halves(work, pool.part_count(max_parts), &task)),
         None => task(work),
     }
 }
@@ -101,7 +73,6 @@ fn run_halves<W: SplitWork>(work: W, n_parts: usize, task: &(impl Fn(W) + Sync))
     if n_parts == 1 {
         return task(work);
     }
-    let _duty = DutyGuard::with(ThreadDuty::Part);
     let half = n_parts / 2;
     let (first, second) = work.split_at_part(half, n_parts);
     rayon::join(|| run_halves(first, half, task), || run_halves(second, n_parts - half, task));

@@ -1,12 +1,7 @@
 //! Overlaps of blocks and tiles of nodes: the nodes that both have in common.
 
-#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
-
 use super::active_set::TILE_NODES;
 use super::element_block::ElementBlock;
-use crate::fem::NodeAccumulator;
-use crate::mesh::NodeId;
-use prefetch_index::prefetch_index;
 use std::ops::Range;
 
 /// Overlap of a block and a tile of nodes: the local number of the first common node and their count.
@@ -32,18 +27,6 @@ impl TileOverlap {
         overlaps
     }
 
-    /// Prefetches the data of the block for these nodes.
-    #[inline(always)]
-    pub fn prefetch(self, block: &ElementBlock, parts: &[NodeAccumulator]) {
-        // About one prefetch per cache line.
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeAccumulator>()) {
-            prefetch_index(parts, block.first + number);
-        }
-        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeId>()) {
-            prefetch_index(&block.nodes, number);
-        }
-    }
-
     /// Returns the local numbers of the nodes in the block.
     #[inline]
     pub fn numbers(self) -> Range<usize> {
@@ -51,9 +34,3 @@ impl TileOverlap {
         first..first + usize::from(self.n)
     }
 }
-
-/// Bytes of a cache line.
-const CACHE_LINE: usize = 64;
-
-/// Prefetch distance in overlaps; 1 to 12 perform equally.
-pub(super) const PREFETCH_DISTANCE: usize = 3;

@@ -46,8 +46,6 @@ pub(crate) trait ElementLaw<const D: usize>: HistoryLayout<D> + Copy {
 
 /// Rest data, which maps the edges of elements to deformation gradients.
 pub(crate) trait RestOperator<const D: usize, L>: Clone + Default {
-    /// Visits the numbers of each quantity.
-    fn each(&self, see: impl FnMut(&L));
     /// Replaces the edges, as columns, by F or the tensor that the material uses instead.
     ///
     /// `strained` is 1 in strained lanes and 0 at rest, `scale` that of the element. Returns the factor from the

@@ -31,13 +31,6 @@ impl<const D: usize, L: Copy + Default> Default for ShapeGradients<D, L> {
 }
 
 impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for ShapeGradients<D, L> {
-    #[inline(always)]
-    fn each(&self, mut see: impl FnMut(&L)) {
-        for lanes in self.0.iter().flatten() {
-            see(lanes);
-        }
-    }
-
     /// Replaces the edges e_a by F = Σ e_a ⊗ ∇N_a; exactly 1 at rest, without rounding.
     #[inline(always)]
     fn deform<V: Number<Lanes = L>>(&self, strained: V, _scale: V, f: &mut [[V; D]; D]) -> V {

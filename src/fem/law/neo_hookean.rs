@@ -44,14 +44,6 @@ impl<const D: usize, L> ShearStiffness<D, L> {
 }
 
 impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for ShearStiffness<D, L> {
-    #[inline(always)]
-    fn each(&self, mut see: impl FnMut(&L)) {
-        for lanes in self.diagonal.iter().chain(&self.mixed) {
-            see(lanes);
-        }
-        see(&self.spread);
-    }
-
     /// Keeps the edges: they are F relative to the unit right-angled simplex; the scale corrects the determinant.
     #[inline(always)]
     fn deform<V: Number<Lanes = L>>(&self, _strained: V, scale: V, _edges: &mut [[V; D]; D]) -> V {

@@ -118,13 +118,6 @@ pub(crate) struct NetworkRest<const D: usize, L: Copy + Default = [f64; 8]> {
 
 impl<const D: usize, L: Copy + Default + Debug> RestOperator<D, L> for NetworkRest<D, L> {
     #[inline(always)]
-    fn each(&self, mut see: impl FnMut(&L)) {
-        self.gradients.each(&mut see);
-        see(&self.density);
-        see(&self.sound_speed);
-    }
-
-    #[inline(always)]
     fn deform<V: Number<Lanes = L>>(&self, strained: V, scale: V, f: &mut [[V; D]; D]) -> V {
         self.gradients.deform(strained, scale, f)
     }

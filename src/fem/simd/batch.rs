@@ -4,7 +4,6 @@
 
 use crate::fem::MAX_NODES;
 use fearless_simd::{Simd, SimdBase, SimdSplit, f64x8};
-use prefetch_index::prefetch_index;
 
 /// Vector lanes, one patch in each.
 pub const LANES: usize = 8;
@@ -27,14 +26,6 @@ impl ElementBatch {
     /// Iterates over the lanes with an element.
     pub(super) fn filled_lanes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..LANES).filter(|lane| self.volume[*lane] > 0.0)
-    }
-
-    /// Prefetches the batch into the cache.
-    #[inline(always)]
-    pub(super) fn prefetch(&self) {
-        prefetch(&self.volume);
-        prefetch(&self.scale);
-        prefetch_index(self.nodes.as_slice(), 0);
     }
 }
 
@@ -86,12 +77,6 @@ macro_rules! on {
     };
 }
 pub(crate) use on;
-
-/// Prefetches eight numbers into the nearest cache.
-#[inline(always)]
-pub(super) fn prefetch(eight: &LaneArray) {
-    prefetch_index(eight, 0);
-}
 
 /// Loads eight numbers as one vector.
 #[inline(always)]

@@ -170,12 +170,6 @@ impl<const D: usize> ElementBatches<D> {
         self.section
     }
 
-    /// Returns the batches from the given one on.
-    #[inline(always)]
-    pub(super) fn batches_from(&self, first: usize) -> &[ElementBatch] {
-        self.batches.get(first..).unwrap_or_default()
-    }
-
     /// Returns the batches of a group.
     #[inline(always)]
     pub(crate) fn batches_of<const N: usize>(&self, group: usize) -> &[ElementBatch; N] {

@@ -76,9 +76,6 @@ pub struct NodeMotion<'a, const D: usize> {
 pub trait NodeSource<const D: usize>: Copy {
     /// Returns the state of a node at its last tick.
     fn of(&self, node: NodeId) -> NodeMotion<'_, D>;
-
-    /// Prefetches the state of a node.
-    fn fetch(&self, _node: NodeId) {}
 }
 
 /// Nodes at given positions, with zero velocity.
@@ -104,9 +101,6 @@ impl<const D: usize> NodeSource<D> for HeldNodes<'_, D> {
         NodeMotion { position: &self.position[a], velocity: &self.velocity, rest: &self.rest[a], passed: 0.0 }
     }
 }
-
-/// Prefetch distance in nodes; 12 to 96 perform alike on whole blocks.
-const PREFETCH_DISTANCE: usize = 24;
 
 /// Node cache of one block during a sweep.
 #[derive(Debug)]
@@ -198,7 +192,7 @@ impl NodeCache {
         &mut self,
         level: Level,
         whereabouts: &impl NodeSource<D>,
-        nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
+        nodes: impl Iterator<Item = (usize, NodeId)>,
     ) -> bool {
         on!(level, simd => self.load_in(simd, whereabouts, nodes))
     }
@@ -208,7 +202,7 @@ impl NodeCache {
         &mut self,
         simd: S,
         whereabouts: &impl NodeSource<D>,
-        nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
+        nodes: impl Iterator<Item = (usize, NodeId)>,
     ) -> bool {
         let positions: &mut [NodeRow] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let velocities: &mut [NodeRow] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
@@ -218,11 +212,8 @@ impl NodeCache {
         let whereabouts = *whereabouts;
         // Sums of absolute values: zero only if every term is zero.
         let (mut displaced, mut moving) = (zero, zero);
-        let (mut max_squared_speed, mut ahead) = (self.max_squared_speed, nodes.clone().skip(PREFETCH_DISTANCE));
+        let mut max_squared_speed = self.max_squared_speed;
         for (number, node) in nodes {
-            if let Some((_, next)) = ahead.next() {
-                whereabouts.fetch(next);
-            }
             let NodeMotion { position, velocity, rest, passed } = whereabouts.of(node);
             let rate = padded(simd, velocity);
             let present = padded(simd, position) + rate * passed;

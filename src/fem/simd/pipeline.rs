@@ -6,7 +6,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{ElementBatch, LANES, LaneArray, load_lanes, on, prefetch, sum_lanes};
+use super::batch::{ElementBatch, LANES, LaneArray, load_lanes, on, sum_lanes};
 use super::layout::{BatchLaw, ElementBatches, GroupKicks, GroupResponse, ReportPower, SweepInput, SweepOutput};
 use super::node_cache::{NodeAccess, NodeCache, NodeRows};
 use super::transpose::{gather, scatter};
@@ -14,9 +14,7 @@ use crate::constitutive::NeoHookean;
 use crate::fem::GroupKick;
 use crate::fem::history::HistoryLanes;
 use crate::fem::inversion_time::{FORESEEN, RadialSums, TURNED, closing_rate};
-use crate::fem::law::element_law::{
-    ElementDeformation, ElementLaw, LawInput, RestOperator, VolumetricSlopes, evaluate_volumetric,
-};
+use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
 use crate::fem::{Dissipation, Section, max_patch_size};
 use crate::math::Number;
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
@@ -164,7 +162,6 @@ impl<const D: usize> ElementBatches<D> {
         let mut pipeline = Pipeline::new(f64x8::splat(simd, 0.0));
         while next < groups.end {
             next = pipeline.fill::<N>(next, groups.end, kicks);
-            self.prefetch_groups::<N, G>(rest, next);
             self.strain_groups::<N, G, S>(rest, nodes.motion[0], &mut pipeline);
             self.evaluate_pressures::<N, G, S>(gel, &mut pipeline);
             for g in 0..pipeline.n_groups {
@@ -178,16 +175,6 @@ impl<const D: usize> ElementBatches<D> {
             }
         }
         cache.spent = dissipation;
-    }
-
-    /// Prefetches the next groups for the pipeline while the present ones are computed, also beyond the run.
-    #[inline(always)]
-    fn prefetch_groups<const N: usize, G: ElementLaw<D>>(&self, rest: &[G::Rest<LaneArray>], first: usize) {
-        let rest = rest.get(first * N..).unwrap_or_default();
-        for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(BATCHES_PER_STAGE) {
-            batch.prefetch();
-            rest.each(prefetch);
-        }
     }
 
     /// First stage: the deformation gradient and J of every element.
