@@ -15,7 +15,7 @@ from .gel_parameters import PARAMETERS
 from .levels import LEVELS, level_errors
 from .scene import as_scene
 from .study import Study
-from .tasks import CRASHED
+from .tasks import COMPLETED, CRASHED
 from .trade import QUANTITIES, TradeCurve, error_cost, option_costs
 from .validation import Validation, validate
 from .values import parse_override
@@ -43,7 +43,12 @@ def _run_study(study: str, share: str | None, workers: int | None) -> int:
     table = found.run(share, workers)
     counts = table["status"].value_counts()
     print(", ".join(f"{count} {status}" for status, count in counts.items()) or "no rows", f"in {found.folder}")
-    return 1 if CRASHED in counts else 0
+    for reason in table.loc[table["status"] != COMPLETED, "reason"].drop_duplicates():
+        print(reason, file=sys.stderr)
+    shown = found.table_of(table) if COMPLETED in counts else None
+    if shown is not None:
+        print(shown.to_markdown(), end="")
+    return 1 if CRASHED in counts or (shown is not None and shown.unexpected) else 0
 
 
 def _print_slurm(study: str, tasks: int, time: str, cores: int) -> int:

@@ -29,10 +29,12 @@ from .samplers import (
     sample_table,
 )
 from .scene import Scene, as_scene
-from .sweeping import sweep
+from .study_table import ShownColumn, ShownTable
+from .sweeping import run_scenes, sweep
 
 # Keys of a study and of its sampler, with their types.
 _TABLES = {
+    "title": str,
     "scene": str,
     "shot": dict,
     "set": dict,
@@ -43,9 +45,19 @@ _TABLES = {
     "keep": bool,
     "sampler": dict,
     "keys": dict,
+    "case": list,
+    "columns": dict,
 }
+_CASE = {"name": str, "scene": str, "shot": dict, "set": dict}
 _SAMPLER = {"kind": str, "file": str, "count": int, "seed": int}
-_KINDS = {str: "a text", int: "a whole number", bool: "true or false", dict: "a table", (str, int): "a level"}
+_KINDS = {
+    list: "a list of tables",
+    str: "a text",
+    int: "a whole number",
+    bool: "true or false",
+    dict: "a table",
+    (str, int): "a level",
+}
 _DISTRIBUTIONS: dict[str, Callable[..., Distribution]] = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal}
 _SAMPLERS: dict[str, Callable[..., Sampler]] = {"grid": Grid, "latin-hypercube": LatinHypercube, "sobol": Sobol}
 
@@ -84,6 +96,22 @@ class Study:
         "projectile.velocity[3]" = { normal = { mean = -179.8, deviation = 2.0 } }
         "gel.strength_scale" = { lognormal = { median = 1.0, deviation = 0.1 } }
 
+    Shots that differ in several keys at once are cases, each run with all combinations of the keys, if there are any;
+    columns make the table that `table_of` and ``python -m ballistic_gel sweep`` show::
+
+        [[case]]
+        name = "fixed mesh"
+        set = { "remesh.quality" = 0.0 }
+
+        [[case]]
+        name = "in space"
+        scene = "fbi-bb-3d"         # or a table shot, instead of that of the study
+
+        [columns]
+        mesh = "case"
+        "depth, mm" = { value = "peak_depth", unit = "mm", format = ".2f", expect = [80, 90] }
+        "remesh, %" = { value = "energy.remesh", per = "energy.initial", unit = "%", format = "+.2f" }
+
     Raises
     ------
     GelfmuError
@@ -101,6 +129,10 @@ class Study:
                 raise unknown_name(name, _TABLES, "key of a study")
         _refuse_types("", self.content, _TABLES)
         _refuse_types("sampler.", self.content.get("sampler", {}), _SAMPLER)
+        for place, case in enumerate(self.content.get("case", []), start=1):
+            _refuse_case(place, case)
+        for head, entry in self.content.get("columns", {}).items():
+            ShownColumn.read(head, entry)
 
     @classmethod
     def load(cls, path: str | Path) -> Study:
@@ -125,13 +157,15 @@ class Study:
 
     def scene(self) -> Scene:
         """Return the scene, with the values that are the same in all rows."""
-        if "shot" in self.content:
-            _refuse_beside("shot", ["scene"] if "scene" in self.content else [])
-            scene = _made(Scene.new_shot, self.content["shot"], "shot")
-        else:
-            name = str(self.content.get("scene", "fbi-bb"))
-            scene = as_scene(self.path.parent / name if name.endswith(".toml") else name)
-        return scene.with_values(self.content.get("set", {}))
+        return self._scene_of(self.content).with_values(self.content.get("set", {}))
+
+    def _scene_of(self, table: Mapping[str, Any]) -> Scene:
+        """Return the shot or the scene of the study or of a case: a built-in one, or one in a file beside the study."""
+        if "shot" in table:
+            _refuse_beside("shot", ["scene"] if "scene" in table else [])
+            return _made(Scene.new_shot, table["shot"], "shot")
+        name = str(table.get("scene", "fbi-bb"))
+        return as_scene(self.path.parent / name if name.endswith(".toml") else name)
 
     def samples(self) -> pd.DataFrame:
         """Return one row for each shot."""
@@ -154,10 +188,24 @@ class Study:
             raise GelfmuError(f"keys: found none, expected {remedy}", key="keys", remedy=remedy)
         return sample_table(made)
 
+    def table_of(self, rows: pd.DataFrame) -> ShownTable | None:
+        """Return the table that ``[columns]`` make of the rows of `run`; None without columns."""
+        columns = [ShownColumn.read(head, entry) for head, entry in self.content.get("columns", {}).items()]
+        return ShownTable(columns, rows) if columns else None
+
     def run(self, share: str | None = None, workers: int | None = None) -> pd.DataFrame:
-        """Run the study, or a share of it such as ``"2/8"``, on this machine; see `sweep`."""
-        settings = {name: self.content[name] for name in ("runs", "fidelity", "keep") if name in self.content}
+        """Run the study, or a share of it such as ``"2/8"``, on this machine.
+
+        Returns
+        -------
+        DataFrame
+            Rows as of `sweep`; those of cases with the column ``case``, their keys, and the figures of the clock.
+        """
         workers = self.content.get("workers") if workers is None else workers
+        if "case" in self.content:
+            scenes, labels = self._case_scenes()
+            return run_scenes(scenes, self.folder, labels=labels, clock=True, share=share, workers=workers)
+        settings = {name: self.content[name] for name in ("runs", "fidelity", "keep") if name in self.content}
         scene, samples = None, self.samples()
         if "projectile" in samples:
             _refuse_beside("cartridges", [name for name in ("scene", "shot") if name in self.content])
@@ -167,6 +215,21 @@ class Study:
         else:
             scene = self.scene()
         return sweep(scene, samples, self.folder, share=share, workers=workers, **settings)
+
+    def _case_scenes(self) -> tuple[list[Scene], pd.DataFrame]:
+        """Return the scene of each case with each combination of the keys, and the labels of their rows."""
+        others = ("sampler", "runs", "keep", "fidelity")
+        _refuse_beside("case", [name for name in others if name in self.content])
+        common, keys = self.content.get("set", {}), self.content.get("keys", {})
+        grid = sample_table(Grid(keys)).to_dict("records") if keys else [{}]
+        scenes, labels = [], []
+        for case in self.content["case"]:
+            own = {name: case[name] for name in ("scene", "shot") if name in case} or self.content
+            scene = self._scene_of(own).with_values(common)
+            for values in grid:
+                scenes.append(scene.with_values({**case.get("set", {}), **values}))
+                labels.append({"case": case["name"], **values})
+        return scenes, pd.DataFrame(labels)
 
     def slurm_script(self, tasks: int, time: str, cores: int) -> str:
         """Return a script for SLURM: an array of tasks, each of which runs a share of the rows.
@@ -194,7 +257,7 @@ class Study:
             remedy = "a time limit of SLURM, such as 02:00:00 or 1-12"
             raise GelfmuError(f"time: found {time!r}, expected {remedy}", key="time", remedy=remedy)
         _refuse_control("path of Python", sys.executable)
-        tasks = min(tasks, len(self.samples()))
+        tasks = min(tasks, len(self._case_scenes()[0] if "case" in self.content else self.samples()))
         python, study = shlex.quote(sys.executable), shlex.quote(str(self.path))
         return f"""#!/bin/bash
 #SBATCH --job-name={shlex.quote(self.path.stem)}
@@ -247,6 +310,17 @@ def _refuse_types(prefix: str, table: Mapping[str, Any], types: Mapping[str, Any
         if name in table and is_other:
             key, remedy = f"{prefix}{name}", _KINDS[kind]
             raise GelfmuError(f"{key}: found {value!r}, expected {remedy}", key=key, remedy=remedy)
+
+
+def _refuse_case(place: int, case: Any) -> None:
+    """Refuse a case without a name, or with a key that no case has."""
+    if not isinstance(case, Mapping) or "name" not in case:
+        remedy = 'a table with a name, such as { name = "fixed", set = { "remesh.quality" = 0.0 } }'
+        raise GelfmuError(f"case {place}: found {case!r}, expected {remedy}", key="case", remedy=remedy)
+    for name in case:
+        if name not in _CASE:
+            raise unknown_name(name, _CASE, "key of a case")
+    _refuse_types("case.", case, _CASE)
 
 
 def _refuse_beside(what: str, others: Sequence[str]) -> None:

@@ -1,9 +1,14 @@
 """Studies: what a TOML file says, and what is refused."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 import ballistic_gel as bg
 from ballistic_gel.__main__ import main
+
+STUDIES = Path(__file__).resolve().parents[2] / "studies"
 
 
 def write_study(folder, text):
@@ -116,3 +121,100 @@ def test_the_command_line_tells_errors_and_writes_cluster_scripts(tmp_path, caps
         # A task without a row would have nothing to do.
         assert script.startswith("#!/bin/bash") and "#SBATCH --array=1-20" in script
         assert '--share "$SLURM_ARRAY_TASK_ID/20" --workers 4' in script
+
+
+CASES = """
+scene = "sphere-block"
+out = "rows"
+
+[set]
+"mesh.size" = 10e-3
+"scene.end_time" = 4e-4
+
+[[case]]
+name = "fast"
+set = { "projectile.velocity" = [0.0, 0.0, -10.0] }
+
+[[case]]
+name = "of the library"
+shot = { projectile = "bb", speed = 180 }
+set = { "mesh.size" = 1.4e-3, "scene.end_time" = 4e-5 }
+
+[keys]
+"gel.density" = [1000.0, 1060.0]
+
+[columns]
+"shot" = "case"
+"density" = { value = "gel.density", format = ".0f" }
+"depth, mm" = { value = "peak_depth", unit = "mm", format = ".3f" }
+"contact, %" = { value = "energy.contact", per = "energy.initial", unit = "%", format = "+.1f", expect = [-100, 0] }
+"end" = "status"
+"""
+
+
+def test_cases_run_with_all_keys_and_columns_show_their_figures(tmp_path, capsys):
+    path = write_study(tmp_path, CASES)
+    assert main(["sweep", str(path), "--workers", "1"]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith("4 completed in")
+    assert told[1] == "| shot | density | depth, mm | contact, % | end |"
+    rows = [line.strip("| ").split(" | ") for line in told[3:]]
+    assert [row[:2] for row in rows] == [[case, rho] for case in ("fast", "of the library") for rho in ("1000", "1060")]
+    study = bg.Study.load(path)
+    table = study.run()
+    values = study.table_of(table).values
+    assert (
+        [float(row[2]) for row in rows]
+        == list((1e3 * table["peak_depth"]).round(3))
+        == list(values["depth, mm"].round(3))
+    )
+    assert list(values["contact, %"]) == pytest.approx(list(100.0 * table["energy.contact"] / table["energy.initial"]))
+    assert table["cpu_seconds"].notna().all()
+    assert "--array=1-4\n" in study.slurm_script(10, "01:00:00", 1)
+
+
+def test_a_value_beyond_what_is_expected_is_bold_and_the_status_is_1(tmp_path, capsys):
+    narrow = CASES.replace("expect = [-100, 0]", "expect = [1, 2]").replace("1000.0, 1060.0", "1000.0")
+    assert main(["sweep", str(write_study(tmp_path, narrow)), "--workers", "1"]) == 1
+    assert capsys.readouterr().out.count("| **-") == 2
+
+
+def test_a_study_whose_shots_are_refused_says_why(tmp_path, capsys):
+    text = "scene = 'sphere-block'\n[keys]\n'mesh.size' = [-1.0]\n[columns]\ndepth = 'peak_depth'\n"
+    assert main(["sweep", str(write_study(tmp_path, text))]) == 0
+    told = capsys.readouterr()
+    assert "mesh.size: found -1.0" in told.err and "| depth |" not in told.out
+
+
+@pytest.mark.parametrize(
+    "text, remedy",
+    [
+        ("[[case]]\nset = { 'mesh.size' = 1e-3 }", "a table with a name"),
+        ("[[case]]\nname = 'a'\nkeys = 3", "key of a case"),
+        ("case = 3", "a list of tables"),
+        ("[columns]\ndepth = 3", "the name of a value, or a table"),
+        ("[columns]\ndepth = { value = 'peak_depth', units = 'mm' }", "`unit`"),
+        ("[columns]\ndepth = { value = 'peak_depth', unit = 'furlong' }", "unit of a column"),
+        ("[columns]\ndepth = { value = 'peak_depth', format = 'x' }", "the name of a value, or a table"),
+        ("[columns]\ndepth = { value = 'peak_depth', expect = [1] }", "the name of a value, or a table"),
+    ],
+)
+def test_cases_and_columns_without_sense_are_refused_as_they_are_read(tmp_path, text, remedy):
+    with pytest.raises(bg.GelfmuError, match=re.escape(remedy)):
+        bg.Study.load(write_study(tmp_path, text))
+
+
+def test_a_column_of_no_figure_names_the_nearest(tmp_path):
+    study = bg.Study.load(write_study(tmp_path, CASES.replace('"peak_depth"', '"peak_deph"')))
+    with pytest.raises(bg.GelfmuError, match="`peak_depth`"):
+        study.table_of(study.run())
+
+
+def test_every_study_of_the_repository_is_read_and_its_scenes_are_made():
+    files = [path for path in STUDIES.glob("*.toml") if path.name != "Cargo.toml"]
+    assert len(files) > 5
+    for path in files:
+        study = bg.Study.load(path)
+        assert study.content["title"].endswith("?") and study.content["columns"]
+        assert study.folder.resolve() == STUDIES.parent / "gelfmu-out" / "studies" / path.stem
+        assert "#SBATCH --array=1-" in study.slurm_script(1000, "10", 1)

@@ -1,7 +1,7 @@
 //! The ball of `sphere-deep` about an axis by speed and mesh size: whether an elastic gel gives back what it has stored, and how much is remade.
 
-use super::deep::{round, told};
 use super::run::scene;
+use ballistic_gel::integrator::StepError;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
@@ -43,6 +43,20 @@ pub fn study() {
             slow_row(size, is_fixed);
         }
     }
+}
+
+/// What puts the ball on the axis of a cylinder.
+fn round() -> [(&'static str, String); 3] {
+    [
+        ("scene.dimension", "axisymmetric".to_owned()),
+        ("gel.shape", "{ cylinder = { radius = 0.07, height = 0.12 } }".to_owned()),
+        ("mesh.tree", "{ coarsest = 4, core = 0.025, slope = 0.2 }".to_owned()),
+    ]
+}
+
+/// Where a run stopped, if it did.
+fn told(end: Result<(), StepError>) -> String {
+    end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned())
 }
 
 /// The scene about an axis with these cells.

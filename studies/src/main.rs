@@ -1,4 +1,5 @@
-//! The studies of the documentation, each printed as a Markdown table: `cargo run --release --manifest-path studies/Cargo.toml -- NAME`.
+//! Studies that look into a run, each printed as a Markdown table: `cargo run --release --manifest-path studies/Cargo.toml -- NAME`.
+//! Those that need no more than the figures of runs are TOML files beside this package.
 
 mod backface_dent;
 mod ball_bounce;
@@ -8,24 +9,19 @@ mod bullet_yaw;
 mod cavity;
 mod coupling;
 mod cpu;
-mod deep;
 mod deepest;
 mod elastic_gel;
 mod extremes;
-mod fast_ball;
-mod fbi_bb;
 mod gain;
 mod hydro_drag;
 mod impacts;
 mod l_beam;
 mod leaks;
 mod limits;
-mod remesh;
 mod rest;
 mod rheology;
 mod run;
 mod shot;
-mod sphere_block;
 mod steps;
 mod thousand;
 mod touch;
@@ -33,15 +29,13 @@ mod whole;
 
 #[path = "../../partners/src/plate.rs"]
 mod plate;
-mod richardson;
 #[allow(dead_code, reason = "it is shared with what packs the partners")]
 #[path = "../../partners/src/table.rs"]
 mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 27] = [
-    ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
+const STUDIES: [Study; 17] = [
     (
         "ball-bounce",
         "depth and restitution against the reference table, by mesh size and bulk modulus",
@@ -62,31 +56,18 @@ const STUDIES: [Study; 27] = [
         "cavity-exact: pressure against stretch, by shape and mesh size, with and without remeshing",
         cavity::study,
     ),
-    ("fast-ball", "sphere-block at 20 m/s, where elements are nearly turned inside out", fast_ball::study),
     ("coupling", "errors against the communication step, by how the importer moves the projectile", coupling::study),
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
     ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
     ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
-    ("deep", "sphere-deep by mesh size: a ball of 20 m/s in space, its mesh remade", deep::study),
-    ("deep-worn", "sphere-deep by the quality at which a mesh is remade: what fewer remeshings save", deep::worn),
-    ("deep-speeds", "sphere-deep about an axis by speed and mesh size: whether a mesh can follow", deep::speeds),
     (
         "deep-elastic",
         "sphere-deep about an axis: depth, rebound, energy and remade elements by speed and mesh size, slow force",
         elastic_gel::study,
     ),
-    ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are remade", remesh::study),
     ("thousand", "ball-square with a thousand remeshings in a row, by both methods", thousand::study),
-    (
-        "fbi-bb",
-        "the calibration shot by mesh and rule of transfer; fit, validation and forces of the gel",
-        fbi_bb::study,
-    ),
     ("rheology", "stress, modulus and loss angle of the gel of fbi-bb beside published ones", rheology::study),
-    ("fbi-bb-3d", "the calibration shot in space, and about the axis with the same cells", fbi_bb::space),
-    ("45-acp", "a .45 ACP ball about an axis, where it cannot turn over", fbi_bb::bullet),
-    ("sphere-720", "4.8 mm at 720 m/s with a vented cavity, one into which air flows, and a sealed one", fbi_bb::air),
     (
         "behind-plate",
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",
