@@ -1,4 +1,4 @@
-//! Balance ledger: momentum, angular momentum and energy by named, signed account (numerics A6).
+//! Balance ledger: momentum, angular momentum and energy by named, signed account (method A6).
 //!
 //! Every account is computed from its own formula, never as the difference of others: the closure of the balance
 //! tests every formula at once.
@@ -45,13 +45,13 @@ pub struct EnergyAccounts {
     pub air: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
-    /// Dissipation by bulk viscosity, −Σ q ΔJ w, negative (numerics 6.2).
+    /// Dissipation by bulk viscosity, −Σ q ΔJ w, negative (method 6.2).
     pub bulk_viscous: f64,
     /// Relaxed energy of the viscous branches, negative.
     pub viscous: f64,
     /// Energy of the eroded mass.
     pub eroded: f64,
-    /// Stored energy lost to damage, negative (numerics 6.2).
+    /// Stored energy lost to damage, negative (method 6.2).
     pub damage: f64,
 }
 

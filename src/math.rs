@@ -81,7 +81,7 @@ pub fn cube_root(x: f64) -> f64 {
 pub const SUM_BLOCK: usize = 1024;
 
 /// Returns a sum whose bits depend on the order of the terms only: blocks of 1024, then pairwise over the blocks
-/// (numerics A9).
+/// (method A9).
 #[must_use]
 pub fn ordered_sum<T>(n: usize, zero: T, term: impl Fn(usize) -> T) -> T
 where

@@ -12,7 +12,7 @@ mod mesh_instance;
 
 pub use mesh_instance::MeshInstance;
 
-/// Tick count since the start; the length of a tick is fixed when a simulation is built (numerics A3).
+/// Tick count since the start; the length of a tick is fixed when a simulation is built (method A3).
 pub type Tick = u64;
 
 /// Bound below which ticks are exact in floating point.

@@ -1,4 +1,4 @@
-//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one (numerics 4, A12).
+//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one (method 4, A12).
 //!
 //! The integrator ends a mesh at a tick at which an element is distorted or a remeshing is due, and the driver follows.
 //! First the elements that hinder are remade by local operations. Where these do not suffice, or are not asked for, the

@@ -1,5 +1,5 @@
 //! Transfer of rest shapes and history variables to a new mesh: from the nodes' rest positions where these are
-//! compatible, otherwise from the source elements (numerics 4.6).
+//! compatible, otherwise from the source elements (method 4.6).
 
 use super::network_transfer::{NetworkHistory, inherit_networks};
 use super::patch_volume_share::stays;

@@ -1,4 +1,4 @@
-//! Transfer of the history of a two-network gel to a new mesh (numerics 4.6): spatial tensors b̄ are averaged, and
+//! Transfer of the history of a two-network gel to a new mesh (method 4.6): spatial tensors b̄ are averaged, and
 //! pulled back to the reference of each new element.
 
 use super::patch_volume_share::stays;

@@ -1,4 +1,4 @@
-//! Rest measures of the elements that remeshing creates (numerics 4.6): area or volume, or area times radius of a
+//! Rest measures of the elements that remeshing creates (method 4.6): area or volume, or area times radius of a
 //! ring.
 
 use super::source_mesh::{SourceMesh, TargetMesh};

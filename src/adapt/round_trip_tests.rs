@@ -1,4 +1,4 @@
-//! Remeshing without motion: patch test (numerics V1), and round trips (V18).
+//! Remeshing without motion: patch test (validation V1), and round trips.
 
 use super::attempt::generate_mesh;
 use super::{history, source_mesh};

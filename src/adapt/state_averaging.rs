@@ -1,4 +1,4 @@
-//! Averages of source elements for a new element, and the rest shape with their measure and distortion (numerics
+//! Averages of source elements for a new element, and the rest shape with their measure and distortion (method
 //! 4.6).
 
 use super::patch_volume_share::measure;

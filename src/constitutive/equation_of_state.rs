@@ -12,7 +12,7 @@ use crate::math::{Number, ln};
 ///
 /// In tension the pressure falls no further than to −`tension`: beyond, a reversible void opens (tension cut-off). There
 /// the curvature is that at the limit and no derivative of the slope: steps chosen by U″ = 0 are ten times as long as the
-/// closed gel allows, and a void may close within one (numerics 1.3f).
+/// closed gel allows, and a void may close within one (method 1.3f).
 /// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U continues as its second-order Taylor
 /// polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,7 +9,7 @@ use crate::math::{Number, array};
 /// shear modulus μ and the bulk modulus K = λ + 2μ/3. ψ_s is quadratic: d²ψ_s = μ|H|², a bound and equality.
 ///
 /// U diverges as J → 0: one missed event would end a run. Below J₀ U continues as its second-order Taylor polynomial
-/// (C², numerics 6.1): ψ and P stay closed forms, exact for J ≥ J₀ and defined for every J, with a bounded U″ and so
+/// (C², method 6.1): ψ and P stay closed forms, exact for J ≥ J₀ and defined for every J, with a bounded U″ and so
 /// a bounded step. The energy stored at J < J₀ is that of the continuation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeoHookean {

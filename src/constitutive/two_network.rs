@@ -4,7 +4,7 @@ use super::equation_of_state::logarithmic;
 use super::{Branch, BulkViscosity, Dashpot, EquationOfState, StretchDamage, VolumetricEnergy, VolumetricResponse};
 use crate::math::Number;
 
-/// Two-network gel: an elastic network in parallel with viscous branches and a volumetric part (numerics 6.2).
+/// Two-network gel: an elastic network in parallel with viscous branches and a volumetric part (method 6.2).
 ///
 /// The arrangement is that of Bergström and Boyce (1998), the flow of a power-law branch that of Simo and Hughes
 /// (1998).
@@ -41,7 +41,7 @@ impl TwoNetwork {
     pub const MOST_BRANCHES: usize = 3;
     /// Part of the shear modulus with which the elements of a patch resist an exchange of volume between each other.
     ///
-    /// Without this stabilisation an element near eroded material inverts while its patch keeps its volume (numerics
+    /// Without this stabilisation an element near eroded material inverts while its patch keeps its volume (method
     /// A16).
     pub const SHARING: f64 = 0.4;
     /// Part of the bulk modulus that is the lower limit of the shear modulus in the stabilisation; a fluid has no

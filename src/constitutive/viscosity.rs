@@ -7,7 +7,7 @@ use crate::math::Number;
 ///
 /// q = ρ ℓ (b₁ c ε̇ + b₂² ℓ ε̇ |ε̇|), the quadratic part in compression only, ε̇ = J̇/J; ρ is the present density and
 /// ℓ the least height of the element. q vanishes as the mesh is refined; both coefficients belong to the method and not to the material
-/// (numerics 6.2).
+/// (method 6.2).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BulkViscosity {
     /// Linear coefficient b₁.

@@ -42,7 +42,7 @@ impl LogarithmicEnergy {
     /// Volume ratio J₀ below which the continuation begins.
     ///
     /// 0.2 leaves every state of a gel that a mesh can resolve untouched. 0.4 would soften real compression; 0.1
-    /// reduces the stable step at J₀ to a sixteenth (numerics 6.1).
+    /// reduces the stable step at J₀ to a sixteenth (method 6.1).
     pub const FLOOR: f64 = 0.2;
 }
 

@@ -15,7 +15,7 @@ pub enum BodyMotion {
     Free,
 }
 
-/// Free directions of motion in the world frame, by the dimension of the scene (numerics A1).
+/// Free directions of motion in the world frame, by the dimension of the scene (method A1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FreeDirections {
     /// Translation along x, y, z.
@@ -167,7 +167,7 @@ impl RigidBody {
     }
 
     /// Returns the compliance 1/M + (r×n)·I⁻¹(r×n) in the free directions, 1/kg; 0 if impulses do not move the body
-    /// (numerics 2.3, A1).
+    /// (method 2.3, A1).
     #[must_use]
     pub fn compliance(&self, state: &BodyState, arm: &Vector3, normal: &Vector3) -> f64 {
         if self.motion != BodyMotion::Free {

@@ -1,4 +1,4 @@
-//! Contact detection: the surface nodes and facets near bodies, and the contact points of a tick (numerics 2.3, 2.6).
+//! Contact detection: the surface nodes and facets near bodies, and the contact points of a tick (method 2.3, 2.6).
 
 use super::facet::{DeepestPoint, distance_lower_bound, find_deepest_point};
 use super::neighbour_list::{NeighbourList, STRETCH};

@@ -1,4 +1,4 @@
-//! Deepest point of a facet in a body (numerics 2.6): between the nodes nothing else holds the surface.
+//! Deepest point of a facet in a body (method 2.6): between the nodes nothing else holds the surface.
 
 use crate::geometry::Gap;
 use crate::math::Vector3;

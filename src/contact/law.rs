@@ -1,4 +1,4 @@
-//! Impulse laws of a contact point (numerics 2.3).
+//! Impulse laws of a contact point (method 2.3).
 
 /// Contact impulse law between a surface node and a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub enum ImpulseLaw {
 
 /// Returns the normal impulse between a node and a rigid body, N·s; never attractive.
 ///
-/// Moreau's law on half-step velocities (numerics 2.3, A7): J = max(0, −(u_free + e·u_before − b)/K). `before` and
+/// Moreau's law on half-step velocities (method 2.3, A7): J = max(0, −(u_free + e·u_before − b)/K). `before` and
 /// `free` are the relative normal velocities before and after this tick's kicks, m/s. `rebound` = b − e·u_before
 /// combines restitution and the bias velocity b ≥ 0. `compliance` is K = 1/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
 #[must_use]

@@ -1,4 +1,4 @@
-//! Motion of a rigid body between events, in closed form from the last event (numerics A4).
+//! Motion of a rigid body between events, in closed form from the last event (method A4).
 
 use super::{BodyMotion, BodyState, RigidBody, Wrench};
 use crate::ledger::Ledger;

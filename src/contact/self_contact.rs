@@ -1,4 +1,4 @@
-//! Self-contact: a surface node of the gel meets a facet of the gel's own surface (numerics 2.10).
+//! Self-contact: a surface node of the gel meets a facet of the gel's own surface (method 2.10).
 
 use super::detection::facet_corners;
 use super::facet::outward_normal;

@@ -1,4 +1,4 @@
-//! Contact solver: Moreau's law with Coulomb friction by projected Gauss–Seidel sweeps (numerics 2.3, A7).
+//! Contact solver: Moreau's law with Coulomb friction by projected Gauss–Seidel sweeps (method 2.3, A7).
 
 use super::point::{ContactPoint, free_part};
 use super::self_contact::{SelfContact, correct_self_contacts};

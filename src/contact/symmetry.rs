@@ -1,5 +1,5 @@
 //! Symmetry contact of the gel with its mirror image: no surface node passes the axis of revolution or a plane of
-//! symmetry (numerics 2.9).
+//! symmetry (method 2.9).
 
 use super::impulse;
 use super::neighbour_list::STRETCH;

@@ -1,5 +1,5 @@
 //! Tip-in-facet contact: facets pierced by a pole, an end or tip, of a body sharper than the mesh, which meets no
-//! node (numerics 2.6).
+//! node (method 2.6).
 
 use super::facet::outward_normal;
 use super::tolerance::SLOP;

@@ -1,4 +1,4 @@
-//! Depths at which contact acts, in element sizes (numerics 2.5, 2.6).
+//! Depths at which contact acts, in element sizes (method 2.5, 2.6).
 
 /// Depth at which a facet is stopped at its deepest point, in the smaller of element size and inner radius of the
 /// body. A body sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Nodes
@@ -25,7 +25,7 @@ const DRAWN_DEPTH: f64 = 2.0 * SLOP;
 /// mass that starts in touch with a bar was 2.3 % off. Rounding is ten thousand times smaller.
 pub(super) const TOUCH_TOLERANCE: f64 = 1e-9;
 
-/// Upper bound of the bias velocity, as a fraction of the greatest approach speed so far (numerics 2.5).
+/// Upper bound of the bias velocity, as a fraction of the greatest approach speed so far (method 2.5).
 pub(super) const BIAS_CAP: f64 = 0.1;
 
 /// Penetration slop: the depth that the bias velocity leaves standing, in element sizes. Removing all penetration

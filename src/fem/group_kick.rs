@@ -14,7 +14,7 @@ impl GroupKick {
     pub const NONE: Self = Self { length: 0.0, elapsed: 0.0 };
 
     /// Returns true if the kick takes back a part of the last one: the mesh ends in the first half of a step. Viscosity
-    /// has no part in such a kick, because reversed it would feed the motion (numerics A12).
+    /// has no part in such a kick, because reversed it would feed the motion (method A12).
     #[inline]
     #[must_use]
     pub fn takes_back(&self) -> bool {

@@ -1,4 +1,4 @@
-//! Time to inversion of an element: a bound of the time step that the stiffness bound does not contain (numerics 1.3d).
+//! Time to inversion of an element: a bound of the time step that the stiffness bound does not contain (method 1.3d).
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices as in the equations")]

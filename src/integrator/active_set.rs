@@ -18,7 +18,7 @@ pub(super) const TILE_NODES: usize = 256;
 
 const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
-/// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (numerics A9).
+/// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (method A9).
 pub(super) const RUN: usize = SUM_BLOCK;
 
 /// Number of active nodes from which on the loop runs over all nodes, in chunks that threads share, and not over a

@@ -1,4 +1,4 @@
-//! Accounts of contact: the impulses on the bodies, and the work of all contact impulses in the ledger (numerics A6).
+//! Accounts of contact: the impulses on the bodies, and the work of all contact impulses in the ledger (method A6).
 
 use super::bodies::{depth_in_gel, rebase_body};
 use super::kick_sums::ConstraintReaction;

@@ -1,4 +1,4 @@
-//! Energy correction: returns the energy that a remesh has taken to the motion of the new elements (numerics 4.7).
+//! Energy correction: returns the energy that a remesh has taken to the motion of the new elements (method 4.7).
 
 use super::derived::derive_from_state;
 use super::system::DiscreteSystem;

@@ -359,7 +359,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         report::steps(&self.system)
     }
 
-    /// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (numerics 1.3).
+    /// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (method 1.3).
     #[must_use]
     pub fn stable_steps(&self) -> Vec<f64> {
         report::element_stable_steps(&self.system)

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Failure of a step (numerics A11). The state is that of the last consistent tick.
+/// Failure of a step (method A11). The state is that of the last consistent tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {

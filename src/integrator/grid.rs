@@ -1,8 +1,8 @@
-//! Grid of ticks: the length of a tick, and times as whole numbers of it (numerics A3).
+//! Grid of ticks: the length of a tick, and times as whole numbers of it (method A3).
 
 use crate::state::Tick;
 
-/// Grid of ticks: τ = q 2⁻ᵏ s with q in 16..=31, so that every time T τ with T q < 2⁵³ is exact (numerics A3).
+/// Grid of ticks: τ = q 2⁻ᵏ s with q in 16..=31, so that every time T τ with T q < 2⁵³ is exact (method A3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickGrid {
     /// Length τ of a tick, s.
@@ -26,7 +26,7 @@ const SHRINKAGE: f64 = 0.95;
 
 impl TickGrid {
     /// Builds the grid for these stable steps at rest, s, with τ at most a 1024th of the smallest. Of the sixteen
-    /// lengths in an octave it takes the one with which power-of-two bins cost least, min_q Σ_K 1/dt_K (numerics
+    /// lengths in an octave it takes the one with which power-of-two bins cost least, min_q Σ_K 1/dt_K (method
     /// 1.5), with some steps shrunk.
     ///
     /// # Panics

@@ -1,4 +1,4 @@
-//! Handover between meshes: the system that continues where another mesh has ended, at one tick (numerics A12).
+//! Handover between meshes: the system that continues where another mesh has ended, at one tick (method A12).
 
 use super::assemble::{Carryover, assemble, use_reference_form};
 use super::mesh_end::stepless_corners;

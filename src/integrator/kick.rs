@@ -1,4 +1,4 @@
-//! Kicks of a tick and their entries in the ledger (numerics 1.2, A6).
+//! Kicks of a tick and their entries in the ledger (method 1.2, A6).
 
 use super::blocks::ElementBlocks;
 use super::contact_phase::solve;

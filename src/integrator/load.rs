@@ -1,5 +1,5 @@
 //! Pressure loads on faces of the gel: each loaded facet is kicked at the ticks of the element behind it, as part of
-//! that element's energy (numerics A6). The work of the pressures is booked.
+//! that element's energy (method A6). The work of the pressures is booked.
 
 use super::LoadedFacet;
 use super::cavity::{OpenCavity, find_air_load};

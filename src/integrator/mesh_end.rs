@@ -1,4 +1,4 @@
-//! End of a mesh: by distortion, on time, by a step collapse or a leak (numerics A12).
+//! End of a mesh: by distortion, on time, by a step collapse or a leak (method A12).
 
 use super::distortion::{is_distorted, stable_step};
 use super::step_size::{collapse_error, group_limit};

@@ -1,4 +1,4 @@
-//! Asynchronous variational integrator (AVI): every patch of elements advances with its own time step (numerics 1).
+//! Asynchronous variational integrator (AVI): every patch of elements advances with its own time step (method 1).
 
 mod active_set;
 mod admissible;

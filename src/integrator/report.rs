@@ -1,4 +1,4 @@
-//! Balance report: sums of energies and momenta over the state, and the closure of the ledger (numerics A6).
+//! Balance report: sums of energies and momenta over the state, and the closure of the ledger (method A6).
 
 use super::DiscreteGel;
 use super::blocks::ElementBlocks;
@@ -235,7 +235,7 @@ pub(super) fn steps<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, 
     (0..system.model.gel.potential.len() as u32).map(step).collect()
 }
 
-/// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (numerics 1.3).
+/// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (method 1.3).
 pub(super) fn element_stable_steps<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Vec<f64> {
     let stiffness = |element| system.state.stiffness[system.model.layout.slot(ElementId(element))];
     let stiffness: Vec<f64> = (0..system.model.gel.potential.len() as u32).map(stiffness).collect();

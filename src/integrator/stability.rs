@@ -1,4 +1,4 @@
-//! Stable time step of the assembled system: the nodal rule of the critical step (numerics 1.3).
+//! Stable time step of the assembled system: the nodal rule of the critical step (method 1.3).
 
 use super::element_order::ElementLayout;
 use super::{DiscreteGel, TickGrid, UnusableStep};

@@ -1,5 +1,5 @@
 //! Step size of a patch: the assembled nodal stability rule, hysteresis for longer steps, and limits by contact
-//! (numerics 1.3, 1.4, A7, A8).
+//! (method 1.3, 1.4, A7, A8).
 
 use super::element_block::{BlockActivity, ElementBlock};
 use super::element_loop::closes;
@@ -16,9 +16,9 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::{GroupAlarm, GroupClock, Tick};
 
 /// Number of a group's own ticks in a row at which [`RAISE_MARGIN`] must hold. Raising sooner pumps energy:
-/// per-update adaptation drifted by up to +18000 % in 400 wave transits, this rule by at most 1.2 % (numerics 1.4).
+/// per-update adaptation drifted by up to +18000 % in 400 wave transits, this rule by at most 1.2 % (method 1.4).
 const RAISE_PATIENCE: u32 = 64;
-/// Depth up to which a surface node may be found in a body at its next tick, in element sizes (numerics A7).
+/// Depth up to which a surface node may be found in a body at its next tick, in element sizes (method A7).
 const MAX_DEPTH: f64 = 0.1;
 /// Depth by which a node deeper than [`MAX_DEPTH`] may sink further until its next tick, in element sizes.
 const EXTRA_DEPTH: f64 = 0.05;

@@ -1,5 +1,5 @@
 //! Substep of a mesh: the place of a tick in the life of the mesh and in the steps of its groups. Each mesh begins
-//! with half a kick and ends with half a kick (numerics A12).
+//! with half a kick and ends with half a kick (method A12).
 
 use super::SteppingSchedule;
 use crate::state::Tick;

@@ -1,4 +1,4 @@
-//! One tick of the integrator: drift, forces, kick, step sizes, contact, energy balance (numerics 1.6).
+//! One tick of the integrator: drift, forces, kick, step sizes, contact, energy balance (method 1.6).
 //!
 //! A group, patches of elements that share one step Δt, is active at its own ticks (AVI, Lew et al. 2003). With the
 //! leapfrog (Störmer–Verlet) scheme a tick at time t moves each node a of an active group from its last tick t_a and
@@ -101,7 +101,7 @@ fn choose_steps<const D: usize, P: Potential<D>>(
 }
 
 /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
-/// returns the work of the kicks less the change of the carried kick work Q (numerics A6), in joules.
+/// returns the work of the kicks less the change of the carried kick work Q (method A6), in joules.
 fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
     tick: Tick,

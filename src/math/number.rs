@@ -231,7 +231,7 @@ const LN2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
 /// Returns the natural logarithm of a positive normal number, within 1 ulp of the exact value.
 ///
 /// x = 2ᵏ m with m ∈ [1/√2, √2); ln m = 2 artanh s = 2 Σ s²ⁿ⁺¹/(2n+1) with s = (m − 1)/(m + 1), |s| < 0.172. The
-/// series is truncated where its next term is below 2⁻⁵⁶. Element kernels thus call no libm (numerics A9).
+/// series is truncated where its next term is below 2⁻⁵⁶. Element kernels thus call no libm (method A9).
 #[must_use]
 #[inline(always)]
 pub fn ln<T: Number>(x: T) -> T {

@@ -16,7 +16,7 @@ pub fn least_angle<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
 }
 
 /// Mean-ratio quality of a simplex: 4√3 A/Σ l² of a triangle, 12 (3V)^⅔/Σ l² of a tetrahedron. An equilateral simplex
-/// has 1, an inverted one 0 or less (numerics 4.1).
+/// has 1, an inverted one 0 or less (method 4.1).
 #[must_use]
 pub fn shape_quality<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     let (squares, measure) = squares_and_measure(x, simplex);

@@ -164,7 +164,7 @@ pub struct RunSummary {
     /// Figures of the exit at the back face.
     #[serde(flatten)]
     pub exit: ExitFigures,
-    /// Rebound speed relative to the block, against the initial velocity, m/s (numerics A14); absent during contact and
+    /// Rebound speed relative to the block, against the initial velocity, m/s (method A14); absent during contact and
     /// after a perforation.
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "end")))]
     pub rebound_velocity: Option<f64>,
@@ -203,11 +203,11 @@ pub struct RunSummary {
     #[serde(rename = "energy", serialize_with = "as_object", deserialize_with = "from_object")]
     #[cfg_attr(feature = "cli", schemars(with = "std::collections::BTreeMap<String, Option<f64>>"))]
     pub accounts: Vec<SummaryAccount>,
-    /// Residual of the energy balance relative to its throughput (numerics A6).
+    /// Residual of the energy balance relative to its throughput (method A6).
     #[serde(deserialize_with = "super::numbers::number")]
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub energy_error: f64,
-    /// Error of the method relative to the initial energy and the energy from outside (numerics A6).
+    /// Error of the method relative to the initial energy and the energy from outside (method A6).
     #[serde(deserialize_with = "super::numbers::number")]
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub energy_defect: f64,
@@ -464,7 +464,7 @@ impl RunSummary {
     }
 }
 
-/// Returns the rebound speed relative to the block, against the initial velocity relative to it, m/s (numerics A14).
+/// Returns the rebound speed relative to the block, against the initial velocity relative to it, m/s (method A14).
 /// The last impulse must be older than 10 % of the contact time; a perforating body has no rebound.
 #[must_use]
 pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {

@@ -19,7 +19,7 @@ type ComponentLanes = [f64; WIDE];
 /// gradient; 0 where there is no component.
 type ElementSlopes<const D: usize> = [ComponentLanes; D];
 
-/// Computes the bend angle of nodal fields at each element, rad (numerics 4.3).
+/// Computes the bend angle of nodal fields at each element, rad (method 4.3).
 ///
 /// Over an element a field component f is a plane, in space a hyperplane, with normal (−s ∇f, 1). The scale s =
 /// L/range(f), with the extent L of the body, makes it dimensionless. The bend is the greatest angle to the normal of a

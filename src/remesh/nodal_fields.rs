@@ -55,7 +55,7 @@ pub struct TransferredFields<const D: usize> {
 /// the fourth is 0 in the plane.
 ///
 /// The corner masses represent a density that is linear in the element; that of a homogeneous ring grows with its
-/// radius. With `x` at rest their sums are the lumped masses of the solver (numerics A1); with current positions `x`
+/// radius. With `x` at rest their sums are the lumped masses of the solver (method A1); with current positions `x`
 /// the current volumetric density is constant.
 #[must_use]
 pub fn corner_masses<const D: usize>(

@@ -1,4 +1,4 @@
-//! Field transfer to a new mesh of the same body: rest positions, masses and velocities (numerics 4.5, A12).
+//! Field transfer to a new mesh of the same body: rest positions, masses and velocities (method 4.5, A12).
 
 use super::conservation::{ConservationDefects, ConservedTotals, NodeGroup};
 use super::correspondence::MeshCorrespondence;

@@ -9,7 +9,7 @@ use super::supermesh::ElementMoments;
 use crate::math::Vector;
 use crate::mesh::Simplex;
 
-/// Number of Jacobi sweeps: one from the initial velocities and three corrections (numerics 4.5).
+/// Number of Jacobi sweeps: one from the initial velocities and three corrections (method 4.5).
 const SWEEPS: usize = 4;
 
 /// Consistent-mass projection M v = b with the lumped mass as preconditioner.

@@ -1,4 +1,4 @@
-//! Energy loss of a wave by a transfer (numerics V14), and the speed of a transfer.
+//! Energy loss of a wave by a transfer (method 4.5), and the speed of a transfer.
 
 use super::correspondence::MeshCorrespondence;
 use super::overlap_candidates::{self, OverlapCandidates};
@@ -86,7 +86,7 @@ fn loss<const D: usize>(way: &TransferScheme<D>, (nodes, jitter): (usize, f64), 
     (0..n_shifts).map(round_trip).sum::<f64>() / n_shifts as f64
 }
 
-/// Loss of interpolation in a row of nodes, (1 − cos kh)/3 (numerics 4.5).
+/// Loss of interpolation in a row of nodes, (1 − cos kh)/3 (method 4.5).
 fn interpolation_loss(nodes: usize) -> f64 {
     (1.0 - (std::f64::consts::TAU / nodes as f64).cos()) / 3.0
 }

@@ -62,7 +62,7 @@ fn scale_networks(gel: &mut GelSpec, factor: f64) {
     }
 }
 
-/// Scales density, moduli and stresses of a gel by its number of symmetric copies (numerics A1).
+/// Scales density, moduli and stresses of a gel by its number of symmetric copies (method A1).
 fn scale_by_copies(gel: &GelSpec) -> GelSpec {
     let copies = gel.symmetry.copies();
     let mut scaled = gel.clone();

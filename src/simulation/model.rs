@@ -119,7 +119,7 @@ pub(super) struct GelModel<const D: usize> {
     pub fields: Vec<OutputField>,
 }
 
-/// Greatest number of ticks: a tick times q ≤ 31 stays below 2⁵³ (numerics A3).
+/// Greatest number of ticks: a tick times q ≤ 31 stays below 2⁵³ (method A3).
 pub(super) const MOST_TICKS: f64 = 2.8e14;
 /// Overlap at the start that contact tolerates, in element sizes.
 const OVERLAP_TOLERANCE: f64 = 0.1;

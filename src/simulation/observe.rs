@@ -153,7 +153,7 @@ pub struct ContactReport {
     pub step_min: f64,
 }
 
-/// Energy by named, signed account, J (numerics A6).
+/// Energy by named, signed account, J (method A6).
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct EnergyReport {
     /// Kinetic energy of gel and bodies, half-step velocities.

@@ -289,7 +289,7 @@ impl Simulation {
         }
     }
 
-    /// Applies the importer's inputs of a body at the start of a step (numerics A4, A5). Unchanged inputs are no
+    /// Applies the importer's inputs of a body at the start of a step (method A4, A5). Unchanged inputs are no
     /// event.
     fn apply_inputs(&mut self, body: usize, inputs: &StepInputs) {
         let (fixed, now) = (self.model.body(body).0, self.now(body));

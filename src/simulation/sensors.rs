@@ -1,4 +1,4 @@
-//! Sensors: pressure, displacement and velocity at material points of the gel (numerics 7).
+//! Sensors: pressure, displacement and velocity at material points of the gel (method 7).
 
 use super::observe::SensorReport;
 use crate::fem::{Potential, Simplices};

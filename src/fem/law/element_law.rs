@@ -139,7 +139,7 @@ fn hoop_gradient<V: Number>(volume: V, scale: V) -> V {
     volume.choose(volume.constant(std::f64::consts::PI) / volume, volume.constant(0.0))
 }
 
-/// Evaluates the volumetric energy of a patch, J, with the slope and curvature of each element (numerics 5).
+/// Evaluates the volumetric energy of a patch, J, with the slope and curvature of each element (method 5).
 ///
 /// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄.
 #[inline(always)]

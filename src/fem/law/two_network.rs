@@ -1,4 +1,4 @@
-//! Two-network elements: an elastic network, viscous branches, an equation of state and bulk viscosity (numerics 6.2).
+//! Two-network elements: an elastic network, viscous branches, an equation of state and bulk viscosity (method 6.2).
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
@@ -438,7 +438,7 @@ fn dilated<const D: usize, V: Number>(
 ///
 /// The viscous forces are −C v with |C| ≤ c = w `damping`, `damping` being twice η Σ|∂J/∂x_a|²/J for the quadratic
 /// part. With the velocity of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m,
-/// ξ = c/(2mω) (numerics 1.3g). This limit is 2√m/(√(κ + s²) + s) with s = c/(2√m).
+/// ξ = c/(2mω) (method 1.3g). This limit is 2√m/(√(κ + s²) + s) with s = c/(2√m).
 #[inline(always)]
 fn damped<const D: usize, V: Number>(density: V, volume: V, kappa: V, damping: V) -> V {
     let mass = (volume * (density / density.constant((D + 1) as f64))).at_least(f64::MIN_POSITIVE);

@@ -8,14 +8,14 @@ use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex};
 /// Round-off of a relative density.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
+/// Constant-strain triangles or tetrahedra of a hyperelastic gel (method A1, A2, 1.3e).
 ///
 /// F = Σ x_a ⊗ ∇N_a. The out-of-plane stretch is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
 /// `axisymmetric`; J = λ det F. The nodal forces are f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in
 /// `axisymmetric` with −w P_θθ/(3R̄) added along r. A gel at rest has zero forces, without rounding: an element none of
 /// whose nodes has moved has J = 1. Not so an incompatible element, with a [`ReferenceShape`] of its own.
 ///
-/// The elements of an F-bar patch (de Souza Neto et al. 2005) share their volume change (numerics 5):
+/// The elements of an F-bar patch (de Souza Neto et al. 2005) share their volume change (method 5):
 /// V_P = Σ w [ψ_s(F) − m ln J] + W Λ/2 (ln J̄)², W = Σ w, J̄ = Σ w J/W; neo-Hookean ψ_s = μ/2 (|F|² − 3), m = μ, Λ = λ.
 /// A patch of one element is a standard element, J̄ = J.
 ///
@@ -85,7 +85,7 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Returns the elements with the relative densities that these nodal masses, kg, give them, of nodes at `x` when they
-    /// were new (numerics 1.3h): remeshing moves mass and rest volume apart. Only viscosity depends on it.
+    /// were new (method 1.3h): remeshing moves mass and rest volume apart. Only viscosity depends on it.
     #[must_use]
     pub fn with_masses(mut self, mass: &[f64], x: &[Vector<D>]) -> Self {
         let Material::TwoNetwork(gel) = &self.material else { return self };

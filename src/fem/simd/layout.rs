@@ -1,7 +1,7 @@
 //! SIMD layout of the elements: eight patches in vector lanes, each quantity of the eight in one vector.
 //!
 //! The arithmetic is that of [`crate::fem::Simplices`], lane by lane, with the same bits on every instruction set.
-//! Products are fused into sums only where the source says so (numerics A9): AVX2 and AVX-512 have an instruction for
+//! Products are fused into sums only where the source says so (method A9): AVX2 and AVX-512 have an instruction for
 //! it, other processors call a slow function. Gather and scatter use rows of four numbers per node, transposed four
 //! by four.
 

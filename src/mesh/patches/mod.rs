@@ -1,4 +1,4 @@
-//! F-bar patches (de Souza Neto et al. 2005): disjoint groups of elements that share one volume change (numerics 5).
+//! F-bar patches (de Souza Neto et al. 2005): disjoint groups of elements that share one volume change (method 5).
 //!
 //! A linear triangle or tetrahedron with a volume constraint of its own locks near incompressibility: there are more
 //! constraints than the nodes can satisfy. Patches of two triangles or four tetrahedra with one common constraint do

@@ -135,7 +135,7 @@ pub fn worst_resonance() -> Vec<Row> {
 }
 
 /// Slivers share nodes with elements whose own step is hundreds of times longer: stepped at that, the nodes would resonate
-/// (numerics 1.3). The nodal rule keeps every element below 2/ω of its nodes.
+/// (method 1.3). The nodal rule keeps every element below 2/ω of its nodes.
 fn resonant(ratio: f64, longest: u32) -> Row {
     let keys: Vec<_> = graded(ratio).into_iter().chain([("integrator.cfl", "1.0".to_owned())]).collect();
     let mut scene = column(&keys);
