@@ -4,7 +4,7 @@
 # Needs Python >= 3.11 with venv, and node with npm. The reference is printed by GELFMU. Any warning is an error, and so
 # is a page that would load anything from elsewhere. The tools go into target/site; WHEELS=FOLDER takes those of Python
 # from a folder instead of the package index. NOTEBOOKS=FOLDER shows the notebooks that `notebooks/run.py --save FOLDER`
-# left there, with their outputs; without it they are shown without. The live report is that of `fbi-bb-3d`, run here.
+# left there, with their outputs; without it they are shown without. The live report is that of the first 0.25 ms of `fbi-bb-3d`, run here.
 set -euo pipefail
 
 gelfmu=$(realpath "$1")
@@ -25,7 +25,7 @@ cp "${NOTEBOOKS:-$root/notebooks}"/*.ipynb "$root/docs/notebooks"
 "$work/venv/bin/python" "$root/docs/site/reference.py" "$gelfmu" "$work/reference"
 KATEX=$work/npm/node_modules/katex "$work/venv/bin/sphinx-build" --quiet --fail-on-warning --keep-going --nitpicky \
     --fresh-env --doctree-dir "$work/doctrees" -b html "$root/docs" "$out"
-"$gelfmu" run fbi-bb-3d --quiet --force --out "$work/live"
+"$gelfmu" run fbi-bb-3d --set scene.end_time=0.25e-3 --quiet --force --out "$work/live"
 cp "$work/live/report.html" "$out/live-report.html"
 "$work/venv/bin/python" "$root/docs/site/check_site.py" "$out"
 echo "built $out/index.html"
