@@ -2,9 +2,10 @@
 
 use super::DiscreteGel;
 use super::clock::MeshClock;
+use super::model::DiscreteModel;
 use super::step_size::{find_contact_limits, shortest_step_around};
 use super::substep::MeshPhase;
-use super::system::{DiscreteModel, DiscreteSystem};
+use super::system::DiscreteSystem;
 use super::workspace::Workspace;
 use crate::contact::{
     ContactProblem, ContactSurface, ContactTolerances, SurfaceNode, SurfaceView, SymmetryContact, TickBodies,

@@ -3,12 +3,10 @@
 use super::blocks::ElementBlocks;
 use super::contact_phase::solve;
 use super::damping::damping_impulse;
-use super::element_phase::evaluate_elements;
 use super::energy_residual::update_clock;
 use super::history_rows::reevaluate_group;
 use super::kick_sums::{ConstraintReaction, KickSums};
-use super::load::{add_load_stiffness, apply_pressures, loaded_nodes, post_load_work};
-use super::node_loop::update_nodes;
+use super::load::{apply_pressures, loaded_nodes, post_load_work};
 use super::self_contact_phase::rebase_passive_nodes;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
@@ -26,13 +24,11 @@ pub(super) fn complete_simd_kicks<const D: usize, P: Potential<D>>(
     tick: Tick,
     sums: &KickSums,
 ) -> f64 {
-    let begun = (system.clock.phase == MeshPhase::First).then(|| take_first_kick(system, tick));
-    let sums = begun.as_ref().unwrap_or(sums);
     sums.reaction.post(&mut system.state.ledger);
     let time = system.model.grid.time(tick);
     sums.damping.post(&mut system.state.ledger, &mut system.state.record.outside, time);
     note_speeds(system);
-    let correction = if begun.is_some() { 0.0 } else { correct_kicks(system) };
+    let correction = if system.clock.phase == MeshPhase::First { 0.0 } else { correct_kicks(system) };
     find_impulse_nodes(system);
     apply_pressures(system, tick);
     if let ImpulseLaw::Moreau { restitution, friction, .. } = system.model.settings.law {
@@ -40,13 +36,6 @@ pub(super) fn complete_simd_kicks<const D: usize, P: Potential<D>>(
     }
     rebase_passive_nodes(system, tick);
     sums.work + correction + account_for_impulses(system, tick)
-}
-
-/// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
-fn take_first_kick<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
-    evaluate_elements(system, tick);
-    add_load_stiffness(system);
-    update_nodes(system, tick)
 }
 
 /// Corrects the kicks of groups whose step changed: the sweep took half of the planned step; adds half of the

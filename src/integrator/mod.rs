@@ -35,6 +35,7 @@ mod kick_sums;
 mod layout_stats;
 mod load;
 mod mesh_end;
+mod model;
 mod node_chunks;
 mod node_loop;
 mod node_update;
@@ -57,7 +58,9 @@ mod system;
 #[cfg(test)]
 mod test_cube;
 mod tick;
+mod tick_nodes;
 mod tile_overlap;
+mod views;
 mod workspace;
 
 pub use end_conditions::{DistortionLimits, ExitRule};

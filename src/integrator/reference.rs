@@ -4,121 +4,163 @@
 //! form with it.
 
 use super::SteppingSchedule;
+use super::active_set::ActiveSet;
 use super::contact_phase::{apply_reversal, correct_gel_contacts, solve};
 use super::damping::{apply_damping, post_damping_work};
 use super::kick_sums::{ConstraintReaction, KickSums, decay};
 use super::load::apply_pressures;
+use super::model::DiscreteModel;
+use super::schedule::EventQueue;
 use super::self_contact_phase::rebase_passive_nodes;
 use super::stability::nodal_limit;
-use super::substep::MeshPhase;
+use super::substep::GroupTicks;
 use super::system::DiscreteSystem;
+use super::workspace::GroupResponses;
 use crate::contact::ImpulseLaw;
-use crate::fem::{DEPTH, ElementResponse, GroupKick, GroupResponse, Potential};
-use crate::math::embed;
+use crate::fem::{DEPTH, ElementResponse, GroupKick, GroupResponse, HistoryVariables, Potential};
+use crate::ledger::EnergyAccounts;
+use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// Drifts the nodes of the active groups.
-pub(super) fn drift_group_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    system.workspace.active_nodes.clear();
-    for group in &system.workspace.active_groups {
-        for element in system.model.layout.elements(system.model.layout.slots(*group as usize)) {
-            system
-                .model
-                .gel
-                .potential
-                .nodes(element)
-                .iter()
-                .for_each(|node| system.workspace.active_nodes.insert(node.index()));
+/// Element phase of the reference form: drifts the nodes of the active groups and evaluates their elements.
+pub(super) struct ReferenceElements<'a, const D: usize, P> {
+    pub model: &'a DiscreteModel<D, P>,
+    pub ticks: GroupTicks<'a>,
+    pub queue: &'a mut EventQueue,
+    pub active_groups: &'a mut Vec<u32>,
+    pub active_nodes: &'a mut ActiveSet,
+    /// Kick lengths of the active groups, s.
+    pub kick_lengths: &'a mut Vec<f64>,
+    pub position: &'a mut [Vector<D>],
+    pub velocity: &'a [Vector<D>],
+    pub last_ticks: &'a mut [Tick],
+    /// Velocities of the active nodes at the start of the tick, m/s, and their relative change by damping.
+    pub before: &'a mut [Vector<D>],
+    pub decay: &'a mut [f64],
+    pub stiffness: &'a mut [f64],
+    pub memory: &'a mut [HistoryVariables<D>],
+    pub energy: &'a mut EnergyAccounts,
+    pub responses: &'a mut [GroupResponse],
+    pub element_responses: &'a mut GroupResponses<D>,
+}
+
+impl<const D: usize, P: Potential<D>> ReferenceElements<'_, D, P> {
+    /// Evaluates the forces of the active elements at their drifted nodes.
+    pub fn evaluate(mut self) {
+        self.find_active_groups();
+        self.drift_nodes();
+        self.evaluate_groups();
+    }
+
+    /// Lists the active groups in ascending order, and the trailing halves of their last steps.
+    fn find_active_groups(&mut self) {
+        let Self { ticks, active_groups: due, kick_lengths, .. } = self;
+        due.clear();
+        if ticks.moment.kind == SteppingSchedule::Queue && ticks.moment.tick > 0 {
+            self.queue.pop_at(ticks.moment.tick, due);
+        } else {
+            let active = ticks.clocks.iter().zip(0..).filter(|(clock, _)| ticks.moment.is_active(clock.step));
+            due.extend(active.map(|(_, group)| group));
+        }
+        let grid = self.model.grid;
+        kick_lengths.clear();
+        kick_lengths.extend(due.iter().map(|group| grid.length(ticks.trailing_half(*group as usize))));
+    }
+
+    /// Drifts the nodes of the active groups.
+    fn drift_nodes(&mut self) {
+        let DiscreteModel { gel, layout, grid, settings, .. } = self.model;
+        self.active_nodes.clear();
+        for group in &*self.active_groups {
+            for element in layout.elements(layout.slots(*group as usize)) {
+                gel.potential.nodes(element).iter().for_each(|node| self.active_nodes.insert(node.index()));
+            }
+        }
+        for a in self.active_nodes.reference_nodes().iter().map(|a| *a as usize) {
+            let velocity = self.velocity[a];
+            let passed = grid.time(self.ticks.moment.tick - self.last_ticks[a]);
+            self.position[a] += velocity * passed;
+            if settings.damping > 0.0 {
+                self.decay[a] = decay(settings.damping, passed);
+            }
+            self.last_ticks[a] = self.ticks.moment.tick;
+            self.before[a] = velocity;
         }
     }
-    for a in system.workspace.active_nodes.reference_nodes().iter().map(|a| *a as usize) {
-        let velocity = system.state.velocity[a];
-        let passed = system.model.grid.time(tick - system.clock.last_ticks[a]);
-        system.state.position[a] += velocity * passed;
-        if system.model.settings.damping > 0.0 {
-            system.workspace.decay[a] = decay(system.model.settings.damping, passed);
+
+    /// Evaluates the active groups, each for its kick as far as it is known: without its leading half.
+    fn evaluate_groups(&mut self) {
+        self.element_responses.elements.clear();
+        self.element_responses.groups.clear();
+        for i in 0..self.active_groups.len() {
+            let (group, first) = (self.active_groups[i] as usize, self.element_responses.elements.len());
+            let elapsed = self.model.grid.time(self.ticks.elapsed(group));
+            self.responses[group] = self.evaluate_group(group, GroupKick { length: self.kick_lengths[i], elapsed });
+            let GroupResponses { elements, groups } = &mut *self.element_responses;
+            groups.push(first..elements.len());
+            for (element, response) in &elements[first..] {
+                self.stiffness[self.model.layout.slot(*element)] = response.stiffness;
+            }
         }
-        system.clock.last_ticks[a] = tick;
-        system.workspace.velocities_before[a] = velocity;
+    }
+
+    /// Evaluates a group for a kick at the current positions. Appends the responses of its elements and posts the
+    /// dissipation to the ledger.
+    fn evaluate_group(&mut self, group: usize, kick: GroupKick) -> GroupResponse {
+        let DiscreteModel { gel, layout, .. } = self.model;
+        let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
+        for patch in layout.patches(group) {
+            let mut responses = [ElementResponse::default(); DEPTH];
+            let dissipation = gel.potential.advance(*patch as usize, self.position, kick, self.memory, &mut responses);
+            sum.energy += dissipation.energy;
+            self.energy.book_dissipation(&dissipation);
+            for (element, response) in gel.potential.patches().of(*patch as usize).iter().zip(&responses) {
+                let lane = layout.slot(*element) % layout.width();
+                sum.least_jacobian = sum.least_jacobian.min(response.jacobian);
+                sum.inverted |= u32::from(response.jacobian <= 0.0) << lane;
+                sum.crushed += u32::from(gel.potential.is_crushed(response.jacobian));
+                let nodes = gel.potential.nodes(*element).iter();
+                let power = nodes.zip(&response.forces).map(|(node, f)| f.dot(&self.velocity[node.index()]));
+                sum.power += power.sum::<f64>();
+                let now = (&*self.position, self.velocity);
+                sum.closing = sum.closing.max(gel.potential.closing(*element, response.jacobian, now));
+                self.element_responses.elements.push((*element, *response));
+            }
+        }
+        sum
     }
 }
 
-/// Evaluates the forces of the active groups.
-pub(super) fn evaluate_forces<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let mut responses = std::mem::take(&mut system.workspace.element_responses);
-    responses.elements.clear();
-    responses.groups.clear();
-    for i in 0..system.workspace.active_groups.len() {
-        let (group, first) = (system.workspace.active_groups[i] as usize, responses.elements.len());
-        system.workspace.responses[group] =
-            evaluate_group(system, group, group_kick(system, i, tick), &mut responses.elements);
-        responses.groups.push(first..responses.elements.len());
-        for (element, response) in &responses.elements[first..] {
-            system.state.stiffness[system.model.layout.slot(*element)] = response.stiffness;
-        }
-    }
-    system.workspace.element_responses = responses;
-}
-
-/// Returns the kick of the i-th active group as far as it is known: without its leading half.
-fn group_kick<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, i: usize, tick: Tick) -> GroupKick {
-    let group = system.workspace.active_groups[i] as usize;
-    let elapsed = match system.model.settings.schedule {
-        SteppingSchedule::Queue if system.clock.phase == MeshPhase::First => 0,
-        SteppingSchedule::Queue => tick - system.state.alarms[group].last,
-        SteppingSchedule::Bins | SteppingSchedule::Global => {
-            system.tick_context(tick).elapsed(system.state.clocks[group].step)
-        }
-    };
-    GroupKick { length: system.workspace.kick_lengths[i], elapsed: system.model.grid.time(elapsed) }
-}
-
-/// Evaluates a group for a kick at the current positions. Appends the responses to `elements` and posts the dissipation
-/// to the ledger.
-pub(super) fn evaluate_group<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
-    group: usize,
-    kick: GroupKick,
-    elements: &mut Vec<(ElementId, ElementResponse<D>)>,
-) -> GroupResponse {
-    let mut sum = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
-    for patch in system.model.layout.patches(group) {
-        let mut responses = [ElementResponse::default(); DEPTH];
-        let (x, memory) = (&system.state.position, &mut system.state.memory);
-        let dissipation = system.model.gel.potential.advance(*patch as usize, x, kick, memory, &mut responses);
-        sum.energy += dissipation.energy;
-        system.state.ledger.energy.book_dissipation(&dissipation);
-        for (element, response) in system.model.gel.potential.patches().of(*patch as usize).iter().zip(&responses) {
-            let lane = system.model.layout.slot(*element) % system.model.layout.width();
-            sum.least_jacobian = sum.least_jacobian.min(response.jacobian);
-            sum.inverted |= u32::from(response.jacobian <= 0.0) << lane;
-            sum.crushed += u32::from(system.model.gel.potential.is_crushed(response.jacobian));
-            let nodes = system.model.gel.potential.nodes(*element).iter();
-            let power = nodes.zip(&response.forces).map(|(node, f)| f.dot(&system.state.velocity[node.index()]));
-            sum.power += power.sum::<f64>();
-            let now = (system.state.position.as_slice(), system.state.velocity.as_slice());
-            sum.closing = sum.closing.max(system.model.gel.potential.closing(*element, response.jacobian, now));
-            elements.push((*element, *response));
-        }
-    }
-    sum
-}
-
-/// Finds the stable limits of the active nodes and the least of them.
-pub(super) fn measure_limits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> KickSums {
+/// Finds the stable limits of the active nodes, s, by the stiffness of the elements; returns the least of them.
+pub(super) fn measure_limits<const D: usize, P: Potential<D>>(
+    model: &DiscreteModel<D, P>,
+    stiffness: &[f64],
+    active: &ActiveSet,
+    limits: &mut [f64],
+) -> KickSums {
     let mut sums = KickSums::default();
-    for a in system.workspace.active_nodes.reference_nodes() {
-        let limit = system.model.settings.cfl
-            * nodal_limit(&system.model.gel, &system.state.stiffness, &system.model.layout, NodeId(*a));
-        system.workspace.node_limits[*a as usize] = limit;
+    for a in active.reference_nodes() {
+        let limit = model.settings.cfl * nodal_limit(&model.gel, stiffness, &model.layout, NodeId(*a));
+        limits[*a as usize] = limit;
         sums.limit = sums.limit.min(limit);
     }
     sums
 }
 
+/// Adds the leading half of the next step to the kick weight of each active group, s.
+fn add_leading_weights<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let ticks =
+        GroupTicks { moment: system.tick_context(tick), clocks: &system.state.clocks, alarms: &system.state.alarms };
+    let workspace = &mut system.workspace;
+    for (group, length) in workspace.active_groups.iter().zip(&mut workspace.kick_lengths) {
+        *length += 0.5 * system.model.grid.time(ticks.ahead(*group as usize));
+    }
+}
+
 /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
 pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    add_leading_weights(system, tick);
     let responses = std::mem::take(&mut system.workspace.element_responses);
     for (i, elements) in responses.groups.iter().enumerate() {
         for (element, response) in &responses.elements[elements.clone()] {

@@ -5,32 +5,17 @@
 
 use super::blocks::ElementBlocks;
 use super::clock::MeshClock;
-use super::element_order::ElementLayout;
-use super::gel_frame::{BlockMotion, GelFrame};
+use super::gel_frame::BlockMotion;
+use super::model::DiscreteModel;
 use super::substep::TickContext;
 use super::workspace::Workspace;
-use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
-use crate::contact::{BatchTravel, ContactDetection, FreeDirections, RigidBody, SeparationList};
+use super::{SteppingSchedule, WorkerPool};
+use crate::contact::{BatchTravel, ContactDetection, FreeDirections, SeparationList};
 use crate::fem::Potential;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{DynamicState, Tick};
 use std::sync::Arc;
-
-/// Model: what does not change while the mesh lasts.
-#[derive(Debug)]
-pub(super) struct DiscreteModel<const D: usize, P> {
-    /// Gel with its masses, elements and surface.
-    pub gel: Arc<DiscreteGel<D, P>>,
-    /// Layout of the elements in slots and groups.
-    pub layout: Arc<ElementLayout>,
-    /// Constant properties of the bodies.
-    pub bodies: Vec<RigidBody>,
-    /// Frame of the block.
-    pub frame: GelFrame,
-    pub settings: IntegratorSettings,
-    pub grid: TickGrid,
-}
 
 /// System of a gel and rigid bodies at a tick.
 #[derive(Debug)]

@@ -17,12 +17,10 @@ use super::bodies::place_bodies;
 use super::contact_accounts::{post_body_impulses, post_contact_work};
 use super::contact_phase::{find_contact_points, query_gaps};
 use super::derived::update_step_range;
-use super::element_phase::{add_leading_weights, check_elements, evaluate_elements, find_failure};
 use super::kick::{complete_simd_kicks, note_speeds, post_residual};
 use super::kick_sums::KickSums;
-use super::load::find_loads;
+use super::load::{add_load_stiffness, find_loads};
 use super::mesh_end::find_collapse;
-use super::node_loop::{drift_active, update_nodes};
 use super::orientation::check_spin;
 use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
 use super::self_contact_phase::find_self_contacts;
@@ -67,13 +65,36 @@ fn drift_and_evaluate<const D: usize, P: Potential<D>>(
 ) -> Result<(), StepError> {
     let time = system.model.grid.time(tick);
     evaluate_elements(system, tick);
-    if let Err(error) = check_elements(system, time) {
-        drift_active(system, tick);
-        return Err(error);
+    match system.element_results().find_failure(time) {
+        // An inverted element ends its mesh as soon as the mesh may end.
+        Some(StepError::Inverted { .. }) if system.can_be_distorted() => {}
+        Some(error) => {
+            drift_active(system, tick);
+            return Err(error);
+        }
+        None => {}
     }
     find_loads(system, tick);
     place_bodies(system, time);
     Ok(())
+}
+
+/// Evaluates the forces of the active elements at their drifted nodes, by blocks or by the reference form.
+fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    match system.element_phase(tick) {
+        Some(phase) => phase.evaluate(),
+        None => system.reference_elements(tick).evaluate(),
+    }
+}
+
+/// Drifts the active nodes without a kick, where a tick ends with its forces.
+fn drift_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let active = &system.workspace.active_nodes;
+    for (node, last) in system.clock.last_ticks.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
+        let passed = system.model.grid.time(tick - *last);
+        system.state.position[node] += system.state.velocity[node] * passed;
+        *last = tick;
+    }
 }
 
 /// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also finds the
@@ -82,7 +103,16 @@ fn kick_by_planned_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteS
     if system.model.gel.meets_itself {
         system.batch_travel.go_on(system.model.grid.time(tick));
     }
-    if system.blocks.is_some() { update_nodes(system, tick) } else { measure_limits(system) }
+    update_nodes(system, tick)
+}
+
+/// Updates the active nodes by blocks; in the reference form it only finds their stable limits.
+fn update_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    if let Some(phase) = system.node_phase(tick) {
+        return phase.update();
+    }
+    let (model, workspace) = (&system.model, &mut system.workspace);
+    measure_limits(model, &system.state.stiffness, &workspace.active_nodes, &mut workspace.node_limits)
 }
 
 /// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the error of
@@ -144,12 +174,19 @@ fn complete_kicks<const D: usize, P: Potential<D>>(
     sums: &KickSums,
 ) -> f64 {
     if system.blocks.is_some() {
-        return complete_simd_kicks(system, tick, sums);
+        let begun = (system.clock.phase == MeshPhase::First).then(|| take_first_kick(system, tick));
+        return complete_simd_kicks(system, tick, begun.as_ref().unwrap_or(sums));
     }
-    add_leading_weights(system, tick);
     kick_and_solve_contact(system, tick);
     note_speeds(system);
     kick_work(system)
+}
+
+/// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
+fn take_first_kick<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    evaluate_elements(system, tick);
+    add_load_stiffness(system);
+    update_nodes(system, tick)
 }
 
 /// Returns the active groups to the event queue and updates the range of steps if steps changed.
@@ -178,7 +215,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     let time = system.model.grid.time(tick);
     system.clock.phase = MeshPhase::Last;
     evaluate_elements(system, tick);
-    system.clock.failure = find_failure(system, time);
+    system.clock.failure = system.element_results().find_failure(time);
     if let Some(error @ StepError::NotFinite { .. }) = &system.clock.failure {
         let error = error.clone();
         drift_active(system, tick);
