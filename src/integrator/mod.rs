@@ -34,6 +34,7 @@ mod kick;
 mod kick_sums;
 mod layout_stats;
 mod load;
+mod load_input;
 mod mesh_end;
 mod model;
 mod node_chunks;

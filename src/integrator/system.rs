@@ -46,11 +46,6 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         self.model.frame.motion(&self.state.record.outside, time)
     }
 
-    /// Returns the height of the undeformed entry surface at a time, s, in m: 0 unless the block moves as a whole.
-    pub fn entry_height(&self, time: f64) -> f64 {
-        self.block_motion(time).displacement.z
-    }
-
     /// Returns true if the gel is no longer integrated.
     pub fn is_at_rest(&self) -> bool {
         self.state.record.at_rest

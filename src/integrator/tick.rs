@@ -19,7 +19,6 @@ use super::contact_phase::{find_contact_points, query_gaps};
 use super::derived::update_step_range;
 use super::kick::{complete_simd_kicks, note_speeds, post_residual};
 use super::kick_sums::KickSums;
-use super::load::{add_load_stiffness, find_loads};
 use super::mesh_end::find_collapse;
 use super::orientation::check_spin;
 use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
@@ -85,6 +84,12 @@ fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut DiscreteSyste
         Some(phase) => phase.evaluate(),
         None => system.reference_elements(tick).evaluate(),
     }
+}
+
+/// Finds the pressure loads and adds their stiffness to the elements behind them.
+fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    system.load_phase(tick).find_loads();
+    system.loaded_elements().add_load_stiffness();
 }
 
 /// Drifts the active nodes without a kick, where a tick ends with its forces.
@@ -185,7 +190,7 @@ fn complete_kicks<const D: usize, P: Potential<D>>(
 /// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
 fn take_first_kick<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
     evaluate_elements(system, tick);
-    add_load_stiffness(system);
+    system.loaded_elements().add_load_stiffness();
     update_nodes(system, tick)
 }
 

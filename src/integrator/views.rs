@@ -4,12 +4,15 @@ use super::assembly::StepRule;
 use super::element_loop::ElementLoopInput;
 use super::element_phase::{ElementPhase, ElementResults};
 use super::kick_sums::KickSums;
+use super::load::{LoadPhase, LoadedElements};
+use super::load_input::LoadInput;
 use super::node_chunks::NodeChunks;
 use super::node_loop::NodePhase;
 use super::node_update::NodeUpdate;
 use super::reference::ReferenceElements;
 use super::substep::GroupTicks;
 use super::system::DiscreteSystem;
+use super::tick_nodes::TickNodes;
 use crate::fem::Potential;
 use crate::state::Tick;
 
@@ -102,5 +105,48 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
             pool: pool.as_deref().filter(|_| is_shared),
             nodes,
         })
+    }
+
+    /// Returns the load phase of a tick.
+    pub fn load_phase(&mut self, tick: Tick) -> LoadPhase<'_, D, P> {
+        let moment = self.tick_context(tick);
+        let Self { model, state, clock, blocks, workspace, .. } = self;
+        let time = model.grid.time(tick);
+        let nodes = TickNodes {
+            grid: model.grid,
+            position: &state.position,
+            velocity: &state.velocity,
+            last_ticks: &clock.last_ticks,
+            active: &workspace.active_nodes,
+            before: &workspace.velocities_before,
+        };
+        let input = LoadInput {
+            model,
+            nodes,
+            ticks: GroupTicks { moment, clocks: &state.clocks, alarms: &state.alarms },
+            active_groups: blocks.is_none().then_some(&workspace.active_groups),
+            projectile: &state.bodies[0],
+            has_left: state.record.contacts[0].exit.is_some(),
+            time,
+            entry: model.frame.motion(&state.record.outside, time).displacement.z,
+        };
+        LoadPhase {
+            input,
+            stiffness: &state.stiffness,
+            gas: &mut state.record.gas,
+            facet_loads: &mut workspace.facet_loads,
+            load_stiffness: &mut workspace.load_stiffness,
+        }
+    }
+
+    /// Returns the elements behind the loads of this tick.
+    pub fn loaded_elements(&mut self) -> LoadedElements<'_, D, P> {
+        LoadedElements {
+            gel: &self.model.gel,
+            loads: &self.workspace.load_stiffness,
+            blocks: self.blocks.as_mut(),
+            stiffness: &mut self.state.stiffness,
+            stiffened: &mut self.workspace.stiffened_blocks,
+        }
     }
 }
