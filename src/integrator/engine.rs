@@ -404,7 +404,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// to time `t`, s.
     #[must_use]
     pub fn synchronous_updates(&self, t: f64) -> f64 {
-        report::synchronous_until(&self.system, self.grid().ticks(self.time_in_gel(t)))
+        let (reference, ticks) = (self.system.state.record.synchronous, self.grid().ticks(self.time_in_gel(t)));
+        report::synchronous_until(reference, ticks, self.gel().potential.len())
     }
 
     /// Returns the blocks of the SIMD form, in order; empty for the reference form.

@@ -69,7 +69,7 @@ fn step_orientations<const D: usize, P: Potential<D>>(
     for body in 0..system.model.bodies.len() {
         if next_orientation_step(system, body) == Some(tick) {
             rebase_body(system, body, system.model.grid.time(tick));
-            check_spin(system, body, &system.state.bodies[body])?;
+            check_spin(&system.model, body, &system.state.bodies[body])?;
         }
     }
     Ok(())
@@ -167,7 +167,7 @@ fn advance_bodies<const D: usize, P: Potential<D>>(
     };
     while let Some((tick, body)) = next(system) {
         rebase_body(system, body, system.model.grid.time(tick));
-        check_spin(system, body, &system.state.bodies[body])?;
+        check_spin(&system.model, body, &system.state.bodies[body])?;
     }
     Ok(AdvanceOutcome::End)
 }

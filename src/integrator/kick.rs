@@ -1,17 +1,16 @@
 //! Kicks of a tick and their entries in the ledger (numerics 1.2, A6).
 
+use super::DiscreteGel;
 use super::blocks::ElementBlocks;
-use super::contact_phase::solve;
 use super::damping::damping_impulse;
 use super::energy_residual::update_clock;
 use super::history_rows::reevaluate_group;
 use super::kick_sums::{ConstraintReaction, KickSums};
 use super::load::{apply_pressures, loaded_nodes, post_load_work};
-use super::self_contact_phase::rebase_passive_nodes;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
-use super::workspace::{ImpulseNode, StepChange};
-use crate::contact::{ContactPoint, ImpulseLaw, SelfContact};
+use super::workspace::{ImpulseNode, PassiveNode, StepChange};
+use crate::contact::{ContactPoint, ContactProblem, ImpulseLaw, SelfContact};
 use crate::fem::{ElementResponse, Potential};
 use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, NodeId};
@@ -223,4 +222,58 @@ fn update_block_clocks<const D: usize, P: Potential<D>>(system: &mut DiscreteSys
     }
     system.blocks = Some(blocks);
     residual
+}
+
+/// Moves the passive nodes that the contacts have struck onto the paths that lead through their places at this tick with
+/// their new velocities: the state holds each node as it is at its last tick.
+pub(super) fn rebase_passive_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    for i in 0..system.workspace.passive_nodes.len() {
+        let PassiveNode { node, before, last } = system.workspace.passive_nodes[i];
+        let (a, passed) = (node.index(), system.model.grid.time(tick - last));
+        let change = system.state.velocity[a] - before;
+        if change != Vector::<D>::zeros() {
+            system.state.position[a] -= change * passed;
+            system.clock.last_ticks[a] = last;
+            system.note_speed(a);
+        }
+    }
+}
+
+/// Returns the contact problem of this tick.
+fn contact_problem<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+) -> ContactProblem<'_, D, DiscreteGel<D, P>> {
+    let DiscreteSystem { model, state, workspace, .. } = system;
+    ContactProblem {
+        masses: &*model.gel,
+        velocity: &mut state.velocity,
+        bodies: &model.bodies,
+        was: &workspace.bodies_before,
+        now: &mut workspace.bodies_after,
+        points: &mut workspace.contact_points,
+        symmetry: &mut workspace.symmetry_contacts,
+        own: &mut workspace.self_contacts,
+    }
+}
+
+/// Solves Moreau's law with Coulomb friction at all contact points and symmetry contacts.
+pub(super) fn solve<const D: usize, P: Potential<D>>(
+    system: &mut DiscreteSystem<D, P>,
+    restitution: f64,
+    friction: f64,
+) {
+    let approaches = system.state.record.contacts.iter().map(|contact| contact.approach);
+    let greatest_approach = approaches.fold(0.0, f64::max);
+    contact_problem(system).solve(restitution, friction, greatest_approach);
+}
+
+/// Applies the paper's reversal law to the nodes of one element after its kick.
+pub(super) fn apply_reversal<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, element: ElementId) {
+    let gel = system.model.gel.clone();
+    contact_problem(system).reverse(gel.potential.nodes(element));
+}
+
+/// Corrects the impulses of the gel with its images and with itself once.
+pub(super) fn correct_gel_contacts<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
+    contact_problem(system).correct_gel_contacts();
 }

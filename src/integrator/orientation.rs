@@ -2,6 +2,7 @@
 
 use super::StepError;
 use super::grid::floor_power_of_two;
+use super::model::DiscreteModel;
 use super::system::DiscreteSystem;
 use crate::contact::BodyState;
 use crate::fem::Potential;
@@ -37,13 +38,13 @@ pub(super) fn next_orientation_step<const D: usize, P: Potential<D>>(
 
 /// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped
 /// at every tick, a thousand times an element step, without following the body.
-pub(super) fn check_spin<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
+pub(super) fn check_spin<const D: usize, P>(
+    model: &DiscreteModel<D, P>,
     body: usize,
     at: &BodyState,
 ) -> Result<(), StepError> {
-    let rate = system.model.bodies[body].angular_velocity(at).norm();
-    let turn = rate * system.model.grid.time(1);
+    let rate = model.bodies[body].angular_velocity(at).norm();
+    let turn = rate * model.grid.time(1);
     let follows = turn <= MAX_TURN || !at.active;
     if follows { Ok(()) } else { Err(StepError::Spun { body, time: at.time, rate, turn, most: MAX_TURN }) }
 }

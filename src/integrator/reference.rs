@@ -5,13 +5,12 @@
 
 use super::SteppingSchedule;
 use super::active_set::ActiveSet;
-use super::contact_phase::{apply_reversal, correct_gel_contacts, solve};
 use super::damping::{apply_damping, post_damping_work};
+use super::kick::{apply_reversal, correct_gel_contacts, rebase_passive_nodes, solve};
 use super::kick_sums::{ConstraintReaction, KickSums, decay};
 use super::load::apply_pressures;
 use super::model::DiscreteModel;
 use super::schedule::EventQueue;
-use super::self_contact_phase::rebase_passive_nodes;
 use super::stability::nodal_limit;
 use super::substep::GroupTicks;
 use super::system::DiscreteSystem;

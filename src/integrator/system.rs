@@ -13,7 +13,7 @@ use super::{SteppingSchedule, WorkerPool};
 use crate::contact::{BatchTravel, ContactDetection, FreeDirections, SeparationList};
 use crate::fem::Potential;
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::NodeId;
 use crate::state::{DynamicState, Tick};
 use std::sync::Arc;
 
@@ -123,17 +123,6 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         self.tick_context(0).leading_share()
     }
 
-    /// Returns the trailing half of the kick of an active group, which belongs to the step behind, s; called before
-    /// the clocks are set.
-    pub fn trailing_half(&self, group: usize, tick: Tick) -> f64 {
-        self.model.grid.length(match self.model.settings.schedule {
-            SteppingSchedule::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
-            SteppingSchedule::Bins | SteppingSchedule::Global => {
-                self.tick_context(tick).trailing_half(self.state.clocks[group].step)
-            }
-        })
-    }
-
     /// Returns the ticks from this tick until a group that is active now is active again.
     pub fn ahead(&self, group: usize, tick: Tick) -> Tick {
         match self.model.settings.schedule {
@@ -141,15 +130,6 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
             SteppingSchedule::Bins | SteppingSchedule::Global => {
                 self.tick_context(tick).ahead(self.state.clocks[group].step)
             }
-        }
-    }
-
-    /// Returns true if an element was active at this tick; valid after the clocks were set.
-    pub fn was_active(&self, element: ElementId, tick: Tick) -> bool {
-        let group = self.model.layout.group(element);
-        match self.model.settings.schedule {
-            SteppingSchedule::Queue => self.state.alarms[group].last == tick,
-            _ => self.tick_context(tick).is_active(self.state.clocks[group].step),
         }
     }
 }

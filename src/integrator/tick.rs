@@ -15,16 +15,14 @@
 
 use super::bodies::place_bodies;
 use super::contact_accounts::{post_body_impulses, post_contact_work};
-use super::contact_phase::{find_contact_points, query_gaps};
 use super::derived::update_step_range;
 use super::kick::{complete_simd_kicks, note_speeds, post_residual};
 use super::kick_sums::KickSums;
-use super::mesh_end::find_collapse;
+use super::mesh_end::finest_groups;
 use super::orientation::check_spin;
 use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
-use super::self_contact_phase::find_self_contacts;
-use super::step_size::{count_global_steps, end_global_steps, groups_to_check, set_clocks};
-use super::stretch_limit::{check_stretch, find_stretch};
+use super::report::synchronous_until;
+use super::stretch_limit::SurfaceStretches;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::{StepError, SteppingSchedule};
@@ -52,7 +50,7 @@ pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     balance_energy(system, tick, work);
     post_body_impulses(system, time, end, exchanges);
     requeue_groups(system);
-    check_tick(system, time, collapsed)
+    check_tick(system, collapsed)
 }
 
 /// Drift and forces: evaluates the active elements with their nodes drifted to this tick; then finds the pressure loads
@@ -128,11 +126,19 @@ fn choose_steps<const D: usize, P: Potential<D>>(
     sums: &KickSums,
 ) -> Option<StepError> {
     count_global_steps(system, sums.limit, tick);
-    query_gaps(system, tick);
-    let groups = groups_to_check(system, tick);
-    let collapsed = set_clocks(system, &groups, tick);
-    system.workspace.active_groups = groups;
-    collapsed
+    system.gap_phase().query_gaps();
+    if let Some(check) = system.step_check(tick) {
+        check.find_groups();
+    }
+    system.step_phase(tick).set_clocks()
+}
+
+/// Updates the cost of one global stable step up to `tick`: its length is the smallest nodal limit, s, so far.
+fn count_global_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, limit: f64, tick: Tick) {
+    let (limit, reference) = (system.model.grid.ticks(limit), &mut system.state.record.synchronous);
+    if limit < reference.0 {
+        *reference = (limit, tick, synchronous_until(*reference, tick as f64, system.model.gel.potential.len()));
+    }
 }
 
 /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
@@ -142,8 +148,8 @@ fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
     tick: Tick,
     sums: &KickSums,
 ) -> f64 {
-    find_contact_points(system, tick);
-    find_self_contacts(system, tick);
+    system.contact_phase(tick).find_contact_points();
+    system.self_contact_phase(tick).find_self_contacts();
     complete_kicks(system, tick, sums)
 }
 
@@ -155,10 +161,9 @@ fn balance_energy<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D
 }
 
 /// Checks the result of a tick: collapsed steps, bodies that spin too fast, and contact surfaces stretched so far that a
-/// body leaks through.
+/// body leaks through. A leak ends the mesh at the next tick, or the run at once if there is no remeshing.
 fn check_tick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
-    time: f64,
     collapsed: Option<StepError>,
 ) -> Result<(), StepError> {
     match collapsed {
@@ -167,8 +172,11 @@ fn check_tick<const D: usize, P: Potential<D>>(
         Some(error) => return Err(error),
         None => {}
     }
-    system.workspace.bodies_after.iter().enumerate().try_for_each(|(body, at)| check_spin(system, body, at))?;
-    check_stretch(system, time)
+    let mut bodies = system.workspace.bodies_after.iter().enumerate();
+    bodies.try_for_each(|(body, at)| check_spin(&system.model, body, at))?;
+    let SurfaceStretches { stretch, leak } = system.stretch_check().find_stretch();
+    system.state.record.stretch = stretch;
+    leak.filter(|_| !system.can_be_distorted()).map_or(Ok(()), Err)
 }
 
 /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the kicks
@@ -233,12 +241,21 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     let sums = kick_by_planned_steps(system, tick);
     count_global_steps(system, sums.limit, tick);
     system.clock.failure = system.clock.failure.take().or_else(|| find_collapse(system, tick));
-    query_gaps(system, tick);
+    system.gap_phase().query_gaps();
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
     post_body_impulses(system, time, end, exchanges);
-    system.clock.failure = system.clock.failure.take().or_else(|| find_stretch(system, time).leak);
-    end_global_steps(system, tick);
+    system.clock.failure = system.clock.failure.take().or_else(|| system.stretch_check().find_stretch().leak);
+    let (reference, n_elements) = (system.state.record.synchronous, system.model.gel.potential.len());
+    system.state.record.synchronous.1 = tick;
+    system.state.record.synchronous.2 = synchronous_until(reference, tick as f64, n_elements);
     system.state.now = Some(tick);
     Ok(())
+}
+
+/// Finds the first group whose stable step is shorter than a tick, if another mesh can follow.
+fn find_collapse<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, tick: Tick) -> Option<StepError> {
+    let groups = finest_groups(system.clock.step_range.0, &system.state.clocks);
+    let collapsed = system.step_limits().find_collapse(groups, &system.workspace.responses, tick);
+    collapsed.filter(|_| system.can_be_distorted())
 }

@@ -1,8 +1,11 @@
 //! Views of the phases: which parts of the system each phase of a tick reads and which it writes.
 
+use super::DistortionLimits;
 use super::assembly::StepRule;
+use super::contact_phase::ContactPhase;
 use super::element_loop::ElementLoopInput;
 use super::element_phase::{ElementPhase, ElementResults};
+use super::gap_phase::GapPhase;
 use super::kick_sums::KickSums;
 use super::load::{LoadPhase, LoadedElements};
 use super::load_input::LoadInput;
@@ -10,11 +13,56 @@ use super::node_chunks::NodeChunks;
 use super::node_loop::NodePhase;
 use super::node_update::NodeUpdate;
 use super::reference::ReferenceElements;
+use super::self_contact_phase::SelfContactPhase;
+use super::step_check::StepCheck;
+use super::step_limits::StepLimits;
+use super::step_size::StepPhase;
+use super::stretch_limit::StretchCheck;
 use super::substep::GroupTicks;
+use super::surface_at_tick::SurfaceAtTick;
 use super::system::DiscreteSystem;
 use super::tick_nodes::TickNodes;
+use crate::contact::ContactTolerances;
 use crate::fem::Potential;
 use crate::state::Tick;
+
+/// Views the nodes in the parts of a system, whose other fields stay free for a phase to write.
+macro_rules! tick_nodes {
+    ($model:expr, $state:expr, $clock:expr, $workspace:expr) => {
+        TickNodes {
+            grid: $model.grid,
+            position: &$state.position,
+            velocity: &$state.velocity,
+            last_ticks: &$clock.last_ticks,
+            active: &$workspace.active_nodes,
+            before: &$workspace.velocities_before,
+        }
+    };
+}
+
+/// Views the surface in the parts of a system.
+macro_rules! surface_at_tick {
+    ($model:expr, $state:expr, $clock:expr, $workspace:expr) => {
+        SurfaceAtTick {
+            model: $model,
+            nodes: tick_nodes!($model, $state, $clock, $workspace),
+            bodies: &$workspace.bodies_before,
+        }
+    };
+}
+
+/// Views the stable limits in the parts of a system.
+macro_rules! step_limits {
+    ($model:expr, $state:expr, $blocks:expr, $workspace:expr) => {
+        StepLimits {
+            model: $model,
+            active: &$workspace.active_nodes,
+            node_limits: &$workspace.node_limits,
+            blocks: $blocks.as_ref(),
+            stiffness: &$state.stiffness,
+        }
+    };
+}
 
 impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
     /// Returns the element phase of a tick; `None` in the reference form.
@@ -112,14 +160,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         let moment = self.tick_context(tick);
         let Self { model, state, clock, blocks, workspace, .. } = self;
         let time = model.grid.time(tick);
-        let nodes = TickNodes {
-            grid: model.grid,
-            position: &state.position,
-            velocity: &state.velocity,
-            last_ticks: &clock.last_ticks,
-            active: &workspace.active_nodes,
-            before: &workspace.velocities_before,
-        };
+        let nodes = tick_nodes!(model, state, clock, workspace);
         let input = LoadInput {
             model,
             nodes,
@@ -147,6 +188,110 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
             blocks: self.blocks.as_mut(),
             stiffness: &mut self.state.stiffness,
             stiffened: &mut self.workspace.stiffened_blocks,
+        }
+    }
+
+    /// Returns the stable limits.
+    pub fn step_limits(&self) -> StepLimits<'_, D, P> {
+        step_limits!(&self.model, self.state, self.blocks, self.workspace)
+    }
+
+    /// Returns the gap phase of a tick.
+    pub fn gap_phase(&mut self) -> GapPhase<'_, D, P> {
+        let horizon = self.horizon();
+        let Self { model, state, clock, blocks, contact, workspace, .. } = self;
+        GapPhase {
+            surface: surface_at_tick!(model, state, clock, workspace),
+            limits: step_limits!(model, state, blocks, workspace),
+            horizon,
+            contact,
+            surface_stars: &mut workspace.surface_stars,
+            contact_limits: &mut workspace.contact_limits,
+        }
+    }
+
+    /// Returns the check of the steps at a tick, room for the limits of a block, and the groups to find; `None` in the
+    /// reference form, which checks all active groups.
+    pub fn step_check(&mut self, tick: Tick) -> Option<StepCheck<'_, D, P>> {
+        let (moment, can_be_distorted) = (self.tick_context(tick), self.can_be_distorted());
+        let Self { model, state, blocks, contact, workspace, .. } = self;
+        Some(StepCheck {
+            model,
+            moment,
+            active: &workspace.active_nodes,
+            node_limits: &workspace.node_limits,
+            stiffness: &state.stiffness,
+            clocks: &state.clocks,
+            responses: &workspace.responses,
+            contact,
+            contact_limits: &workspace.contact_limits,
+            surface_stars: &workspace.surface_stars,
+            can_be_distorted,
+            blocks: blocks.as_mut()?,
+            block_limits: &mut workspace.block_limits,
+            groups: &mut workspace.active_groups,
+        })
+    }
+
+    /// Returns the step phase of a tick.
+    pub fn step_phase(&mut self, tick: Tick) -> StepPhase<'_, D, P> {
+        let (moment, can_be_distorted) = (self.tick_context(tick), self.can_be_distorted());
+        let Self { model, state, clock, blocks, contact, workspace, .. } = self;
+        let is_held = clock.ends.distortion.as_ref().is_some_and(DistortionLimits::are_of_edits);
+        StepPhase {
+            limits: step_limits!(model, state, blocks, workspace),
+            moment,
+            groups: &workspace.active_groups,
+            responses: &workspace.responses,
+            contact,
+            contact_limits: &workspace.contact_limits,
+            can_be_distorted,
+            held_steps: state.birth.as_ref().filter(|_| is_held).map(|birth| birth.steps.as_slice()),
+            clocks: &mut state.clocks,
+            alarms: &mut state.alarms,
+            changed_steps: &mut workspace.changed_steps,
+        }
+    }
+
+    /// Returns the contact phase of a tick.
+    pub fn contact_phase(&mut self, tick: Tick) -> ContactPhase<'_, D, P> {
+        let (moment, can_be_distorted) = (self.tick_context(tick), self.can_be_distorted());
+        let Self { model, state, clock, contact, workspace, .. } = self;
+        ContactPhase {
+            surface: surface_at_tick!(model, state, clock, workspace),
+            ticks: GroupTicks { moment, clocks: &state.clocks, alarms: &state.alarms },
+            surface_stars: &workspace.surface_stars,
+            tolerances: ContactTolerances::new(D == 3 && can_be_distorted && model.gel.potential.remembers()),
+            contact,
+            points: &mut workspace.contact_points,
+            symmetry: &mut workspace.symmetry_contacts,
+            records: &mut state.record.contacts,
+        }
+    }
+
+    /// Returns the self-contact phase of a tick.
+    pub fn self_contact_phase(&mut self, tick: Tick) -> SelfContactPhase<'_, D, P> {
+        let moment = self.tick_context(tick);
+        let Self { model, state, clock, contact, batch_travel, separation, workspace, .. } = self;
+        SelfContactPhase {
+            surface: surface_at_tick!(model, state, clock, workspace),
+            ticks: GroupTicks { moment, clocks: &state.clocks, alarms: &state.alarms },
+            batch_travel: batch_travel.travel(),
+            node_travel: contact.neighbours.node_travel(),
+            separation,
+            contacts: &mut workspace.self_contacts,
+            passive_nodes: &mut workspace.passive_nodes,
+        }
+    }
+
+    /// Returns the check of the stretch of the surface after a tick.
+    pub fn stretch_check(&self) -> StretchCheck<'_, D, P> {
+        let Self { model, state, clock, contact, workspace, .. } = self;
+        StretchCheck {
+            surface: surface_at_tick!(model, state, clock, workspace),
+            facets: &contact.facets,
+            can_be_distorted: self.can_be_distorted(),
+            greatest_edge: clock.ends.distortion.as_ref().map_or(f64::INFINITY, |limits| limits.facet_edge),
         }
     }
 }
