@@ -1,7 +1,7 @@
 //! Events in their order: ticks of elements, steps of orientations, the end of a mesh, the exit of bodies.
 
 use super::blocks::ElementBlocks;
-use super::bodies::{place_bodies, rebase_body};
+use super::bodies::place_bodies;
 use super::exit::{is_away, update_exit};
 use super::mesh_end::{is_over, next_remesh_tick};
 use super::orientation::{check_spin, next_orientation_step};
@@ -68,7 +68,7 @@ fn step_orientations<const D: usize, P: Potential<D>>(
 ) -> Result<(), StepError> {
     for body in 0..system.model.bodies.len() {
         if next_orientation_step(system, body) == Some(tick) {
-            rebase_body(system, body, system.model.grid.time(tick));
+            system.rebase_body(body, system.model.grid.time(tick));
             check_spin(&system.model, body, &system.state.bodies[body])?;
         }
     }
@@ -139,7 +139,7 @@ fn skip_quiet_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
 fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let events = system.state.bodies.iter().map(|body| body.time);
     let time = events.fold(system.contact.neighbours.time(), f64::max);
-    place_bodies(system, time);
+    place_bodies(&mut system.workspace, &system.model.bodies, &system.state.bodies, time);
     system.contact.follow_bodies(time, &system.workspace.bodies_before);
 }
 
@@ -166,7 +166,7 @@ fn advance_bodies<const D: usize, P: Potential<D>>(
         turns.min().filter(|(tick, _)| *tick <= end)
     };
     while let Some((tick, body)) = next(system) {
-        rebase_body(system, body, system.model.grid.time(tick));
+        system.rebase_body(body, system.model.grid.time(tick));
         check_spin(&system.model, body, &system.state.bodies[body])?;
     }
     Ok(AdvanceOutcome::End)

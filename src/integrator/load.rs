@@ -5,15 +5,12 @@ use super::blocks::ElementBlocks;
 use super::cavity::{OpenCavity, find_air_load};
 use super::cavity_gas::update_gas;
 use super::element_order::SLOTS;
-use super::kick_sums::ConstraintReaction;
 use super::load_input::LoadInput;
-use super::system::DiscreteSystem;
 use super::workspace::{FacetLoad, LoadStiffness, PressureSource};
 use super::{DiscreteGel, LoadedFacet};
 use crate::fem::{Potential, push};
-use crate::math::{Vector, embed};
-use crate::mesh::NodeId;
-use crate::state::{CavityGas, Tick};
+use crate::math::Vector;
+use crate::state::CavityGas;
 
 /// Load phase: finds the pressure loads of the facets of active elements, before the clocks are set.
 pub(super) struct LoadPhase<'a, const D: usize, P> {
@@ -132,66 +129,4 @@ impl<const D: usize, P: Potential<D>> LoadedElements<'_, D, P> {
             blocks.lanes.sum_stiffness(groups, &stiffness[block * SLOTS..], part);
         }
     }
-}
-
-/// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.
-pub(super) fn apply_pressures<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    if system.workspace.facet_loads.is_empty() {
-        return;
-    }
-    let (gel, freedom, mut reaction) = (system.model.gel.clone(), system.freedom(), ConstraintReaction::default());
-    let time = system.model.grid.time(tick);
-    let mut load = std::mem::take(&mut system.workspace.facet_loads);
-    for load in &mut load {
-        load.weight += 0.5 * system.model.grid.time(system.ahead(load.group, tick));
-        for (node, impulse) in load.impulses() {
-            let (a, push) = (node.index(), embed(&impulse));
-            system.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
-            let at = embed(&system.state.position[a]);
-            reaction.add(&gel.free(a), freedom, at, push);
-            let ledger = &mut system.state.ledger;
-            let (momentum, angular_momentum) = match load.source {
-                PressureSource::Face => (&mut ledger.momentum.load, &mut ledger.angular_momentum.load),
-                PressureSource::Cavity => (&mut ledger.momentum.air, &mut ledger.angular_momentum.air),
-            };
-            let free_push = freedom.translation(&push);
-            *momentum += free_push;
-            *angular_momentum += freedom.rotation(&at.cross(&push));
-            system.state.record.outside.add(&free_push, time);
-            system.state.record.pressed += push.norm();
-        }
-    }
-    reaction.post(&mut system.state.ledger);
-    system.workspace.facet_loads = load;
-}
-
-/// Iterates over the nodes of the loaded facets of this tick.
-pub(super) fn loaded_nodes<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
-) -> impl Iterator<Item = NodeId> + '_ {
-    system.workspace.facet_loads.iter().flat_map(|load| load.nodes[..D].iter().copied())
-}
-
-/// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
-/// that was still is not active.
-fn velocity_before_loads<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> Vector<D> {
-    match system.workspace.impulse_nodes.binary_search_by_key(&node, |impulse_node| impulse_node.node) {
-        Ok(at) if system.blocks.is_some() => system.workspace.impulse_nodes[at].before,
-        _ => system.workspace.velocities_before[node.index()],
-    }
-}
-
-/// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
-pub(super) fn post_load_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let work = |(node, impulse): (NodeId, Vector<D>)| {
-        let velocity_sum = velocity_before_loads(system, node) + system.state.velocity[node.index()];
-        0.5 * impulse.component_mul(&system.model.gel.free(node.index())).dot(&velocity_sum)
-    };
-    let of_source = |source: PressureSource| -> f64 {
-        let own = system.workspace.facet_loads.iter().filter(|load| load.source == source);
-        own.flat_map(FacetLoad::impulses).map(work).sum()
-    };
-    let [load, air] = [PressureSource::Face, PressureSource::Cavity].map(of_source);
-    system.state.ledger.energy.load += load;
-    system.state.ledger.energy.air += air;
 }

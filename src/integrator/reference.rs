@@ -5,15 +5,12 @@
 
 use super::SteppingSchedule;
 use super::active_set::ActiveSet;
-use super::damping::{apply_damping, post_damping_work};
-use super::kick::{apply_reversal, correct_gel_contacts, rebase_passive_nodes, solve};
-use super::kick_sums::{ConstraintReaction, KickSums, decay};
-use super::load::apply_pressures;
+use super::impulse_phase::ImpulsePhase;
+use super::kick_sums::{ConstraintReaction, DampingLoss, KickSums, decay};
 use super::model::DiscreteModel;
 use super::schedule::EventQueue;
 use super::stability::nodal_limit;
 use super::substep::GroupTicks;
-use super::system::DiscreteSystem;
 use super::workspace::GroupResponses;
 use crate::contact::ImpulseLaw;
 use crate::fem::{DEPTH, ElementResponse, GroupKick, GroupResponse, HistoryVariables, Potential};
@@ -147,74 +144,95 @@ pub(super) fn measure_limits<const D: usize, P: Potential<D>>(
     sums
 }
 
-/// Adds the leading half of the next step to the kick weight of each active group, s.
-fn add_leading_weights<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let ticks =
-        GroupTicks { moment: system.tick_context(tick), clocks: &system.state.clocks, alarms: &system.state.alarms };
-    let workspace = &mut system.workspace;
-    for (group, length) in workspace.active_groups.iter().zip(&mut workspace.kick_lengths) {
-        *length += 0.5 * system.model.grid.time(ticks.ahead(*group as usize));
-    }
+/// Kicks of the reference form: those of the elements one by one, then pressures and contact.
+pub(super) struct ReferenceKicks<'a, const D: usize, P> {
+    pub impulses: ImpulsePhase<'a, D, P>,
+    pub active_groups: &'a [u32],
+    /// Kick lengths of these groups, s: their trailing halves.
+    pub kick_lengths: &'a mut [f64],
+    pub responses: &'a GroupResponses<D>,
 }
 
-/// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
-pub(super) fn kick_and_solve_contact<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    add_leading_weights(system, tick);
-    let responses = std::mem::take(&mut system.workspace.element_responses);
-    for (i, elements) in responses.groups.iter().enumerate() {
-        for (element, response) in &responses.elements[elements.clone()] {
-            kick_element(system, *element, response, system.workspace.kick_lengths[i]);
-            if system.model.settings.law == ImpulseLaw::Reversal {
-                apply_reversal(system, *element);
+impl<const D: usize, P: Potential<D>> ReferenceKicks<'_, D, P> {
+    /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
+    /// Returns the work of the kicks less the change of the carried kick work, J.
+    pub fn apply(mut self) -> f64 {
+        let (ticks, model) = (self.impulses.ticks, self.impulses.nodes.model);
+        for (group, length) in self.active_groups.iter().zip(&mut *self.kick_lengths) {
+            *length += 0.5 * model.grid.time(ticks.ahead(*group as usize));
+        }
+        for (i, elements) in self.responses.groups.iter().enumerate() {
+            for (element, response) in &self.responses.elements[elements.clone()] {
+                self.kick_element(*element, response, self.kick_lengths[i]);
+                if model.settings.law == ImpulseLaw::Reversal {
+                    self.impulses.contact_problem().reverse(model.gel.potential.nodes(*element));
+                }
             }
         }
+        self.apply_damping();
+        self.impulses.apply_pressures();
+        self.impulses.solve_contact();
+        self.impulses.rebase_passive_nodes();
+        let active = self.impulses.nodes.active.reference_nodes();
+        self.impulses.nodes.note_speeds(std::iter::empty(), active);
+        self.post_damping_work();
+        self.work()
     }
-    system.workspace.element_responses = responses;
-    apply_damping(system);
-    apply_pressures(system, tick);
-    match system.model.settings.law {
-        ImpulseLaw::Moreau { restitution, friction, .. } => solve(system, restitution, friction),
-        ImpulseLaw::Reversal => correct_gel_contacts(system),
-    }
-    rebase_passive_nodes(system, tick);
-}
 
-/// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
-/// ones.
-fn kick_element<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
-    element: ElementId,
-    response: &ElementResponse<D>,
-    weight: f64,
-) {
-    let (gel, freedom) = (&system.model.gel, system.freedom());
-    let mut reaction = ConstraintReaction::default();
-    for (node, force) in gel.potential.nodes(element).iter().zip(&response.forces) {
-        let (a, push) = (node.index(), force * weight);
-        system.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
-        reaction.add(&gel.free(a), freedom, embed(&system.state.position[a]), embed(&push));
+    /// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
+    /// ones.
+    fn kick_element(&mut self, element: ElementId, response: &ElementResponse<D>, weight: f64) {
+        let nodes = &mut self.impulses.nodes;
+        let (gel, freedom) = (&nodes.model.gel, nodes.model.freedom());
+        let mut reaction = ConstraintReaction::default();
+        for (node, force) in gel.potential.nodes(element).iter().zip(&response.forces) {
+            let (a, push) = (node.index(), force * weight);
+            nodes.push(a, &push);
+            reaction.add(&gel.free(a), freedom, embed(&nodes.position[a]), embed(&push));
+        }
+        reaction.post(self.impulses.ledger);
     }
-    reaction.post(&mut system.state.ledger);
-}
 
-/// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
-/// kicks less the change of the carried kick work.
-pub(super) fn kick_work<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> f64 {
-    post_damping_work(system);
-    let (responses, share) = (&system.workspace.element_responses, system.leading_share());
-    let mut work: f64 =
-        system.workspace.active_nodes.reference_nodes().iter().map(|a| system.state.excess[*a as usize]).sum();
-    system.workspace.active_nodes.reference_nodes().iter().for_each(|a| system.state.excess[*a as usize] = 0.0);
-    for (elements, weight) in responses.groups.iter().zip(&system.workspace.kick_lengths) {
-        for (element, response) in &responses.elements[elements.clone()] {
-            for (node, force) in system.model.gel.potential.nodes(*element).iter().zip(&response.forces) {
-                let (before, after) =
-                    (system.workspace.velocities_before[node.index()], system.state.velocity[node.index()]);
-                let excess = share * weight * force.dot(&(after - before));
-                system.state.excess[node.index()] += excess;
-                work += 0.5 * weight * force.dot(&(before + after)) - excess;
-            }
+    /// Damps the active nodes.
+    fn apply_damping(&mut self) {
+        let ImpulsePhase { nodes, bodies, ledger, record, .. } = &mut self.impulses;
+        if nodes.model.settings.damping <= 0.0 {
+            return;
+        }
+        let (freedom, mut loss) = (nodes.model.freedom(), DampingLoss::default());
+        for a in nodes.active.reference_nodes().iter().map(|a| *a as usize) {
+            nodes.velocity[a] += nodes.before[a] * nodes.decay[a];
+            loss.add_impulse(freedom, &nodes.position[a], &nodes.damping_impulse(a));
+        }
+        loss.post(ledger, &mut record.outside, bodies[0].time);
+    }
+
+    /// Posts the work of damping, once all velocities of the tick are known.
+    fn post_damping_work(&mut self) {
+        let nodes = &self.impulses.nodes;
+        let of = |a: usize| 0.5 * nodes.damping_impulse(a).dot(&(nodes.before[a] + nodes.velocity[a]));
+        if nodes.model.settings.damping > 0.0 {
+            let work: f64 = nodes.active.reference_nodes().iter().map(|a| of(*a as usize)).sum();
+            self.impulses.ledger.energy.damping += work;
         }
     }
-    work
+
+    /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J.
+    fn work(self) -> f64 {
+        let ImpulsePhase { nodes, ticks, .. } = self.impulses;
+        let (active, share) = (nodes.active.reference_nodes(), ticks.moment.leading_share());
+        let mut work: f64 = active.iter().map(|a| nodes.excess[*a as usize]).sum();
+        active.iter().for_each(|a| nodes.excess[*a as usize] = 0.0);
+        for (elements, weight) in self.responses.groups.iter().zip(&*self.kick_lengths) {
+            for (element, response) in &self.responses.elements[elements.clone()] {
+                for (node, force) in nodes.model.gel.potential.nodes(*element).iter().zip(&response.forces) {
+                    let (before, after) = (nodes.before[node.index()], nodes.velocity[node.index()]);
+                    let excess = share * weight * force.dot(&(after - before));
+                    nodes.excess[node.index()] += excess;
+                    work += 0.5 * weight * force.dot(&(before + after)) - excess;
+                }
+            }
+        }
+        work
+    }
 }

@@ -184,7 +184,7 @@ pub(super) fn totals<const D: usize, P: Potential<D>>(
     let energies = energy_sums(&system.model.gel, state, &system.model.bodies, &at);
     let (momentum, angular) = momenta(&system.model.gel, state, &system.model.bodies, &at);
     let energy = energies.discrete() - start.energy - ledger.energy.total();
-    let freedom = system.freedom();
+    let freedom = system.model.freedom();
     let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
     let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
     let scales = scales(system, &ledger, start);

@@ -14,13 +14,12 @@
 //! one element after the other; it also runs the event queue and the contact law of the paper.
 
 use super::bodies::place_bodies;
-use super::contact_accounts::{post_body_impulses, post_contact_work};
 use super::derived::update_step_range;
-use super::kick::{complete_simd_kicks, note_speeds, post_residual};
+use super::kick::KickCorrection;
 use super::kick_sums::KickSums;
 use super::mesh_end::finest_groups;
 use super::orientation::check_spin;
-use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
+use super::reference::measure_limits;
 use super::report::synchronous_until;
 use super::stretch_limit::SurfaceStretches;
 use super::substep::MeshPhase;
@@ -42,13 +41,12 @@ pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     end: f64,
     exchanges: &mut [ImpulseExchange],
 ) -> Result<(), StepError> {
-    let time = system.model.grid.time(tick);
     drift_and_evaluate(system, tick)?;
     let sums = kick_by_planned_steps(system, tick);
     let collapsed = choose_steps(system, tick, &sums);
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    post_body_impulses(system, time, end, exchanges);
+    system.body_impulses().post(end, exchanges);
     requeue_groups(system);
     check_tick(system, collapsed)
 }
@@ -72,7 +70,7 @@ fn drift_and_evaluate<const D: usize, P: Potential<D>>(
         None => {}
     }
     find_loads(system, tick);
-    place_bodies(system, time);
+    place_bodies(&mut system.workspace, &system.model.bodies, &system.state.bodies, time);
     Ok(())
 }
 
@@ -156,8 +154,8 @@ fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
 /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the
 /// ledger.
 fn balance_energy<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick, work: f64) {
-    post_residual(system, tick, work);
-    post_contact_work(system);
+    system.balance_phase(tick).post(work);
+    system.contact_accounts().post();
 }
 
 /// Checks the result of a tick: collapsed steps, bodies that spin too fast, and contact surfaces stretched so far that a
@@ -186,13 +184,15 @@ fn complete_kicks<const D: usize, P: Potential<D>>(
     tick: Tick,
     sums: &KickSums,
 ) -> f64 {
-    if system.blocks.is_some() {
-        let begun = (system.clock.phase == MeshPhase::First).then(|| take_first_kick(system, tick));
-        return complete_simd_kicks(system, tick, begun.as_ref().unwrap_or(sums));
+    if system.blocks.is_none() {
+        return system.reference_kicks(tick).apply();
     }
-    kick_and_solve_contact(system, tick);
-    note_speeds(system);
-    kick_work(system)
+    let is_first = system.clock.phase == MeshPhase::First;
+    let sums = if is_first { take_first_kick(system, tick) } else { *sums };
+    let (time, state) = (system.model.grid.time(tick), &mut system.state);
+    sums.post(&mut state.ledger, &mut state.record.outside, time);
+    let correction = system.kick_correction().map_or(0.0, KickCorrection::correct);
+    sums.work + correction + system.impulse_phase(tick).apply()
 }
 
 /// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
@@ -236,7 +236,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
         return Err(error);
     }
     find_loads(system, tick);
-    place_bodies(system, time);
+    place_bodies(&mut system.workspace, &system.model.bodies, &system.state.bodies, time);
     system.workspace.changed_steps.clear();
     let sums = kick_by_planned_steps(system, tick);
     count_global_steps(system, sums.limit, tick);
@@ -244,7 +244,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     system.gap_phase().query_gaps();
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    post_body_impulses(system, time, end, exchanges);
+    system.body_impulses().post(end, exchanges);
     system.clock.failure = system.clock.failure.take().or_else(|| system.stretch_check().find_stretch().leak);
     let (reference, n_elements) = (system.state.record.synchronous, system.model.gel.potential.len());
     system.state.record.synchronous.1 = tick;

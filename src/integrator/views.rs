@@ -2,23 +2,29 @@
 
 use super::DistortionLimits;
 use super::assembly::StepRule;
+use super::balance_phase::BalancePhase;
+use super::contact_accounts::{BodyImpulses, ContactAccounts};
 use super::contact_phase::ContactPhase;
 use super::element_loop::ElementLoopInput;
 use super::element_phase::{ElementPhase, ElementResults};
 use super::gap_phase::GapPhase;
+use super::impulse_phase::ImpulsePhase;
+use super::kick::KickCorrection;
 use super::kick_sums::KickSums;
+use super::kicked_nodes::KickedNodes;
 use super::load::{LoadPhase, LoadedElements};
 use super::load_input::LoadInput;
 use super::node_chunks::NodeChunks;
 use super::node_loop::NodePhase;
 use super::node_update::NodeUpdate;
-use super::reference::ReferenceElements;
+use super::reference::{ReferenceElements, ReferenceKicks};
 use super::self_contact_phase::SelfContactPhase;
 use super::step_check::StepCheck;
 use super::step_limits::StepLimits;
 use super::step_size::StepPhase;
 use super::stretch_limit::StretchCheck;
 use super::substep::GroupTicks;
+use super::substep::MeshPhase;
 use super::surface_at_tick::SurfaceAtTick;
 use super::system::DiscreteSystem;
 use super::tick_nodes::TickNodes;
@@ -60,6 +66,24 @@ macro_rules! step_limits {
             node_limits: &$workspace.node_limits,
             blocks: $blocks.as_ref(),
             stiffness: &$state.stiffness,
+        }
+    };
+}
+
+/// Views the nodes after their kicks in the parts of a system.
+macro_rules! kicked_nodes {
+    ($model:expr, $state:expr, $clock:expr, $workspace:expr, $contact:expr, $batch_travel:expr) => {
+        KickedNodes {
+            model: $model,
+            active: &$workspace.active_nodes,
+            before: &$workspace.velocities_before,
+            decay: &$workspace.decay,
+            position: &mut $state.position,
+            velocity: &mut $state.velocity,
+            excess: &mut $state.excess,
+            last_ticks: &mut $clock.last_ticks,
+            neighbours: &mut $contact.neighbours,
+            batch_travel: $batch_travel,
         }
     };
 }
@@ -126,7 +150,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
 
     /// Returns the node phase of a tick; `None` in the reference form.
     pub fn node_phase(&mut self, tick: Tick) -> Option<NodePhase<'_, D, P>> {
-        let leading_share = self.leading_share();
+        let leading_share = self.tick_context(tick).leading_share();
         let is_shared = self.is_worth_sharing();
         let Self { model, state, clock, blocks, workspace, batch_travel, pool, .. } = self;
         let blocks = blocks.as_ref()?;
@@ -292,6 +316,104 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
             facets: &contact.facets,
             can_be_distorted: self.can_be_distorted(),
             greatest_edge: clock.ends.distortion.as_ref().map_or(f64::INFINITY, |limits| limits.facet_edge),
+        }
+    }
+
+    /// Returns the kick correction of a tick, none at the first tick of a mesh; `None` in the reference form.
+    pub fn kick_correction(&mut self) -> Option<KickCorrection<'_, D, P>> {
+        let Self { model, state, clock, blocks, contact, batch_travel, workspace, .. } = self;
+        let is_first = clock.phase == MeshPhase::First;
+        Some(KickCorrection {
+            nodes: kicked_nodes!(model, state, clock, workspace, contact, batch_travel),
+            chunk_sums: &workspace.chunk_sums,
+            changed_steps: if is_first { &[] } else { &workspace.changed_steps },
+            blocks: blocks.as_mut()?,
+            memory: &mut state.memory,
+            responses: &mut workspace.responses,
+            elements: &mut workspace.element_responses.elements,
+            ledger: &mut state.ledger,
+        })
+    }
+
+    /// Returns the impulse phase of a tick.
+    pub fn impulse_phase(&mut self, tick: Tick) -> ImpulsePhase<'_, D, P> {
+        self.reference_kicks(tick).impulses
+    }
+
+    /// Returns the kicks of a tick in the reference form.
+    pub fn reference_kicks(&mut self, tick: Tick) -> ReferenceKicks<'_, D, P> {
+        let moment = self.tick_context(tick);
+        let Self { model, state, clock, blocks, contact, batch_travel, workspace, .. } = self;
+        let impulses = ImpulsePhase {
+            nodes: kicked_nodes!(model, state, clock, workspace, contact, batch_travel),
+            ticks: GroupTicks { moment, clocks: &state.clocks, alarms: &state.alarms },
+            blocks: blocks.as_ref(),
+            bodies: &workspace.bodies_before,
+            bodies_after: &mut workspace.bodies_after,
+            facet_loads: &mut workspace.facet_loads,
+            points: &mut workspace.contact_points,
+            symmetry: &mut workspace.symmetry_contacts,
+            self_contacts: &mut workspace.self_contacts,
+            passive_nodes: &workspace.passive_nodes,
+            impulse_nodes: &mut workspace.impulse_nodes,
+            ledger: &mut state.ledger,
+            record: &mut state.record,
+        };
+        ReferenceKicks {
+            impulses,
+            active_groups: &workspace.active_groups,
+            kick_lengths: &mut workspace.kick_lengths,
+            responses: &workspace.element_responses,
+        }
+    }
+
+    /// Returns the balance phase of a tick.
+    pub fn balance_phase(&mut self, tick: Tick) -> BalancePhase<'_, D, P> {
+        let moment = self.tick_context(tick);
+        let Self { model, state, blocks, workspace, .. } = self;
+        BalancePhase {
+            model,
+            moment,
+            alarms: &state.alarms,
+            active_groups: &workspace.active_groups,
+            responses: &workspace.responses,
+            changed_steps: &workspace.changed_steps,
+            velocity: &state.velocity,
+            before: &workspace.velocities_before,
+            facet_loads: &workspace.facet_loads,
+            impulse_nodes: &workspace.impulse_nodes,
+            blocks: blocks.as_mut(),
+            clocks: &mut state.clocks,
+            energy: &mut state.ledger.energy,
+            record: &mut state.record,
+        }
+    }
+
+    /// Returns the accounts of the contact impulses of a tick.
+    pub fn contact_accounts(&mut self) -> ContactAccounts<'_, D, P> {
+        let Self { model, state, clock, workspace, .. } = self;
+        ContactAccounts {
+            surface: surface_at_tick!(model, state, clock, workspace),
+            bodies_after: &workspace.bodies_after,
+            points: &workspace.contact_points,
+            symmetry: &workspace.symmetry_contacts,
+            self_contacts: &workspace.self_contacts,
+            ledger: &mut state.ledger,
+        }
+    }
+
+    /// Returns the impulses of a tick on the bodies.
+    pub fn body_impulses(&mut self) -> BodyImpulses<'_, D, P> {
+        let Self { model, state, clock, workspace, .. } = self;
+        BodyImpulses {
+            model,
+            points: &workspace.contact_points,
+            before: &workspace.bodies_before,
+            after: &workspace.bodies_after,
+            exits: clock.ends.exits,
+            bodies: &mut state.bodies,
+            ledger: &mut state.ledger,
+            record: &mut state.record,
         }
     }
 }
