@@ -3,7 +3,6 @@
 use super::ExitRule;
 use super::bodies::rebase_body;
 use super::kick_sums::ConstraintReaction;
-use super::model::DiscreteModel;
 use super::surface_at_tick::SurfaceAtTick;
 use crate::contact::{BodyMotion, BodyState, ContactPoint, ImpulseExchange, SelfContact, SymmetryContact};
 use crate::fem::Potential;
@@ -11,13 +10,13 @@ use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 use crate::state::RunRecord;
 
-/// Impulses of a tick on the bodies, which become events of theirs.
-pub(super) struct BodyImpulses<'a, const D: usize, P> {
-    pub model: &'a DiscreteModel<D, P>,
+/// Accounts of the contact impulses of a tick: reads contacts and velocities, and writes ledger, record and bodies.
+pub(super) struct ContactAccounts<'a, const D: usize, P> {
+    pub surface: SurfaceAtTick<'a, D, P>,
+    pub bodies_after: &'a [BodyState],
     pub points: &'a [ContactPoint<D>],
-    /// Bodies at this tick before and after its impulses.
-    pub before: &'a [BodyState],
-    pub after: &'a [BodyState],
+    pub symmetry: &'a [SymmetryContact],
+    pub self_contacts: &'a [SelfContact<D>],
     pub exits: Option<ExitRule>,
     /// Bodies at their last events.
     pub bodies: &'a mut [BodyState],
@@ -25,17 +24,17 @@ pub(super) struct BodyImpulses<'a, const D: usize, P> {
     pub record: &'a mut RunRecord,
 }
 
-impl<const D: usize, P> BodyImpulses<'_, D, P> {
+impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
     /// Makes the impulses events of the bodies, and adds them to the exchanges with the importer, which end at time
     /// `end`, s, and to the record.
-    pub fn post(mut self, end: f64, exchanges: &mut [ImpulseExchange]) {
+    pub fn post_body_impulses(mut self, end: f64, exchanges: &mut [ImpulseExchange]) {
         for (body, exchange) in exchanges.iter_mut().enumerate() {
             let Some(impulse) = self.body_impulse(body, exchange) else { continue };
-            let time = self.before[body].time;
+            let time = self.surface.time();
             exchange.impulse += impulse;
             exchange.impulse_moment += impulse * (end - time);
-            rebase_body(&self.model.bodies[body], &mut self.bodies[body], self.ledger, time);
-            self.bodies[body] = self.after[body];
+            rebase_body(&self.surface.model.bodies[body], &mut self.bodies[body], self.ledger, time);
+            self.bodies[body] = self.bodies_after[body];
             self.record_impulse(body, impulse, time);
         }
     }
@@ -43,7 +42,7 @@ impl<const D: usize, P> BodyImpulses<'_, D, P> {
     /// Returns the impulse of this tick on a body, N·s, if there is one, and adds the sums over its contact points to
     /// the exchange and to the record.
     fn body_impulse(&mut self, body: usize, exchange: &mut ImpulseExchange) -> Option<Vector3> {
-        let (rigid, was, now) = (&self.model.bodies[body], &self.before[body], &self.after[body]);
+        let ((rigid, was), now) = (self.surface.bodies().get(body), &self.bodies_after[body]);
         let record = &mut self.record.contacts[body];
         let touches = self.points.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);
         touches.fold(None, |sum: Option<Vector3>, touch| {
@@ -67,7 +66,7 @@ impl<const D: usize, P> BodyImpulses<'_, D, P> {
     /// Records an impulse on a body: its sum, direction and time, the depth and the window of the peak force.
     fn record_impulse(&mut self, body: usize, impulse: Vector3, time: f64) {
         let depth = self.depth_in_gel(body);
-        let width = self.model.settings.force_window;
+        let width = self.surface.model.settings.force_window;
         self.record.outside.add(&-impulse, time);
         let record = &mut self.record.contacts[body];
         record.impulse += impulse;
@@ -85,28 +84,16 @@ impl<const D: usize, P> BodyImpulses<'_, D, P> {
     /// Returns the depth of a body at its last event below the undeformed entry surface, m, at most that of the back
     /// face.
     fn depth_in_gel(&self, body: usize) -> f64 {
-        let at = &self.bodies[body];
-        let motion = self.model.frame.motion(&self.record.outside, at.time);
-        let depth = self.model.bodies[body].depth(&motion.seen_from(at));
+        let (model, at) = (self.surface.model, &self.bodies[body]);
+        let motion = model.frame.motion(&self.record.outside, at.time);
+        let depth = model.bodies[body].depth(&motion.seen_from(at));
         self.exits.map_or(depth, |rule| depth.min(-rule.back_face))
     }
-}
 
-/// Accounts of the contact impulses of a tick.
-pub(super) struct ContactAccounts<'a, const D: usize, P> {
-    pub surface: SurfaceAtTick<'a, D, P>,
-    pub bodies_after: &'a [BodyState],
-    pub points: &'a [ContactPoint<D>],
-    pub symmetry: &'a [SymmetryContact],
-    pub self_contacts: &'a [SelfContact<D>],
-    pub ledger: &'a mut Ledger,
-}
-
-impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, without its part Σ J b that removes penetration;
     /// that part; and the work of friction, Σ Jₜ·(u⁻ + u⁺)/2. Also posts the work of the support of a body that is
     /// not free and of a growing dome.
-    pub fn post(mut self) {
+    pub fn post_work(mut self) {
         let (model, nodes, mut reaction) = (self.surface.model, self.surface.nodes, ConstraintReaction::default());
         for touch in self.points.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;

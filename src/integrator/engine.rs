@@ -7,7 +7,7 @@ use super::settings::{IntegratorSettings, UnusableStep};
 use super::system::DiscreteSystem;
 use super::{
     BalanceTotals, BlockLayout, BlockMotion, DiscreteGel, DistortionLimits, ExitRule, GelFrame, StepError, TickGrid,
-    WorkerPool, admissible, derived, energy_correction, exit, handover, layout_stats, mesh_end, report,
+    WorkerPool, admissible, derived, energy_correction, handover, layout_stats, mesh_end, report,
 };
 use crate::contact::{BodyState, ImpulseExchange, RigidBody};
 use crate::fem::{ElementBatches, ElementStates, HistoryVariables, Potential};
@@ -266,7 +266,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns true if a body at this state no longer meets the gel.
     #[must_use]
     pub fn is_body_away(&self, body: usize, at: &BodyState) -> bool {
-        exit::is_away(&self.system, body, at)
+        self.system.body_exit(body, at).is_away()
     }
 
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.

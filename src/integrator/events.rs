@@ -2,7 +2,6 @@
 
 use super::blocks::ElementBlocks;
 use super::bodies::place_bodies;
-use super::exit::{is_away, update_exit};
 use super::mesh_end::{is_over, next_remesh_tick};
 use super::orientation::{check_spin, next_orientation_step};
 use super::substep::MeshPhase;
@@ -67,7 +66,7 @@ fn step_orientations<const D: usize, P: Potential<D>>(
     tick: Tick,
 ) -> Result<(), StepError> {
     for body in 0..system.model.bodies.len() {
-        if next_orientation_step(system, body) == Some(tick) {
+        if next_orientation_step(&system.model, &system.state, body) == Some(tick) {
             system.rebase_body(body, system.model.grid.time(tick));
             check_spin(&system.model, body, &system.state.bodies[body])?;
         }
@@ -84,7 +83,8 @@ fn next_event<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>
             next_tick(system, from)
         }
     };
-    let turns = (0..system.model.bodies.len()).filter_map(|body| next_orientation_step(system, body));
+    let turns =
+        (0..system.model.bodies.len()).filter_map(|body| next_orientation_step(&system.model, &system.state, body));
     elements.into_iter().chain(turns).min()
 }
 
@@ -146,11 +146,13 @@ fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSy
 /// Finds the bodies that have left at this tick; returns true if the gel is put to rest with it.
 fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> bool {
     let Some(rule) = system.clock.ends.exits else { return false };
-    let n_bodies = system.model.bodies.len();
-    (0..n_bodies).for_each(|body| update_exit(system, &rule, body));
-    let exit = system.state.record.contacts[0].exit;
-    let is_over = exit.is_some_and(|exit| system.workspace.bodies_after[0].time - exit.time >= rule.rest_after);
-    let all_away = || (0..n_bodies).all(|body| is_away(system, body, &system.workspace.bodies_after[body]));
+    for body in 0..system.model.bodies.len() {
+        let exit = system.body_exit(body, &system.workspace.bodies_after[body]).after_tick(&rule);
+        system.state.record.contacts[body].exit = exit;
+    }
+    let (exit, after) = (system.state.record.contacts[0].exit, &system.workspace.bodies_after);
+    let is_over = exit.is_some_and(|exit| after[0].time - exit.time >= rule.rest_after);
+    let all_away = || after.iter().enumerate().all(|(body, at)| system.body_exit(body, at).is_away());
     system.state.record.at_rest = is_over && all_away();
     system.state.record.at_rest
 }
@@ -161,8 +163,8 @@ fn advance_bodies<const D: usize, P: Potential<D>>(
     end: Tick,
 ) -> Result<AdvanceOutcome, StepError> {
     let next = |system: &DiscreteSystem<D, P>| {
-        let turns =
-            (0..system.model.bodies.len()).filter_map(|body| Some((next_orientation_step(system, body)?, body)));
+        let turns = (0..system.model.bodies.len())
+            .filter_map(|body| Some((next_orientation_step(&system.model, &system.state, body)?, body)));
         turns.min().filter(|(tick, _)| *tick <= end)
     };
     while let Some((tick, body)) = next(system) {

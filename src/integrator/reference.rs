@@ -222,7 +222,9 @@ impl<const D: usize, P: Potential<D>> ReferenceKicks<'_, D, P> {
         let ImpulsePhase { nodes, ticks, .. } = self.impulses;
         let (active, share) = (nodes.active.reference_nodes(), ticks.moment.leading_share());
         let mut work: f64 = active.iter().map(|a| nodes.excess[*a as usize]).sum();
-        active.iter().for_each(|a| nodes.excess[*a as usize] = 0.0);
+        for a in active {
+            nodes.excess[*a as usize] = 0.0;
+        }
         for (elements, weight) in self.responses.groups.iter().zip(&*self.kick_lengths) {
             for (element, response) in &self.responses.elements[elements.clone()] {
                 for (node, force) in nodes.model.gel.potential.nodes(*element).iter().zip(&response.forces) {

@@ -106,7 +106,9 @@ impl<const D: usize, P: Potential<D>> StepPhase<'_, D, P> {
         let Self { moment: TickContext { tick, .. }, clocks, alarms, changed_steps, .. } = self;
         if let Some(StepChange { planned, .. }) = changed_steps.first().copied() {
             let ahead = clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
-            clocks.iter_mut().for_each(|clock| clock.step = ahead);
+            for clock in &mut *clocks {
+                clock.step = ahead;
+            }
             changed_steps.clear();
             let all = 0..clocks.len() as u32;
             changed_steps.extend(all.map(|group| StepChange { group, planned, ahead }));

@@ -46,7 +46,7 @@ pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     let collapsed = choose_steps(system, tick, &sums);
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    system.body_impulses().post(end, exchanges);
+    system.contact_accounts().post_body_impulses(end, exchanges);
     requeue_groups(system);
     check_tick(system, collapsed)
 }
@@ -155,7 +155,7 @@ fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
 /// ledger.
 fn balance_energy<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick, work: f64) {
     system.balance_phase(tick).post(work);
-    system.contact_accounts().post();
+    system.contact_accounts().post_work();
 }
 
 /// Checks the result of a tick: collapsed steps, bodies that spin too fast, and contact surfaces stretched so far that a
@@ -244,7 +244,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     system.gap_phase().query_gaps();
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    system.body_impulses().post(end, exchanges);
+    system.contact_accounts().post_body_impulses(end, exchanges);
     system.clock.failure = system.clock.failure.take().or_else(|| system.stretch_check().find_stretch().leak);
     let (reference, n_elements) = (system.state.record.synchronous, system.model.gel.potential.len());
     system.state.record.synchronous.1 = tick;

@@ -3,10 +3,11 @@
 use super::DistortionLimits;
 use super::assembly::StepRule;
 use super::balance_phase::BalancePhase;
-use super::contact_accounts::{BodyImpulses, ContactAccounts};
+use super::contact_accounts::ContactAccounts;
 use super::contact_phase::ContactPhase;
 use super::element_loop::ElementLoopInput;
 use super::element_phase::{ElementPhase, ElementResults};
+use super::exit::BodyExit;
 use super::gap_phase::GapPhase;
 use super::impulse_phase::ImpulsePhase;
 use super::kick::KickCorrection;
@@ -23,12 +24,11 @@ use super::step_check::StepCheck;
 use super::step_limits::StepLimits;
 use super::step_size::StepPhase;
 use super::stretch_limit::StretchCheck;
-use super::substep::GroupTicks;
-use super::substep::MeshPhase;
+use super::substep::{GroupTicks, MeshPhase};
 use super::surface_at_tick::SurfaceAtTick;
 use super::system::DiscreteSystem;
 use super::tick_nodes::TickNodes;
-use crate::contact::ContactTolerances;
+use crate::contact::{BodyState, ContactTolerances};
 use crate::fem::Potential;
 use crate::state::Tick;
 
@@ -184,10 +184,9 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         let moment = self.tick_context(tick);
         let Self { model, state, clock, blocks, workspace, .. } = self;
         let time = model.grid.time(tick);
-        let nodes = tick_nodes!(model, state, clock, workspace);
         let input = LoadInput {
             model,
-            nodes,
+            nodes: tick_nodes!(model, state, clock, workspace),
             ticks: GroupTicks { moment, clocks: &state.clocks, alarms: &state.alarms },
             active_groups: blocks.is_none().then_some(&workspace.active_groups),
             projectile: &state.bodies[0],
@@ -234,8 +233,7 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         }
     }
 
-    /// Returns the check of the steps at a tick, room for the limits of a block, and the groups to find; `None` in the
-    /// reference form, which checks all active groups.
+    /// Returns the check of the steps at a tick; `None` in the reference form, which checks all active groups.
     pub fn step_check(&mut self, tick: Tick) -> Option<StepCheck<'_, D, P>> {
         let (moment, can_be_distorted) = (self.tick_context(tick), self.can_be_distorted());
         let Self { model, state, blocks, contact, workspace, .. } = self;
@@ -398,22 +396,17 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
             points: &workspace.contact_points,
             symmetry: &workspace.symmetry_contacts,
             self_contacts: &workspace.self_contacts,
-            ledger: &mut state.ledger,
-        }
-    }
-
-    /// Returns the impulses of a tick on the bodies.
-    pub fn body_impulses(&mut self) -> BodyImpulses<'_, D, P> {
-        let Self { model, state, clock, workspace, .. } = self;
-        BodyImpulses {
-            model,
-            points: &workspace.contact_points,
-            before: &workspace.bodies_before,
-            after: &workspace.bodies_after,
             exits: clock.ends.exits,
             bodies: &mut state.bodies,
             ledger: &mut state.ledger,
             record: &mut state.record,
         }
+    }
+
+    /// Returns a body at a state as its exit is found.
+    pub fn body_exit<'a>(&'a self, body: usize, at: &'a BodyState) -> BodyExit<'a> {
+        let (model, record) = (&self.model, &self.state.record);
+        let (rigid, contact) = (&model.bodies[body], &record.contacts[body]);
+        BodyExit { rigid, at, frame: &model.frame, outside: &record.outside, contact }
     }
 }
