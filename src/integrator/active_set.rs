@@ -77,6 +77,11 @@ impl ActiveSet {
         (!self.all && self.list.len() < LIST_CAPACITY).then_some(self.list.as_slice())
     }
 
+    /// Returns the number of chunks in which the loop runs over all nodes; 0 if it runs over the list.
+    pub fn n_chunks(&self, n_nodes: usize) -> usize {
+        if self.listed_nodes().is_none() { n_nodes.div_ceil(RUN) } else { 0 }
+    }
+
     /// Returns all active nodes of the reference form, in the order of insertion.
     pub fn reference_nodes(&self) -> &[u32] {
         &self.list

@@ -10,12 +10,12 @@
 //! the depth of the rear over a ramp length δ, and on the wall with its depth over δ, so that neither an event nor the
 //! rim of the entry hole makes a jump. From then on the work is p dV, with the volume V below z = 0.
 
-use super::system::DiscreteSystem;
+use super::load_input::LoadInput;
 use super::workspace::{FacetLoad, PressureSource};
 use super::{CavityAir, LoadedFacet};
 use crate::fem::{Potential, push};
 use crate::math::Vector;
-use crate::state::Tick;
+use crate::state::CavityGas;
 
 /// Cavity at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,13 +29,13 @@ pub(super) struct OpenCavity {
 }
 
 impl OpenCavity {
-    /// Returns the cavity at a time, s, if its air is not vented and the rear of an active projectile is below the entry
+    /// Returns the cavity at a tick, with this gas in it, if its air is not vented and the rear of an active projectile is below the entry
     /// surface.
-    pub fn at<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> Option<Self> {
-        let CavityAir { gauge, ramp, inflow } = system.model.gel.loads.air?;
-        let share = inflow.map_or(1.0, |_| system.state.record.gas.map_or(0.0, |gas| 1.0 - gas.pressure));
-        let (body, last) = (&system.model.bodies[0], &system.state.bodies[0]);
-        let entry = system.entry_height(time);
+    pub fn at<const D: usize, P: Potential<D>>(input: &LoadInput<'_, D, P>, gas: Option<CavityGas>) -> Option<Self> {
+        let LoadInput { model, projectile: last, time, entry, .. } = *input;
+        let CavityAir { gauge, ramp, inflow } = model.gel.loads.air?;
+        let share = inflow.map_or(1.0, |_| gas.map_or(0.0, |gas| 1.0 - gas.pressure));
+        let body = &model.bodies[0];
         let depth = entry - body.rear(&last.at(body, time));
         (last.active && depth > 0.0).then(|| Self { gauge: gauge * share * (depth / ramp).min(1.0), ramp, entry })
     }
@@ -65,25 +65,21 @@ pub(super) fn mean_over<const D: usize>(corners: &[Vector<D>], of: impl Fn(&Vect
 /// Finds the load of the air on a facet of the wall, and the stiffness that it adds to the element behind the facet,
 /// N/m.
 pub(super) fn find_air_load<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
+    input: &LoadInput<'_, D, P>,
     cavity: &OpenCavity,
     loaded: &LoadedFacet,
-    group: usize,
-    tick: Tick,
 ) -> Option<(FacetLoad<D>, f64)> {
-    let time = system.model.grid.time(tick);
-    let corners = loaded.facet.map(|node| system.position_at(node, time));
+    let corners = input.corners(loaded);
     let (weight, steepness) = cavity.mean_weight(&corners[..D]);
     if weight == 0.0 {
         return None;
     }
     // The surface of the gel faces the void: a pressure in the void is one into the gel.
-    let (pressure, push) = (cavity.gauge * weight, push(system.model.gel.loads.section, &corners));
+    let (pressure, push) = (cavity.gauge * weight, push(input.model.gel.loads.section, &corners));
     let area = push.forces.iter().sum::<Vector<D>>().norm();
     // As for a load that rises with depth: each corner has at most 1/D of the weight at the middle and of its own.
     let added = pressure.abs() * push.stiffness + cavity.gauge.abs() * steepness * area / (D as f64).sqrt();
-    let (forces, weight) = (push.forces.map(|force| force * pressure), system.trailing_half(group, tick));
-    Some((FacetLoad { nodes: loaded.facet, forces, group, weight, source: PressureSource::Cavity }, added))
+    Some((input.load(loaded, push.forces.map(|force| force * pressure), PressureSource::Cavity), added))
 }
 
 #[cfg(test)]

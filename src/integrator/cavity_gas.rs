@@ -11,10 +11,10 @@
 
 use super::CavityAir;
 use super::cavity::{mean_over, rise};
-use super::system::DiscreteSystem;
+use super::load_input::LoadInput;
 use crate::fem::{Potential, Section, push};
 use crate::math::Vector;
-use crate::state::{CavityGas, Tick};
+use crate::state::CavityGas;
 
 /// Ratio of the specific heats of air, γ.
 const GAMMA: f64 = 1.4;
@@ -26,31 +26,30 @@ const INTERVAL: f64 = 0.1;
 const THROAT: [f64; 2] = [0.5, 1.5];
 
 /// Updates the air in a cavity that is open to the surrounding air, if an update is due.
-pub(super) fn update_gas<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let Some(CavityAir { ramp, inflow: Some(inflow), .. }) = system.model.gel.loads.air else { return };
-    let (time, last) = (system.model.grid.time(tick), system.state.record.gas);
-    let elapsed = last.map_or(f64::INFINITY, |gas| time - system.model.grid.time(gas.tick));
-    let (body, at) = (&system.model.bodies[0], &system.state.bodies[0]);
-    let is_inside = at.active && body.rear(&at.at(body, time)) < system.entry_height(time);
+pub(super) fn update_gas<const D: usize, P: Potential<D>>(input: &LoadInput<'_, D, P>, gas: &mut Option<CavityGas>) {
+    let LoadInput { model, projectile: at, time, entry, .. } = *input;
+    let Some(CavityAir { ramp, inflow: Some(inflow), .. }) = model.gel.loads.air else { return };
+    let (last, body) = (*gas, &model.bodies[0]);
+    let elapsed = last.map_or(f64::INFINITY, |gas| time - model.grid.time(gas.tick));
+    let is_inside = at.active && body.rear(&at.at(body, time)) < entry;
     if !is_inside || elapsed * SPEED < INTERVAL * ramp {
         return;
     }
-    let [volume, opening] = measure(system, ramp, time).map(|measure| measure * inflow.copies);
-    let has_left = system.state.record.contacts[0].exit.is_some();
-    let (exit, body_volume) = if has_left { (inflow.exit_area, 0.0) } else { (0.0, inflow.body_volume) };
+    let [volume, opening] = measure(input, ramp).map(|measure| measure * inflow.copies);
+    let (exit, body_volume) = if input.has_left { (inflow.exit_area, 0.0) } else { (0.0, inflow.body_volume) };
     let (area, volume) = (opening.max(0.0) + exit, (volume - body_volume).max(inflow.exit_area * ramp));
     let pressure = last.map_or(1.0, |gas| advanced(&gas, volume, inflow.discharge * area * elapsed));
-    system.state.record.gas = Some(CavityGas { pressure, volume, tick });
+    *gas = Some(CavityGas { pressure, volume, tick: input.ticks.moment.tick });
 }
 
 /// Returns the volume of the cavity, m³, and the area of its opening, m², of the computed part: ∫w A dz and the mean of
 /// its cross-section A over the depths of [`THROAT`].
-fn measure<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, ramp: f64, time: f64) -> [f64; 2] {
-    let (gel, entry) = (&system.model.gel, system.entry_height(time));
-    let wall = gel.loads.facets.iter().filter(|loaded| loaded.can_bound_cavity());
+fn measure<const D: usize, P: Potential<D>>(input: &LoadInput<'_, D, P>, ramp: f64) -> [f64; 2] {
+    let (loads, entry) = (&input.model.gel.loads, input.entry);
+    let wall = loads.facets.iter().filter(|loaded| loaded.can_bound_cavity());
     wall.fold([0.0; 2], |[volume, area], loaded| {
-        let corners = loaded.facet.map(|node| system.position_at(node, time));
-        let flux = lateral_flux(gel.loads.section, &corners);
+        let corners = input.corners(loaded);
+        let flux = lateral_flux(loads.section, &corners);
         let part = |of: &dyn Fn(f64) -> f64| flux * mean_over(&corners[..D], |x| of(x[D - 1] - entry));
         [volume + part(&|z| rise(z, ramp)), area + part(&|z| throat(z, ramp))]
     })

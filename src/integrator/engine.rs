@@ -7,8 +7,7 @@ use super::settings::{IntegratorSettings, UnusableStep};
 use super::system::DiscreteSystem;
 use super::{
     BalanceTotals, BlockLayout, BlockMotion, DiscreteGel, DistortionLimits, ExitRule, GelFrame, StepError, TickGrid,
-    WorkerPool, admissible, bodies, derived, energy_correction, exit, handover, history_rows, layout_stats, mesh_end,
-    report,
+    WorkerPool, admissible, derived, energy_correction, handover, layout_stats, mesh_end, report,
 };
 use crate::contact::{BodyState, ImpulseExchange, RigidBody};
 use crate::fem::{ElementBatches, ElementStates, HistoryVariables, Potential};
@@ -183,18 +182,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             Some(pool) => pool.run(|| process_ticks(system, until, end, exchanges)),
             None => process_ticks(system, until, end, exchanges),
         };
-        history_rows::store_history(system);
+        if let Some(blocks) = &mut system.blocks {
+            blocks.store_unsaved_history(&system.model.layout, &mut system.state.memory);
+        }
         reached
     }
 
     /// Replaces a body's state or wrench at its own time, as an event; the caller posts the change to the ledger.
     pub fn set_body(&mut self, body: usize, state: &BodyState) {
-        bodies::set_body(&mut self.system, body, state);
+        self.system.state.bodies[body] = *state;
+        (self.system.clock.quiet_until, self.system.contact.knows_bodies) = (None, false);
     }
 
     /// Moves a body to time `t`, s, as an event and posts the work of its wrench.
     pub fn rebase_body(&mut self, body: usize, t: f64) {
-        bodies::rebase_body(&mut self.system, body, t);
+        self.system.rebase_body(body, t);
     }
 
     /// Returns the ledger, to post changes of a body from outside.
@@ -264,7 +266,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns true if a body at this state no longer meets the gel.
     #[must_use]
     pub fn is_body_away(&self, body: usize, at: &BodyState) -> bool {
-        exit::is_away(&self.system, body, at)
+        self.system.body_exit(body, at).is_away()
     }
 
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.
@@ -404,7 +406,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// to time `t`, s.
     #[must_use]
     pub fn synchronous_updates(&self, t: f64) -> f64 {
-        report::synchronous_until(&self.system, self.grid().ticks(self.time_in_gel(t)))
+        let (reference, ticks) = (self.system.state.record.synchronous, self.grid().ticks(self.time_in_gel(t)));
+        report::synchronous_until(reference, ticks, self.gel().potential.len())
     }
 
     /// Returns the blocks of the SIMD form, in order; empty for the reference form.

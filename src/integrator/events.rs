@@ -1,8 +1,7 @@
 //! Events in their order: ticks of elements, steps of orientations, the end of a mesh, the exit of bodies.
 
 use super::blocks::ElementBlocks;
-use super::bodies::{place_bodies, rebase_body};
-use super::exit::{is_away, update_exit};
+use super::bodies::place_bodies;
 use super::mesh_end::{is_over, next_remesh_tick};
 use super::orientation::{check_spin, next_orientation_step};
 use super::substep::MeshPhase;
@@ -67,9 +66,9 @@ fn step_orientations<const D: usize, P: Potential<D>>(
     tick: Tick,
 ) -> Result<(), StepError> {
     for body in 0..system.model.bodies.len() {
-        if next_orientation_step(system, body) == Some(tick) {
-            rebase_body(system, body, system.model.grid.time(tick));
-            check_spin(system, body, &system.state.bodies[body])?;
+        if next_orientation_step(&system.model, &system.state, body) == Some(tick) {
+            system.rebase_body(body, system.model.grid.time(tick));
+            check_spin(&system.model, body, &system.state.bodies[body])?;
         }
     }
     Ok(())
@@ -84,7 +83,8 @@ fn next_event<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>
             next_tick(system, from)
         }
     };
-    let turns = (0..system.model.bodies.len()).filter_map(|body| next_orientation_step(system, body));
+    let turns =
+        (0..system.model.bodies.len()).filter_map(|body| next_orientation_step(&system.model, &system.state, body));
     elements.into_iter().chain(turns).min()
 }
 
@@ -139,18 +139,20 @@ fn skip_quiet_ticks<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem
 fn place_bodies_in_list<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
     let events = system.state.bodies.iter().map(|body| body.time);
     let time = events.fold(system.contact.neighbours.time(), f64::max);
-    place_bodies(system, time);
+    place_bodies(&mut system.workspace, &system.model.bodies, &system.state.bodies, time);
     system.contact.follow_bodies(time, &system.workspace.bodies_before);
 }
 
 /// Finds the bodies that have left at this tick; returns true if the gel is put to rest with it.
 fn find_exits<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) -> bool {
     let Some(rule) = system.clock.ends.exits else { return false };
-    let n_bodies = system.model.bodies.len();
-    (0..n_bodies).for_each(|body| update_exit(system, &rule, body));
-    let exit = system.state.record.contacts[0].exit;
-    let is_over = exit.is_some_and(|exit| system.workspace.bodies_after[0].time - exit.time >= rule.rest_after);
-    let all_away = || (0..n_bodies).all(|body| is_away(system, body, &system.workspace.bodies_after[body]));
+    for body in 0..system.model.bodies.len() {
+        let exit = system.body_exit(body, &system.workspace.bodies_after[body]).after_tick(&rule);
+        system.state.record.contacts[body].exit = exit;
+    }
+    let (exit, after) = (system.state.record.contacts[0].exit, &system.workspace.bodies_after);
+    let is_over = exit.is_some_and(|exit| after[0].time - exit.time >= rule.rest_after);
+    let all_away = || after.iter().enumerate().all(|(body, at)| system.body_exit(body, at).is_away());
     system.state.record.at_rest = is_over && all_away();
     system.state.record.at_rest
 }
@@ -161,13 +163,13 @@ fn advance_bodies<const D: usize, P: Potential<D>>(
     end: Tick,
 ) -> Result<AdvanceOutcome, StepError> {
     let next = |system: &DiscreteSystem<D, P>| {
-        let turns =
-            (0..system.model.bodies.len()).filter_map(|body| Some((next_orientation_step(system, body)?, body)));
+        let turns = (0..system.model.bodies.len())
+            .filter_map(|body| Some((next_orientation_step(&system.model, &system.state, body)?, body)));
         turns.min().filter(|(tick, _)| *tick <= end)
     };
     while let Some((tick, body)) = next(system) {
-        rebase_body(system, body, system.model.grid.time(tick));
-        check_spin(system, body, &system.state.bodies[body])?;
+        system.rebase_body(body, system.model.grid.time(tick));
+        check_spin(&system.model, body, &system.state.bodies[body])?;
     }
     Ok(AdvanceOutcome::End)
 }

@@ -3,8 +3,7 @@
 
 use super::blocks::ElementBlocks;
 use super::element_order::{ElementLayout, SLOTS};
-use super::system::DiscreteSystem;
-use crate::fem::{DEPTH, ElementResponse, HistoryLanes, HistoryVariables, LANES, Potential};
+use crate::fem::{DEPTH, HistoryLanes, HistoryVariables, LANES};
 use crate::mesh::ElementId;
 use std::ops::Range;
 
@@ -22,8 +21,17 @@ impl<const D: usize> ElementBlocks<D> {
         self.all.iter_mut().for_each(|block| block.has_unsaved_history = false);
     }
 
+    /// Stores the history variables that the last ticks have changed in the state.
+    pub fn store_unsaved_history(&mut self, order: &ElementLayout, memory: &mut [HistoryVariables<D>]) {
+        for i in 0..self.all.len() {
+            if std::mem::take(&mut self.all[i].has_unsaved_history) {
+                self.store_history(i * SLOTS..order.n_slots().min((i + 1) * SLOTS), order, memory);
+            }
+        }
+    }
+
     /// Stores the history variables of the elements in some slots.
-    fn store_history(&self, slots: Range<usize>, order: &ElementLayout, memory: &mut [HistoryVariables<D>]) {
+    pub fn store_history(&self, slots: Range<usize>, order: &ElementLayout, memory: &mut [HistoryVariables<D>]) {
         for slot in slots {
             if let (Some(rows), Some(element)) = (self.rows(slot), order.element(slot)) {
                 self.lanes.recall(rows, slot % LANES, &mut memory[history_range(element, self.memories)]);
@@ -38,7 +46,7 @@ impl<const D: usize> ElementBlocks<D> {
     }
 
     /// Returns the viscous part of U′ of the elements of a patch at their last sweep, Pa.
-    fn viscous(&self, order: &ElementLayout, elements: &[ElementId]) -> [f64; DEPTH] {
+    pub fn viscous(&self, order: &ElementLayout, elements: &[ElementId]) -> [f64; DEPTH] {
         let of = |element: &ElementId| {
             let slot = order.slot(*element);
             self.rows(slot).map_or(0.0, |rows| self.lanes.viscous(rows, slot % LANES))
@@ -50,33 +58,4 @@ impl<const D: usize> ElementBlocks<D> {
 /// Returns the range of an element's history variables among those of all elements.
 fn history_range(element: ElementId, memories: usize) -> Range<usize> {
     element.index() * memories..(element.index() + 1) * memories
-}
-
-/// Stores the history variables of the blocks in the state.
-pub(super) fn store_history<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let Some(blocks) = &mut system.blocks else { return };
-    let n_slots = system.model.layout.n_slots();
-    for i in 0..blocks.all.len() {
-        if std::mem::take(&mut blocks.all[i].has_unsaved_history) {
-            let slots = i * SLOTS..n_slots.min((i + 1) * SLOTS);
-            blocks.store_history(slots, &system.model.layout, &mut system.state.memory);
-        }
-    }
-}
-
-/// Evaluates the elements of a group again that was swept at this tick, and appends each element's response.
-pub(super) fn reevaluate_group<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
-    group: usize,
-    elements: &mut Vec<(ElementId, ElementResponse<D>)>,
-) {
-    let Some(blocks) = &system.blocks else { return };
-    blocks.store_history(system.model.layout.slots(group), &system.model.layout, &mut system.state.memory);
-    for patch in system.model.layout.patches(group) {
-        let own = system.model.gel.potential.patches().of(*patch as usize);
-        let (mut responses, viscous) = ([ElementResponse::default(); DEPTH], blocks.viscous(&system.model.layout, own));
-        let (x, memory) = (&system.state.position, &system.state.memory);
-        system.model.gel.potential.again(*patch as usize, x, memory, &viscous, &mut responses);
-        elements.extend(own.iter().copied().zip(responses));
-    }
 }

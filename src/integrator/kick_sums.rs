@@ -43,6 +43,12 @@ impl KickSums {
             damping: self.damping + other.damping,
         }
     }
+
+    /// Posts reaction and loss at a time, s, to the ledger and to the impulse on the gel.
+    pub fn post(&self, ledger: &mut Ledger, outside: &mut OutsideImpulse, time: f64) {
+        self.reaction.post(ledger);
+        self.damping.post(ledger, outside, time);
+    }
 }
 
 /// Reaction of the held directions: linear and angular momentum.

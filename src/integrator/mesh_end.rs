@@ -1,13 +1,12 @@
 //! End of a mesh: by distortion, on time, by a step collapse or a leak (method A12).
 
 use super::distortion::{is_distorted, stable_step};
-use super::step_size::{collapse_error, group_limit};
 use super::system::DiscreteSystem;
 use super::{StepError, SteppingSchedule};
 use crate::fem::Potential;
 use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{SurfaceStretch, Tick};
+use crate::state::{GroupClock, SurfaceStretch, Tick};
 
 /// Least age of a mesh, in its finest steps, unless a step collapses (A12).
 const MIN_AGE: Tick = 4;
@@ -46,11 +45,11 @@ fn has_leaked<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) ->
 }
 
 /// Returns true if the stable step of a group is shorter than a tick, by the stiffness at the last ticks of its
-/// nodes. It tests element by element before a tick; [`find_collapse`] tests block by block after the
-/// sweep. Roundings may differ between the two, and either ends the mesh.
+/// nodes. It tests element by element before a tick; `StepLimits::find_collapse` tests block by block after the sweep.
+/// Roundings may differ between the two, and either ends the mesh.
 fn has_collapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> bool {
-    let mut elements =
-        finest_groups(system).flat_map(|group| system.model.layout.elements(system.model.layout.slots(group)));
+    let (layout, groups) = (&system.model.layout, finest_groups(system.clock.step_range.0, &system.state.clocks));
+    let mut elements = groups.flat_map(|group| layout.elements(layout.slots(group)));
     system.can_be_distorted()
         && elements
             .any(|element| system.model.gel.potential.nodes(element).iter().any(|node| is_step_short(system, *node)))
@@ -59,16 +58,6 @@ fn has_collapsed<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>)
 /// Returns true if the stable step at a node is shorter than a tick.
 fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, node: NodeId) -> bool {
     system.model.grid.ticks(stable_step(system, node)) < 1.0
-}
-
-/// Finds the first group whose stable step is shorter than a tick.
-pub(super) fn find_collapse<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
-    tick: Tick,
-) -> Option<StepError> {
-    let mut limits = finest_groups(system).map(|group| (group, group_limit(system, group)));
-    let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| system.can_be_distorted());
-    collapsed.map(|(group, limit)| collapse_error(system, group, limit, tick))
 }
 
 /// Iterates over the stiffest elements around the nodes whose stable step is shorter than a tick.
@@ -88,8 +77,8 @@ pub(super) fn stepless_corners<const D: usize, P: Potential<D>>(system: &Discret
     nodes.iter().map(|node| embed(&system.state.position[node.index()])).collect()
 }
 
-/// Iterates over the groups with a step of one tick, the shortest possible step.
-fn finest_groups<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> impl Iterator<Item = usize> + '_ {
-    let least = if system.clock.step_range.0 == 1 { system.state.clocks.as_slice() } else { &[] };
-    least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
+/// Iterates over the groups with a step of one tick, the shortest possible step, if that is the `least` step.
+pub(super) fn finest_groups(least: Tick, clocks: &[GroupClock]) -> impl Iterator<Item = usize> + '_ {
+    let all = if least == 1 { clocks } else { &[] };
+    all.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
 }

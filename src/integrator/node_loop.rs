@@ -2,17 +2,17 @@
 
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
+use super::WorkerPool;
 use super::active_set::{ActiveSet, NODE_BATCH, RUN, TILE_NODES};
 use super::assembly::{NodalSums, NodeTile, StepRule};
 use super::blocks::ElementBlocks;
-use super::element_block::BlockActivity;
+use super::element_block::{BlockActivity, ElementBlock};
 use super::kick_sums::KickSums;
 use super::node_chunks::NodeChunks;
 use super::node_update::NodeUpdate;
 use super::pool::share_work;
-use super::system::DiscreteSystem;
+use super::step_monitor::StepMonitor;
 use crate::fem::{Potential, on};
-use crate::state::Tick;
 
 impl<const D: usize> NodeChunks<'_, D> {
     /// Updates the active nodes, chunk by chunk and tile by tile.
@@ -63,106 +63,77 @@ impl<const D: usize> NodeChunks<'_, D> {
     }
 }
 
-/// Collects the nodes of the active blocks that are not known to be at rest.
-pub(super) fn find_active_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>) {
-    let Some(blocks) = &mut system.blocks else { return };
-    let active = &mut system.workspace.active_nodes;
-    active.clear();
-    for (block, monitor) in blocks.all.iter().zip(&mut blocks.monitors) {
-        monitor.prepare(block);
-    }
-    active.all = blocks
-        .all
-        .iter()
-        .zip(&blocks.monitors)
-        .all(|(block, monitor)| block.activity == BlockActivity::All && monitor.contributes);
-    if active.all {
-        return;
-    }
-    for block in blocks.all.iter().filter(|block| block.contributes()) {
-        active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
-    }
-    for block in blocks.all.iter_mut().filter(|block| block.activity != BlockActivity::Nothing && !block.contributes())
-    {
-        block.has_active_nodes = block.nodes.iter().any(|node| active.has(node.index()));
-    }
-}
-
-/// Drifts the active nodes without a kick.
-pub(super) fn drift_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
-    let active = &system.workspace.active_nodes;
-    for (node, last) in system.clock.last_ticks.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
-        let passed = system.model.grid.time(tick - *last);
-        system.state.position[node] += system.state.velocity[node] * passed;
-        *last = tick;
-    }
-}
-
-/// Drifts the active nodes, finds their stable limits, kicks and damps them.
-///
-/// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
-/// directions take the rest as reactions.
-pub(super) fn update_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
-    let (gel, freedom) = (system.model.gel.clone(), system.freedom());
-    let (grid, leading_share, damping_rate) =
-        (system.model.grid, system.leading_share(), system.model.settings.damping);
-    update_active_nodes(system, &NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
-}
-
-/// Updates the active nodes batch by batch; the sums do not depend on the threads.
-fn update_active_nodes<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
-    update: &NodeUpdate<'_, D, P>,
-) -> KickSums {
-    let pool = system.pool.clone().filter(|_| system.is_worth_sharing());
-    let blocks = system.blocks.take().expect("the fast form has blocks");
-    let (state, workspace) = (&mut system.state, &mut system.workspace);
-    let level = blocks.level;
-    let few = workspace.active_nodes.listed_nodes();
-    let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
-    workspace.chunk_sums.resize(n_chunks, KickSums::default());
-    let mut all = NodeChunks {
-        first: 0,
-        position: &mut state.position,
-        velocity: &mut state.velocity,
-        before: &mut workspace.velocities_before,
-        last: &mut system.clock.last_ticks,
-        limit: &mut workspace.node_limits,
-        excess: &mut state.excess,
-        decay: &mut workspace.decay,
-        speeds: &mut system.batch_travel.speeds,
-        sums: &mut workspace.chunk_sums,
-    };
-    let (active, mut total) = (&workspace.active_nodes, KickSums::default());
-    let rule = StepRule { mass: &update.gel.mass, cfl: system.model.settings.cfl };
-    if let Some(few) = few {
-        for some in few.chunks(NODE_BATCH) {
-            let mut nodes = [0; NODE_BATCH];
-            nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
-            let nodes = &nodes[..some.len()];
-            let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
-            update.apply(&mut all, nodes, &mut nodal, &mut total);
-            total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
-            nodal.notify_blocks(nodes, &blocks);
+impl<const D: usize> ElementBlocks<D> {
+    /// Collects the nodes of the active blocks that are not known to be at rest.
+    pub fn find_active_nodes(&mut self, active: &mut ActiveSet) {
+        active.clear();
+        for (block, monitor) in self.all.iter().zip(&mut self.monitors) {
+            monitor.prepare(block);
         }
-    } else {
-        share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
-            on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
-        });
-        total = workspace.chunk_sums.iter().fold(total, KickSums::merge);
+        let contributes = |(block, monitor): (&ElementBlock, &StepMonitor)| {
+            block.activity == BlockActivity::All && monitor.contributes
+        };
+        active.all = self.all.iter().zip(&self.monitors).all(contributes);
+        if active.all {
+            return;
+        }
+        for block in self.all.iter().filter(|block| block.contributes()) {
+            active.insert_all(block.active_nodes().map(|number| block.nodes[number].index()));
+        }
+        let is_at_rest = |block: &&mut ElementBlock| block.activity != BlockActivity::Nothing && !block.contributes();
+        for block in self.all.iter_mut().filter(is_at_rest) {
+            block.has_active_nodes = block.nodes.iter().any(|node| active.has(node.index()));
+        }
     }
-    system.blocks = Some(blocks);
-    total
+}
+
+/// Node phase of the SIMD form: reads the sums of the blocks, and drifts and kicks the active nodes.
+pub(super) struct NodePhase<'a, const D: usize, P> {
+    pub update: NodeUpdate<'a, D, P>,
+    pub rule: StepRule<'a>,
+    pub blocks: &'a ElementBlocks<D>,
+    pub active: &'a ActiveSet,
+    pub pool: Option<&'a WorkerPool>,
+    /// Nodal data and the sums of its chunks; without chunks the loop runs over a list.
+    pub nodes: NodeChunks<'a, D>,
+}
+
+impl<const D: usize, P: Potential<D>> NodePhase<'_, D, P> {
+    /// Drifts the active nodes, finds their stable limits, kicks and damps them.
+    ///
+    /// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
+    /// directions take the rest as reactions. The sums do not depend on the threads.
+    pub fn update(self) -> KickSums {
+        let Self { update, rule, blocks, active, pool, mut nodes } = self;
+        let mut total = KickSums::default();
+        if let Some(few) = active.listed_nodes() {
+            for some in few.chunks(NODE_BATCH) {
+                let mut batch = [0; NODE_BATCH];
+                batch.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
+                let batch = &batch[..some.len()];
+                let mut nodal = NodalSums::new(&blocks.sum_parts(batch), batch, rule);
+                update.apply(&mut nodes, batch, &mut nodal, &mut total);
+                total.limit = nodal.limit[..batch.len()].iter().copied().fold(total.limit, f64::min);
+                nodal.notify_blocks(batch, blocks);
+            }
+            return total;
+        }
+        let (level, n_chunks) = (blocks.level, nodes.sums.len());
+        let chunks = NodeChunks { sums: &mut *nodes.sums, ..nodes };
+        share_work(pool, n_chunks, chunks, |chunks: NodeChunks<'_, D>| {
+            on!(level, _simd => chunks.update_active(active, blocks, rule, &update));
+        });
+        nodes.sums.iter().fold(total, KickSums::merge)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::element_block::ElementBlock;
-    use super::super::step_monitor::StepMonitor;
     use super::super::test_cube;
     use super::*;
     use crate::contact::{FreeDirections, ImpulseExchange};
     use crate::math::Vector;
+    use crate::state::Tick;
 
     /// Result of an update, bit by bit: nodal vectors, limits, residuals and last ticks; flags of the blocks.
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);

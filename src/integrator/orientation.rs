@@ -2,10 +2,9 @@
 
 use super::StepError;
 use super::grid::floor_power_of_two;
-use super::system::DiscreteSystem;
+use super::model::DiscreteModel;
 use crate::contact::BodyState;
-use crate::fem::Potential;
-use crate::state::Tick;
+use crate::state::{DynamicState, Tick};
 
 /// Largest angle that a tumbling body turns by in one step of its orientation, rad. At 0.05 the axis of a rod that
 /// spins at 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) by
@@ -19,31 +18,32 @@ const MAX_TURN_PERIOD: f64 = 4096.0;
 ///
 /// It is the first multiple of a period after the body's last event that has not been processed. The period is the
 /// longest power of two of ticks in which the body turns by at most [`MAX_TURN`].
-pub(super) fn next_orientation_step<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
+pub(super) fn next_orientation_step<const D: usize, P>(
+    model: &DiscreteModel<D, P>,
+    state: &DynamicState<D>,
     body: usize,
 ) -> Option<Tick> {
-    let now = system.state.now?;
-    let (fixed, body) = (&system.model.bodies[body], &system.state.bodies[body]);
+    let now = state.now?;
+    let (fixed, body) = (&model.bodies[body], &state.bodies[body]);
     if !fixed.needs_orientation_steps(body) {
         return None;
     }
     let rate = fixed.angular_velocity(body).norm();
-    let longest = system.model.grid.ticks(MAX_TURN / rate).clamp(1.0, MAX_TURN_PERIOD);
+    let longest = model.grid.ticks(MAX_TURN / rate).clamp(1.0, MAX_TURN_PERIOD);
     let period = floor_power_of_two(longest) as Tick;
-    let last = (system.model.grid.ticks(body.time).floor() as Tick).max(now);
+    let last = (model.grid.ticks(body.time).floor() as Tick).max(now);
     Some((last / period + 1) * period)
 }
 
 /// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped
 /// at every tick, a thousand times an element step, without following the body.
-pub(super) fn check_spin<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
+pub(super) fn check_spin<const D: usize, P>(
+    model: &DiscreteModel<D, P>,
     body: usize,
     at: &BodyState,
 ) -> Result<(), StepError> {
-    let rate = system.model.bodies[body].angular_velocity(at).norm();
-    let turn = rate * system.model.grid.time(1);
+    let rate = model.bodies[body].angular_velocity(at).norm();
+    let turn = rate * model.grid.time(1);
     let follows = turn <= MAX_TURN || !at.active;
     if follows { Ok(()) } else { Err(StepError::Spun { body, time: at.time, rate, turn, most: MAX_TURN }) }
 }

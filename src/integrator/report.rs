@@ -184,7 +184,7 @@ pub(super) fn totals<const D: usize, P: Potential<D>>(
     let energies = energy_sums(&system.model.gel, state, &system.model.bodies, &at);
     let (momentum, angular) = momenta(&system.model.gel, state, &system.model.bodies, &at);
     let energy = energies.discrete() - start.energy - ledger.energy.total();
-    let freedom = system.freedom();
+    let freedom = system.model.freedom();
     let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
     let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
     let scales = scales(system, &ledger, start);
@@ -263,8 +263,9 @@ pub(super) fn bytes<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, 
         + system.model.gel.potential.len() * elements
 }
 
-/// Returns the number of such updates up to a time in ticks.
-pub(super) fn synchronous_until<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, ticks: f64) -> f64 {
-    let (length, counted, updates) = system.state.record.synchronous;
-    updates + (ticks - counted as f64).max(0.0) / length * system.model.gel.potential.len() as f64
+/// Returns the number of element updates that one global stable step would have cost up to a time in ticks, from its
+/// reference in the record and the number of elements.
+pub(super) fn synchronous_until(reference: (f64, Tick, f64), ticks: f64, n_elements: usize) -> f64 {
+    let (length, counted, updates) = reference;
+    updates + (ticks - counted as f64).max(0.0) / length * n_elements as f64
 }

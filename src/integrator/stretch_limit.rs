@@ -1,8 +1,7 @@
 //! Stretch limit: how far the gel surface is stretched over a body, and when the stretch ends a mesh or a run (A11).
 
 use super::StepError;
-use super::contact_phase::SurfaceAtTick;
-use super::system::DiscreteSystem;
+use super::surface_at_tick::SurfaceAtTick;
 use crate::contact::{BodyState, FacetCandidate, RigidBody, facet_corners, find_deepest_point, find_penetration};
 use crate::fem::Potential;
 use crate::geometry::SignedDistance as _;
@@ -18,70 +17,60 @@ const LEAK_DEPTH: f64 = 1.0;
 /// stretched over the body.
 const DISTORTED_DEPTH: f64 = 0.5;
 
-/// Result of a check of the facets near bodies.
-pub(super) struct StretchCheck {
+/// Stretch of the surface over the bodies, and the first leak.
+pub(super) struct SurfaceStretches {
     /// Greatest stretch of the facets.
-    stretch: SurfaceStretch,
+    pub stretch: SurfaceStretch,
     /// First leak.
     pub leak: Option<StepError>,
 }
 
-/// Records the stretch of the surface for the next tick; a leak ends the mesh there, or the run at once if there
-/// is no remeshing.
-pub(super) fn check_stretch<const D: usize, P: Potential<D>>(
-    system: &mut DiscreteSystem<D, P>,
-    time: f64,
-) -> Result<(), StepError> {
-    let StretchCheck { stretch, leak } = find_stretch(system, time);
-    system.state.record.stretch = stretch;
-    leak.filter(|_| !system.can_be_distorted()).map_or(Ok(()), Err)
+/// Check of the stretch: reads the surface and the facets near bodies.
+pub(super) struct StretchCheck<'a, const D: usize, P> {
+    pub surface: SurfaceAtTick<'a, D, P>,
+    /// Facets between a node and a body, with the least size of their nodes.
+    pub facets: &'a [FacetCandidate],
+    pub can_be_distorted: bool,
+    /// Greatest edge of a facet that touches a body, m.
+    pub greatest_edge: f64,
 }
 
-/// Finds the greatest stretch of the facets between a node and a body, relative to the least size of their nodes,
-/// and the first leak.
-pub(super) fn find_stretch<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, time: f64) -> StretchCheck {
-    let (mut stretch, mut leak) = (SurfaceStretch::Little, None);
-    for candidate in &system.contact.facets {
-        match check_facet(system, candidate, time) {
-            Ok(here) => stretch = stretch.max(here),
-            Err(error) => (stretch, leak) = (SurfaceStretch::Leaking, leak.or(Some(error))),
+impl<const D: usize, P: Potential<D>> StretchCheck<'_, D, P> {
+    /// Finds the greatest stretch of the facets, relative to the least size of their nodes, and the first leak.
+    pub fn find_stretch(&self) -> SurfaceStretches {
+        let (mut stretch, mut leak) = (SurfaceStretch::Little, None);
+        for candidate in self.facets {
+            match self.check_facet(candidate) {
+                Ok(here) => stretch = stretch.max(here),
+                Err(error) => (stretch, leak) = (SurfaceStretch::Leaking, leak.or(Some(error))),
+            }
         }
+        SurfaceStretches { stretch, leak }
     }
-    StretchCheck { stretch, leak }
-}
 
-/// Returns the stretch of a facet over a body, or the leak.
-fn check_facet<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
-    candidate: &FacetCandidate,
-    time: f64,
-) -> Result<SurfaceStretch, StepError> {
-    let FacetCandidate { body, facet, least_size: size, .. } = *candidate;
-    let surface = SurfaceAtTick::of(system);
-    let (corners, (rigid, at)) = (facet_corners(&surface, facet), surface.bodies().get(body));
-    let unit = size.min(rigid.shape.inner_radius());
-    let threshold = if system.can_be_distorted() { DISTORTED_DEPTH } else { LEAK_DEPTH };
-    let deep = find_deepest_point::<D>(&corners, threshold * unit, |p| rigid.gap(at, p)).map(|deep| deep.point);
-    let pierced = find_penetration::<D>(&corners, rigid, at).map(|tip| tip.point);
-    for point in deep.into_iter().chain(pierced) {
-        let depth = -rigid.gap(at, &point).distance;
-        if depth > LEAK_DEPTH * unit {
-            let element = system.model.gel.behind[facet.index()].index();
-            return Err(StepError::Leak { body, element, time, depth, at: point.into() });
+    /// Returns the stretch of a facet over a body, or the leak.
+    fn check_facet(&self, candidate: &FacetCandidate) -> Result<SurfaceStretch, StepError> {
+        let FacetCandidate { body, facet, least_size: size, .. } = *candidate;
+        let (corners, (rigid, at)) = (facet_corners(&self.surface, facet), self.surface.bodies().get(body));
+        let unit = size.min(rigid.shape.inner_radius());
+        let threshold = if self.can_be_distorted { DISTORTED_DEPTH } else { LEAK_DEPTH };
+        let deep = find_deepest_point::<D>(&corners, threshold * unit, |p| rigid.gap(at, p)).map(|deep| deep.point);
+        let pierced = find_penetration::<D>(&corners, rigid, at).map(|tip| tip.point);
+        for point in deep.into_iter().chain(pierced) {
+            let depth = -rigid.gap(at, &point).distance;
+            if depth > LEAK_DEPTH * unit {
+                let element = self.surface.model.gel.behind[facet.index()].index();
+                return Err(StepError::Leak { body, element, time: self.surface.time(), depth, at: point.into() });
+            }
         }
+        let is_distorted = deep.is_some() || self.is_long(&corners, rigid, at);
+        Ok(if is_distorted && self.can_be_distorted { SurfaceStretch::Distorted } else { SurfaceStretch::Little })
     }
-    let is_distorted = deep.is_some() || is_long::<D, P>(system, &corners, rigid, at);
-    Ok(if is_distorted && system.can_be_distorted() { SurfaceStretch::Distorted } else { SurfaceStretch::Little })
-}
 
-/// Returns true if an edge of a facet touches a body and is longer than the mesh allows.
-fn is_long<const D: usize, P: Potential<D>>(
-    system: &DiscreteSystem<D, P>,
-    corners: &[Vector3; 3],
-    rigid: &RigidBody,
-    at: &BodyState,
-) -> bool {
-    let most = system.clock.ends.distortion.as_ref().map_or(f64::INFINITY, |limits| limits.facet_edge);
-    let sides = (0..D).map(|i| (corners[i], corners[(i + 1) % D]));
-    sides.filter(|(a, b)| (a - b).norm() > most).any(|(a, b)| rigid.gap(at, &((a + b) * 0.5)).distance < 0.0)
+    /// Returns true if an edge of a facet touches a body and is longer than the mesh allows.
+    fn is_long(&self, corners: &[Vector3; 3], rigid: &RigidBody, at: &BodyState) -> bool {
+        let sides = (0..D).map(|i| (corners[i], corners[(i + 1) % D]));
+        let mut long = sides.filter(|(a, b)| (a - b).norm() > self.greatest_edge);
+        long.any(|(a, b)| rigid.gap(at, &((a + b) * 0.5)).distance < 0.0)
+    }
 }

@@ -2,7 +2,7 @@
 //! with half a kick and ends with half a kick (method A12).
 
 use super::SteppingSchedule;
-use crate::state::Tick;
+use crate::state::{GroupAlarm, GroupClock, Tick};
 
 /// Phase of a mesh at a tick: first, last or between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,6 +96,59 @@ impl TickContext {
         match self.kind {
             SteppingSchedule::Bins => step - (self.last_own_tick(step) & (step - 1)),
             _ => step,
+        }
+    }
+}
+
+/// Ticks of the groups around a tick: by the steps of their clocks, in the queue by their alarms.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GroupTicks<'a> {
+    pub moment: TickContext,
+    pub clocks: &'a [GroupClock],
+    pub alarms: &'a [GroupAlarm],
+}
+
+impl GroupTicks<'_> {
+    /// Returns the ticks that an active group has advanced since its last tick; called before the clocks are set.
+    pub fn elapsed(&self, group: usize) -> Tick {
+        match self.moment.kind {
+            SteppingSchedule::Queue if self.moment.phase == MeshPhase::First => 0,
+            SteppingSchedule::Queue => self.moment.tick - self.alarms[group].last,
+            SteppingSchedule::Bins | SteppingSchedule::Global => self.moment.elapsed(self.clocks[group].step),
+        }
+    }
+
+    /// Returns the trailing half of the kick of an active group, which belongs to the step behind, ticks; called before
+    /// the clocks are set.
+    pub fn trailing_half(&self, group: usize) -> f64 {
+        match self.moment.kind {
+            SteppingSchedule::Queue => 0.5 * (self.moment.tick - self.alarms[group].last) as f64,
+            SteppingSchedule::Bins | SteppingSchedule::Global => self.moment.trailing_half(self.clocks[group].step),
+        }
+    }
+
+    /// Returns the ticks from this tick until a group that is active now is active again.
+    pub fn ahead(&self, group: usize) -> Tick {
+        match self.moment.kind {
+            SteppingSchedule::Queue => self.alarms[group].next - self.moment.tick,
+            SteppingSchedule::Bins | SteppingSchedule::Global => self.moment.ahead(self.clocks[group].step),
+        }
+    }
+
+    /// Returns true if a group was active at this tick; valid after the clocks were set.
+    pub fn was_active(&self, group: usize) -> bool {
+        match self.moment.kind {
+            SteppingSchedule::Queue => self.alarms[group].last == self.moment.tick,
+            _ => self.moment.is_active(self.clocks[group].step),
+        }
+    }
+
+    /// Returns the last tick of a group, up to this one; valid after the clocks were set.
+    pub fn last(&self, group: usize) -> Tick {
+        match self.moment.kind {
+            SteppingSchedule::Bins => self.moment.tick & !self.clocks[group].step.saturating_sub(1),
+            SteppingSchedule::Queue => self.alarms[group].last,
+            SteppingSchedule::Global => self.moment.tick,
         }
     }
 }

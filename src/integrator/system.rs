@@ -1,36 +1,22 @@
 //! Semi-discrete system: a gel and rigid bodies, their state, and the quantities derived from it.
 //!
-//! The phases of a tick are functions of this system. The model is constant, the state is stored; clock, blocks and contact
-//! are derived from the state, and the workspace is of one tick.
+//! Each phase of a tick sees the parts of it in its view. The model is constant, the state is stored; clock, blocks and
+//! contact are derived from the state, and the workspace is of one tick.
 
 use super::blocks::ElementBlocks;
+use super::bodies::rebase_body;
 use super::clock::MeshClock;
-use super::element_order::ElementLayout;
-use super::gel_frame::{BlockMotion, GelFrame};
+use super::gel_frame::BlockMotion;
+use super::model::DiscreteModel;
 use super::substep::TickContext;
 use super::workspace::Workspace;
-use super::{DiscreteGel, IntegratorSettings, SteppingSchedule, TickGrid, WorkerPool};
-use crate::contact::{BatchTravel, ContactDetection, FreeDirections, RigidBody, SeparationList};
+use super::{SteppingSchedule, WorkerPool};
+use crate::contact::{BatchTravel, ContactDetection, SeparationList};
 use crate::fem::Potential;
 use crate::math::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::NodeId;
 use crate::state::{DynamicState, Tick};
 use std::sync::Arc;
-
-/// Model: what does not change while the mesh lasts.
-#[derive(Debug)]
-pub(super) struct DiscreteModel<const D: usize, P> {
-    /// Gel with its masses, elements and surface.
-    pub gel: Arc<DiscreteGel<D, P>>,
-    /// Layout of the elements in slots and groups.
-    pub layout: Arc<ElementLayout>,
-    /// Constant properties of the bodies.
-    pub bodies: Vec<RigidBody>,
-    /// Frame of the block.
-    pub frame: GelFrame,
-    pub settings: IntegratorSettings,
-    pub grid: TickGrid,
-}
 
 /// System of a gel and rigid bodies at a tick.
 #[derive(Debug)]
@@ -51,19 +37,9 @@ pub(super) struct DiscreteSystem<const D: usize, P> {
 }
 
 impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
-    /// Returns the directions of motion that the dimension leaves to every body.
-    pub fn freedom(&self) -> FreeDirections {
-        self.model.bodies[0].freedom
-    }
-
     /// Returns the rigid motion of the block at a time, s, not before the last impulse.
     pub fn block_motion(&self, time: f64) -> BlockMotion {
         self.model.frame.motion(&self.state.record.outside, time)
-    }
-
-    /// Returns the height of the undeformed entry surface at a time, s, in m: 0 unless the block moves as a whole.
-    pub fn entry_height(&self, time: f64) -> f64 {
-        self.block_motion(time).displacement.z
     }
 
     /// Returns true if the gel is no longer integrated.
@@ -123,53 +99,9 @@ impl<const D: usize, P: Potential<D>> DiscreteSystem<D, P> {
         self.state.drifted(node.index(), t - last)
     }
 
-    /// Returns the velocity of a node before the kicks of this tick, m/s.
-    pub fn velocity_before(&self, node: NodeId) -> Vector<D> {
-        self.workspace.velocity_before(node, &self.state.velocity)
-    }
-
-    /// Records the speed of a node in the neighbour list and activates the blocks around it if it moves.
-    pub fn note_speed(&mut self, node: usize) {
-        let velocity = self.state.velocity[node];
-        self.contact.neighbours.note_speed(node, velocity.norm());
-        self.batch_travel.note_speed(node, velocity.norm());
-        if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
-            blocks.activate_around(node);
-        }
-    }
-
-    /// Returns the fraction of a kick that belongs to the next step.
-    pub fn leading_share(&self) -> f64 {
-        self.tick_context(0).leading_share()
-    }
-
-    /// Returns the trailing half of the kick of an active group, which belongs to the step behind, s; called before
-    /// the clocks are set.
-    pub fn trailing_half(&self, group: usize, tick: Tick) -> f64 {
-        self.model.grid.length(match self.model.settings.schedule {
-            SteppingSchedule::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
-            SteppingSchedule::Bins | SteppingSchedule::Global => {
-                self.tick_context(tick).trailing_half(self.state.clocks[group].step)
-            }
-        })
-    }
-
-    /// Returns the ticks from this tick until a group that is active now is active again.
-    pub fn ahead(&self, group: usize, tick: Tick) -> Tick {
-        match self.model.settings.schedule {
-            SteppingSchedule::Queue => self.state.alarms[group].next - tick,
-            SteppingSchedule::Bins | SteppingSchedule::Global => {
-                self.tick_context(tick).ahead(self.state.clocks[group].step)
-            }
-        }
-    }
-
-    /// Returns true if an element was active at this tick; valid after the clocks were set.
-    pub fn was_active(&self, element: ElementId, tick: Tick) -> bool {
-        let group = self.model.layout.group(element);
-        match self.model.settings.schedule {
-            SteppingSchedule::Queue => self.state.alarms[group].last == tick,
-            _ => self.tick_context(tick).is_active(self.state.clocks[group].step),
-        }
+    /// Moves a body to time `t`, s, as an event and posts the work of its wrench.
+    pub fn rebase_body(&mut self, body: usize, t: f64) {
+        let Self { model, state, .. } = self;
+        rebase_body(&model.bodies[body], &mut state.bodies[body], &mut state.ledger, t);
     }
 }

@@ -14,20 +14,14 @@
 //! one element after the other; it also runs the event queue and the contact law of the paper.
 
 use super::bodies::place_bodies;
-use super::contact_accounts::{post_body_impulses, post_contact_work};
-use super::contact_phase::{find_contact_points, query_gaps};
 use super::derived::update_step_range;
-use super::element_phase::{add_leading_weights, check_elements, evaluate_elements, find_failure};
-use super::kick::{complete_simd_kicks, note_speeds, post_residual};
+use super::kick::KickCorrection;
 use super::kick_sums::KickSums;
-use super::load::find_loads;
-use super::mesh_end::find_collapse;
-use super::node_loop::{drift_active, update_nodes};
+use super::mesh_end::finest_groups;
 use super::orientation::check_spin;
-use super::reference::{kick_and_solve_contact, kick_work, measure_limits};
-use super::self_contact_phase::find_self_contacts;
-use super::step_size::{count_global_steps, end_global_steps, groups_to_check, set_clocks};
-use super::stretch_limit::{check_stretch, find_stretch};
+use super::reference::measure_limits;
+use super::report::synchronous_until;
+use super::stretch_limit::SurfaceStretches;
 use super::substep::MeshPhase;
 use super::system::DiscreteSystem;
 use super::{StepError, SteppingSchedule};
@@ -47,15 +41,14 @@ pub(super) fn process_tick<const D: usize, P: Potential<D>>(
     end: f64,
     exchanges: &mut [ImpulseExchange],
 ) -> Result<(), StepError> {
-    let time = system.model.grid.time(tick);
     drift_and_evaluate(system, tick)?;
     let sums = kick_by_planned_steps(system, tick);
     let collapsed = choose_steps(system, tick, &sums);
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    post_body_impulses(system, time, end, exchanges);
+    system.contact_accounts().post_body_impulses(end, exchanges);
     requeue_groups(system);
-    check_tick(system, time, collapsed)
+    check_tick(system, collapsed)
 }
 
 /// Drift and forces: evaluates the active elements with their nodes drifted to this tick; then finds the pressure loads
@@ -67,13 +60,42 @@ fn drift_and_evaluate<const D: usize, P: Potential<D>>(
 ) -> Result<(), StepError> {
     let time = system.model.grid.time(tick);
     evaluate_elements(system, tick);
-    if let Err(error) = check_elements(system, time) {
-        drift_active(system, tick);
-        return Err(error);
+    match system.element_results().find_failure(time) {
+        // An inverted element ends its mesh as soon as the mesh may end.
+        Some(StepError::Inverted { .. }) if system.can_be_distorted() => {}
+        Some(error) => {
+            drift_active(system, tick);
+            return Err(error);
+        }
+        None => {}
     }
     find_loads(system, tick);
-    place_bodies(system, time);
+    place_bodies(&mut system.workspace, &system.model.bodies, &system.state.bodies, time);
     Ok(())
+}
+
+/// Evaluates the forces of the active elements at their drifted nodes, by blocks or by the reference form.
+fn evaluate_elements<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    match system.element_phase(tick) {
+        Some(phase) => phase.evaluate(),
+        None => system.reference_elements(tick).evaluate(),
+    }
+}
+
+/// Finds the pressure loads and adds their stiffness to the elements behind them.
+fn find_loads<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    system.load_phase(tick).find_loads();
+    system.loaded_elements().add_load_stiffness();
+}
+
+/// Drifts the active nodes without a kick, where a tick ends with its forces.
+fn drift_active<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) {
+    let active = &system.workspace.active_nodes;
+    for (node, last) in system.clock.last_ticks.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
+        let passed = system.model.grid.time(tick - *last);
+        system.state.position[node] += system.state.velocity[node] * passed;
+        *last = tick;
+    }
 }
 
 /// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also finds the
@@ -82,7 +104,16 @@ fn kick_by_planned_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteS
     if system.model.gel.meets_itself {
         system.batch_travel.go_on(system.model.grid.time(tick));
     }
-    if system.blocks.is_some() { update_nodes(system, tick) } else { measure_limits(system) }
+    update_nodes(system, tick)
+}
+
+/// Updates the active nodes by blocks; in the reference form it only finds their stable limits.
+fn update_nodes<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    if let Some(phase) = system.node_phase(tick) {
+        return phase.update();
+    }
+    let (model, workspace) = (&system.model, &mut system.workspace);
+    measure_limits(model, &system.state.stiffness, &workspace.active_nodes, &mut workspace.node_limits)
 }
 
 /// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the error of
@@ -93,11 +124,19 @@ fn choose_steps<const D: usize, P: Potential<D>>(
     sums: &KickSums,
 ) -> Option<StepError> {
     count_global_steps(system, sums.limit, tick);
-    query_gaps(system, tick);
-    let groups = groups_to_check(system, tick);
-    let collapsed = set_clocks(system, &groups, tick);
-    system.workspace.active_groups = groups;
-    collapsed
+    system.gap_phase().query_gaps();
+    if let Some(check) = system.step_check(tick) {
+        check.find_groups();
+    }
+    system.step_phase(tick).set_clocks()
+}
+
+/// Updates the cost of one global stable step up to `tick`: its length is the smallest nodal limit, s, so far.
+fn count_global_steps<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, limit: f64, tick: Tick) {
+    let (limit, reference) = (system.model.grid.ticks(limit), &mut system.state.record.synchronous);
+    if limit < reference.0 {
+        *reference = (limit, tick, synchronous_until(*reference, tick as f64, system.model.gel.potential.len()));
+    }
 }
 
 /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
@@ -107,23 +146,22 @@ fn kick_and_resolve_contact<const D: usize, P: Potential<D>>(
     tick: Tick,
     sums: &KickSums,
 ) -> f64 {
-    find_contact_points(system, tick);
-    find_self_contacts(system, tick);
+    system.contact_phase(tick).find_contact_points();
+    system.self_contact_phase(tick).find_self_contacts();
     complete_kicks(system, tick, sums)
 }
 
 /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the
 /// ledger.
 fn balance_energy<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick, work: f64) {
-    post_residual(system, tick, work);
-    post_contact_work(system);
+    system.balance_phase(tick).post(work);
+    system.contact_accounts().post_work();
 }
 
 /// Checks the result of a tick: collapsed steps, bodies that spin too fast, and contact surfaces stretched so far that a
-/// body leaks through.
+/// body leaks through. A leak ends the mesh at the next tick, or the run at once if there is no remeshing.
 fn check_tick<const D: usize, P: Potential<D>>(
     system: &mut DiscreteSystem<D, P>,
-    time: f64,
     collapsed: Option<StepError>,
 ) -> Result<(), StepError> {
     match collapsed {
@@ -132,8 +170,11 @@ fn check_tick<const D: usize, P: Potential<D>>(
         Some(error) => return Err(error),
         None => {}
     }
-    system.workspace.bodies_after.iter().enumerate().try_for_each(|(body, at)| check_spin(system, body, at))?;
-    check_stretch(system, time)
+    let mut bodies = system.workspace.bodies_after.iter().enumerate();
+    bodies.try_for_each(|(body, at)| check_spin(&system.model, body, at))?;
+    let SurfaceStretches { stretch, leak } = system.stretch_check().find_stretch();
+    system.state.record.stretch = stretch;
+    leak.filter(|_| !system.can_be_distorted()).map_or(Ok(()), Err)
 }
 
 /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the kicks
@@ -143,13 +184,22 @@ fn complete_kicks<const D: usize, P: Potential<D>>(
     tick: Tick,
     sums: &KickSums,
 ) -> f64 {
-    if system.blocks.is_some() {
-        return complete_simd_kicks(system, tick, sums);
+    if system.blocks.is_none() {
+        return system.reference_kicks(tick).apply();
     }
-    add_leading_weights(system, tick);
-    kick_and_solve_contact(system, tick);
-    note_speeds(system);
-    kick_work(system)
+    let is_first = system.clock.phase == MeshPhase::First;
+    let sums = if is_first { take_first_kick(system, tick) } else { *sums };
+    let (time, state) = (system.model.grid.time(tick), &mut system.state);
+    sums.post(&mut state.ledger, &mut state.record.outside, time);
+    let correction = system.kick_correction().map_or(0.0, KickCorrection::correct);
+    sums.work + correction + system.impulse_phase(tick).apply()
+}
+
+/// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
+fn take_first_kick<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> KickSums {
+    evaluate_elements(system, tick);
+    system.loaded_elements().add_load_stiffness();
+    update_nodes(system, tick)
 }
 
 /// Returns the active groups to the event queue and updates the range of steps if steps changed.
@@ -178,7 +228,7 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
     let time = system.model.grid.time(tick);
     system.clock.phase = MeshPhase::Last;
     evaluate_elements(system, tick);
-    system.clock.failure = find_failure(system, time);
+    system.clock.failure = system.element_results().find_failure(time);
     if let Some(error @ StepError::NotFinite { .. }) = &system.clock.failure {
         let error = error.clone();
         drift_active(system, tick);
@@ -186,17 +236,26 @@ pub(super) fn process_last_tick<const D: usize, P: Potential<D>>(
         return Err(error);
     }
     find_loads(system, tick);
-    place_bodies(system, time);
+    place_bodies(&mut system.workspace, &system.model.bodies, &system.state.bodies, time);
     system.workspace.changed_steps.clear();
     let sums = kick_by_planned_steps(system, tick);
     count_global_steps(system, sums.limit, tick);
     system.clock.failure = system.clock.failure.take().or_else(|| find_collapse(system, tick));
-    query_gaps(system, tick);
+    system.gap_phase().query_gaps();
     let work = kick_and_resolve_contact(system, tick, &sums);
     balance_energy(system, tick, work);
-    post_body_impulses(system, time, end, exchanges);
-    system.clock.failure = system.clock.failure.take().or_else(|| find_stretch(system, time).leak);
-    end_global_steps(system, tick);
+    system.contact_accounts().post_body_impulses(end, exchanges);
+    system.clock.failure = system.clock.failure.take().or_else(|| system.stretch_check().find_stretch().leak);
+    let (reference, n_elements) = (system.state.record.synchronous, system.model.gel.potential.len());
+    system.state.record.synchronous.1 = tick;
+    system.state.record.synchronous.2 = synchronous_until(reference, tick as f64, n_elements);
     system.state.now = Some(tick);
     Ok(())
+}
+
+/// Finds the first group whose stable step is shorter than a tick, if another mesh can follow.
+fn find_collapse<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>, tick: Tick) -> Option<StepError> {
+    let groups = finest_groups(system.clock.step_range.0, &system.state.clocks);
+    let collapsed = system.step_limits().find_collapse(groups, &system.workspace.responses, tick);
+    collapsed.filter(|_| system.can_be_distorted())
 }

@@ -81,12 +81,6 @@ impl<const D: usize> Workspace<D> {
             ..Self::default()
         }
     }
-
-    /// Returns the velocity of a node before the kicks of this tick, m/s, from the present velocities.
-    pub fn velocity_before(&self, node: NodeId, velocity: &[Vector<D>]) -> Vector<D> {
-        let a = node.index();
-        if self.active_nodes.has(a) { self.velocities_before[a] } else { velocity[a] }
-    }
 }
 
 /// Node with an impulse of pressure or contact, with its velocities before the element kicks and before that impulse.
