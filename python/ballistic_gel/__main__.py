@@ -43,9 +43,10 @@ def _run_study(study: str, share: str | None, workers: int | None) -> int:
     table = found.run(share, workers)
     counts = table["status"].value_counts()
     print(", ".join(f"{count} {status}" for status, count in counts.items()) or "no rows", f"in {found.folder}")
-    for reason in table.loc[table["status"] != COMPLETED, "reason"].drop_duplicates():
-        print(reason, file=sys.stderr)
-    shown = found.table_of(table) if COMPLETED in counts else None
+    for place, row in table[table["status"] != COMPLETED].iterrows():
+        print(f"row {place + 1}: {row['status']}: {row['reason']}", file=sys.stderr)
+    # Other shares have the rows that are missing.
+    shown = found.table_of(table) if len(table) == found.count() else None
     if shown is not None:
         print(shown.to_markdown(), end="")
     return 1 if CRASHED in counts or (shown is not None and shown.unexpected) else 0

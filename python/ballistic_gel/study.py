@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 import pandas as pd
 
+from .commands import figures
 from .errors import GelfmuError, unknown_name
 from .samplers import (
     Distribution,
@@ -31,6 +32,7 @@ from .samplers import (
 from .scene import Scene, as_scene
 from .study_table import ShownColumn, ShownTable
 from .sweeping import run_scenes, sweep
+from .tasks import CLOCK
 
 # Keys of a study and of its sampler, with their types.
 _TABLES = {
@@ -48,6 +50,8 @@ _TABLES = {
     "case": list,
     "columns": dict,
 }
+# Columns of a table of cartridges.
+_LABELS = ("projectile", "speed", "yaw", "roll", "block", "gel")
 _CASE = {"name": str, "scene": str, "shot": dict, "set": dict}
 _SAMPLER = {"kind": str, "file": str, "count": int, "seed": int}
 _KINDS = {
@@ -131,8 +135,10 @@ class Study:
         _refuse_types("sampler.", self.content.get("sampler", {}), _SAMPLER)
         for place, case in enumerate(self.content.get("case", []), start=1):
             _refuse_case(place, case)
-        for head, entry in self.content.get("columns", {}).items():
-            ShownColumn.read(head, entry)
+        if "case" in self.content:
+            others = ("sampler", "runs", "keep", "fidelity")
+            _refuse_beside("case", [name for name in others if name in self.content])
+        self._columns()
 
     @classmethod
     def load(cls, path: str | Path) -> Study:
@@ -190,8 +196,35 @@ class Study:
 
     def table_of(self, rows: pd.DataFrame) -> ShownTable | None:
         """Return the table that ``[columns]`` make of the rows of `run`; None without columns."""
-        columns = [ShownColumn.read(head, entry) for head, entry in self.content.get("columns", {}).items()]
+        columns = self._columns()
         return ShownTable(columns, rows) if columns else None
+
+    def count(self) -> int:
+        """Return the number of rows.
+
+        Raises
+        ------
+        GelfmuError
+            For a study without rows.
+        """
+        count = len(self._case_scenes()[0] if "case" in self.content else self.samples())
+        if not count:
+            remedy = "a case, or keys with their values"
+            raise GelfmuError(f"study {self.path}: found no rows, expected {remedy}", remedy=remedy)
+        return count
+
+    def _columns(self) -> list[ShownColumn]:
+        return [ShownColumn.read(head, entry) for head, entry in self.content.get("columns", {}).items()]
+
+    def _refuse_columns(self) -> None:
+        """Refuse a column of what no row will have, before anything is run."""
+        known = {"status", "reason", *self.content.get("keys", {}), *_LABELS}
+        clock = set() if "case" in self.content else set(CLOCK)
+        known |= (set(figures().index) - clock) | ({"case"} if "case" in self.content else set())
+        for column in self._columns():
+            for name in (column.value, column.per):
+                if name is not None and name not in known and re.sub(r"\[\d+\]", "", name) not in known:
+                    raise unknown_name(name, known, f"value of the column {column.head}")
 
     def run(self, share: str | None = None, workers: int | None = None) -> pd.DataFrame:
         """Run the study, or a share of it such as ``"2/8"``, on this machine.
@@ -202,6 +235,7 @@ class Study:
             Rows as of `sweep`; those of cases with the column ``case``, their keys, and the figures of the clock.
         """
         workers = self.content.get("workers") if workers is None else workers
+        self._refuse_columns()
         if "case" in self.content:
             scenes, labels = self._case_scenes()
             return run_scenes(scenes, self.folder, labels=labels, clock=True, share=share, workers=workers)
@@ -218,8 +252,6 @@ class Study:
 
     def _case_scenes(self) -> tuple[list[Scene], pd.DataFrame]:
         """Return the scene of each case with each combination of the keys, and the labels of their rows."""
-        others = ("sampler", "runs", "keep", "fidelity")
-        _refuse_beside("case", [name for name in others if name in self.content])
         common, keys = self.content.get("set", {}), self.content.get("keys", {})
         grid = sample_table(Grid(keys)).to_dict("records") if keys else [{}]
         scenes, labels = [], []
@@ -257,7 +289,7 @@ class Study:
             remedy = "a time limit of SLURM, such as 02:00:00 or 1-12"
             raise GelfmuError(f"time: found {time!r}, expected {remedy}", key="time", remedy=remedy)
         _refuse_control("path of Python", sys.executable)
-        tasks = min(tasks, len(self._case_scenes()[0] if "case" in self.content else self.samples()))
+        tasks = min(tasks, self.count())
         python, study = shlex.quote(sys.executable), shlex.quote(str(self.path))
         return f"""#!/bin/bash
 #SBATCH --job-name={shlex.quote(self.path.stem)}

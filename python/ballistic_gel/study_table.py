@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -44,7 +45,7 @@ class ShownColumn:
     format : str
         Format of a number in Python, such as ``.2f``.
     expect : tuple of two floats, or None
-        Least and greatest value that is expected, in the unit.
+        Least and greatest value that is expected, in the unit; a missing value is not.
     """
 
     head: str
@@ -87,33 +88,40 @@ class ShownColumn:
         return cls(head, **given)
 
     def values_of(self, rows: pd.DataFrame) -> pd.Series[Any]:
-        """Return the values of the column, in its unit.
+        """Return the values of the column, in its unit; missing where a row has none.
 
         Raises
         ------
         GelfmuError
-            For a value that no row has.
+            For a text in a column with a unit, a divisor or expected values.
         """
-        for name in (self.value, self.per):
-            if name is not None and name not in rows:
-                raise unknown_name(name, map(str, rows.columns), f"value of the column {self.head}")
-        values = rows[self.value]
-        if not pd.api.types.is_numeric_dtype(values) or pd.api.types.is_bool_dtype(values):
-            return values
-        return values / (1.0 if self.per is None else rows[self.per]) * _UNITS.get(str(self.unit), 1.0)
+        if self.per is None and self.unit is None and self.expect is None:
+            return rows[self.value] if self.value in rows else pd.Series(math.nan, rows.index)
+        values = self._numbers_in(rows, self.value)
+        return (
+            values / (1.0 if self.per is None else self._numbers_in(rows, self.per)) * _UNITS.get(str(self.unit), 1.0)
+        )
+
+    def _numbers_in(self, rows: pd.DataFrame, name: str) -> pd.Series[Any]:
+        try:
+            return pd.Series(rows.get(name, math.nan), rows.index).astype(float)
+        except (TypeError, ValueError) as error:
+            remedy = "numbers, or a column of the value alone"
+            found = f"columns.{self.head}: found {name} ({error}), expected {remedy}"
+            raise GelfmuError(found, key=self.head, remedy=remedy) from None
 
     def is_expected(self, value: Any) -> bool:
         """Return whether a value is within what is expected; a missing one is not."""
-        return self.expect is None or self.expect[0] <= value <= self.expect[1]
+        return self.expect is None or bool(self.expect[0] <= value <= self.expect[1])
 
     def text_of(self, value: Any) -> str:
         """Return a cell: a dash for a missing value, bold for one beyond what is expected."""
-        if pd.isna(value):
+        if value is None or value != value:
             shown = "–"
-        elif isinstance(value, (str, bool)):
-            shown = str(value)
-        else:
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
             shown = format(value, self.format)
+        else:
+            shown = str(value)
         return shown if self.is_expected(value) else f"**{shown}**"
 
 
@@ -134,10 +142,13 @@ class ShownTable:
 
     def to_markdown(self) -> str:
         """Return the table as Markdown."""
-        return markdown(
-            {column.head: column.text_of(row[column.head]) for column in self._columns}
-            for _, row in self.values.iterrows()
-        )
+        texts = {column.head: list(map(column.text_of, self.values[column.head].tolist())) for column in self._columns}
+        return markdown({head: texts[head][place] for head in texts} for place in range(len(self.values)))
+
+    @property
+    def has_expectations(self) -> bool:
+        """Whether a column says what is expected."""
+        return any(column.expect is not None for column in self._columns)
 
     @property
     def unexpected(self) -> int:
@@ -154,4 +165,5 @@ def _is_format(text: Any) -> bool:
 
 
 def _is_range(pair: Any) -> bool:
-    return isinstance(pair, list) and len(pair) == 2 and all(isinstance(end, (int, float)) for end in pair)
+    is_pair = isinstance(pair, list) and len(pair) == 2 and all(type(end) in (int, float) for end in pair)
+    return is_pair and -math.inf < pair[0] <= pair[1] < math.inf

@@ -14,7 +14,7 @@ def markdown(rows: Iterable[Mapping[str, str]]) -> str:
         return ""
     head = list(rows[0])
     lines = [head, ["---"] * len(head), *([row.get(name, "") for name in head] for row in rows)]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    return "".join("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |\n" for cells in lines)
 
 
 def digits(value: float, count: int = 3) -> str:

@@ -26,10 +26,10 @@ Row = dict[str, Any]
 # kind is not kept, so that the next sweep repeats the shot.
 COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crashed"
 # Figures of the summary that depend on the machine.
-_CLOCK = ("wall_seconds", "cpu_seconds", "updates_per_second")
+CLOCK = ("wall_seconds", "cpu_seconds", "updates_per_second")
 # Texts that are the same in all rows, and tables whose length is not.
 _CONSTANT = ("format", "threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
-_LEFT_OUT = (*_CLOCK, *_CONSTANT, "cavity_course", "energy_per_centimetre")
+_LEFT_OUT = (*CLOCK, *_CONSTANT, "cavity_course", "energy_per_centimetre")
 _VECTORS = ("exit_velocity", "final_velocity", "total_impulse", "position")
 
 
@@ -189,7 +189,7 @@ def _row_of(summary: dict[str, Any]) -> Row:
         "status": COMPLETED if summary["completed"] else STOPPED,
         "reason": summary["failure"],
         "figures": dict(_flatten(summary)),
-        "clock": {name: summary.get(name) for name in _CLOCK},
+        "clock": {name: summary.get(name) for name in CLOCK},
     }
 
 

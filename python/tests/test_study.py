@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import ballistic_gel as bg
@@ -183,7 +184,9 @@ def test_a_study_whose_shots_are_refused_says_why(tmp_path, capsys):
     text = "scene = 'sphere-block'\n[keys]\n'mesh.size' = [-1.0]\n[columns]\ndepth = 'peak_depth'\n"
     assert main(["sweep", str(write_study(tmp_path, text))]) == 0
     told = capsys.readouterr()
-    assert "mesh.size: found -1.0" in told.err and "| depth |" not in told.out
+    assert "row 1: refused: " in told.err and "mesh.size: found -1.0" in told.err and "| – |" in told.out
+    wanted = text.replace("'peak_depth'", "{ value = 'peak_depth', expect = [0, 1] }")
+    assert main(["sweep", str(write_study(tmp_path, wanted))]) == 1, "nothing is as expected"
 
 
 @pytest.mark.parametrize(
@@ -192,6 +195,8 @@ def test_a_study_whose_shots_are_refused_says_why(tmp_path, capsys):
         ("[[case]]\nset = { 'mesh.size' = 1e-3 }", "a table with a name"),
         ("[[case]]\nname = 'a'\nkeys = 3", "key of a case"),
         ("case = 3", "a list of tables"),
+        ("fidelity = 'draft'\n[[case]]\nname = 'a'", "remove fidelity"),
+        ("[columns]\ndepth = { value = 'peak_depth', expect = [2, 1] }", "the name of a value, or a table"),
         ("[columns]\ndepth = 3", "the name of a value, or a table"),
         ("[columns]\ndepth = { value = 'peak_depth', units = 'mm' }", "`unit`"),
         ("[columns]\ndepth = { value = 'peak_depth', unit = 'furlong' }", "unit of a column"),
@@ -207,7 +212,19 @@ def test_cases_and_columns_without_sense_are_refused_as_they_are_read(tmp_path, 
 def test_a_column_of_no_figure_names_the_nearest(tmp_path):
     study = bg.Study.load(write_study(tmp_path, CASES.replace('"peak_depth"', '"peak_deph"')))
     with pytest.raises(bg.GelfmuError, match="`peak_depth`"):
-        study.table_of(study.run())
+        study.run()
+    assert not study.folder.exists(), "nothing was run"
+
+
+def test_a_text_is_no_number_of_a_column(tmp_path):
+    study = bg.Study.load(write_study(tmp_path, "[columns]\nend = { value = 'status', expect = [0, 1] }"))
+    with pytest.raises(bg.GelfmuError, match="columns.end: found status"):
+        study.table_of(pd.DataFrame({"status": ["completed"]}))
+
+
+def test_a_study_without_rows_is_refused(tmp_path):
+    with pytest.raises(bg.GelfmuError, match="found no rows"):
+        bg.Study.load(write_study(tmp_path, "case = []")).count()
 
 
 def test_every_study_of_the_repository_is_read_and_its_scenes_are_made():
