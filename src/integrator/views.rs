@@ -1,4 +1,7 @@
 //! Views of the phases: which parts of the system each phase of a tick reads and which it writes.
+//!
+//! What several views share is made by macros: a function would borrow the whole of a part, such as the state, while a
+//! phase writes other fields of it.
 
 use super::DistortionLimits;
 use super::assembly::StepRule;
