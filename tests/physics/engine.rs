@@ -63,10 +63,9 @@ fn material(case: Case) -> Material {
     }
 }
 
-/// A graded block below z = 0, its bottom held: some 10 000 tetrahedra in ten blocks of the fast form. The cells of a gel that
-/// remembers, which the reference form steps five times as slowly, are larger.
+/// A graded block below z = 0, its bottom held; a coarser one of a gel that remembers, which the reference form steps five times as slowly.
 fn block<const D: usize>(case: Case) -> Mesh<D> {
-    let finest = if case.gel == Made::Elastic { 0.1 } else { 0.12 };
+    let finest = if case.gel == Made::Elastic { 0.06 } else { 0.12 };
     let right = mesh::graded(0.6, finest, (0.15, 1.3, 0.15));
     let both: Vec<f64> = right.iter().rev().map(|x| -x).chain(right[1..].iter().copied()).collect();
     let down: Vec<f64> = right.iter().rev().map(|x| -x).collect();
