@@ -1,6 +1,6 @@
 //! Views of the phases: which parts of the system each phase of a tick reads and which it writes.
 //!
-//! What several views share is made by macros: a function would borrow the whole of a part, such as the state, while a
+//! Macros make the parts that several views share: a function would borrow the whole of the state, for example, while a
 //! phase writes other fields of it.
 
 use super::DistortionLimits;
