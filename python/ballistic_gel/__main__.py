@@ -45,8 +45,8 @@ def _run_study(study: str, share: str | None, workers: int | None) -> int:
     print(", ".join(f"{count} {status}" for status, count in counts.items()) or "no rows", f"in {found.folder}")
     for place, row in table[table["status"] != COMPLETED].iterrows():
         print(f"row {place + 1}: {row['status']}: {row['reason']}", file=sys.stderr)
-    # Other shares have the rows that are missing.
-    shown = found.table_of(table) if len(table) == found.count() else None
+    # A share may lack rows, which others have.
+    shown = found.table_of(table) if share is None or len(table) == found.count() else None
     if shown is not None:
         print(shown.to_markdown(), end="")
     return 1 if CRASHED in counts or (shown is not None and shown.unexpected) else 0

@@ -146,11 +146,6 @@ class ShownTable:
         return markdown({head: texts[head][place] for head in texts} for place in range(len(self.values)))
 
     @property
-    def has_expectations(self) -> bool:
-        """Whether a column says what is expected."""
-        return any(column.expect is not None for column in self._columns)
-
-    @property
     def unexpected(self) -> int:
         """Number of values beyond what is expected."""
         return sum(not column.is_expected(value) for column in self._columns for value in self.values[column.head])

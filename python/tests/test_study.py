@@ -174,6 +174,15 @@ def test_cases_run_with_all_keys_and_columns_show_their_figures(tmp_path, capsys
     assert "--array=1-4\n" in study.slurm_script(10, "01:00:00", 1)
 
 
+def test_a_share_shows_the_table_once_all_rows_are_there(tmp_path, capsys):
+    path = str(write_study(tmp_path, CASES))
+    heads = []
+    for share in ("1/2", "2/2"):
+        assert main(["sweep", path, "--workers", "1", "--share", share]) == 0
+        heads.append("| shot | density |" in capsys.readouterr().out)
+    assert heads == [False, True]
+
+
 def test_a_value_beyond_what_is_expected_is_bold_and_the_status_is_1(tmp_path, capsys):
     narrow = CASES.replace("expect = [-100, 0]", "expect = [1, 2]").replace("1000.0, 1060.0", "1000.0")
     assert main(["sweep", str(write_study(tmp_path, narrow)), "--workers", "1"]) == 1

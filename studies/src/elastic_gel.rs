@@ -45,7 +45,7 @@ pub fn study() {
     }
 }
 
-/// What puts the ball on the axis of a cylinder.
+/// Keys that put the ball on the axis of a cylinder.
 fn round() -> [(&'static str, String); 3] {
     [
         ("scene.dimension", "axisymmetric".to_owned()),
@@ -54,7 +54,7 @@ fn round() -> [(&'static str, String); 3] {
     ]
 }
 
-/// Where a run stopped, if it did.
+/// Text of the time at which a run stopped; a dash if it did not.
 fn told(end: Result<(), StepError>) -> String {
     end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned())
 }

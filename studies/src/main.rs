@@ -1,5 +1,5 @@
 //! Studies that look into a run, each printed as a Markdown table: `cargo run --release --manifest-path studies/Cargo.toml -- NAME`.
-//! Those that need no more than the figures of runs are TOML files beside this package.
+//! Studies that need no more than the figures of runs are TOML files beside this package.
 
 mod backface_dent;
 mod ball_bounce;
