@@ -1,14 +1,17 @@
 #!/usr/bin/env bash
 # The files of a release, into dist/: `build/release.sh`, on x86-64 Debian, from the commit that will get the tag.
 #
+#     build/release.sh [--dry-run]
+#
 # - the wheels, for Linux on x86-64 with glibc 2.17 or later, and for Windows on x86-64;
 # - gelfmu alone, the program of the wheel for Linux, with the licences;
 # - the FMU of fbi-bb, with the libraries of every platform;
 # - the crate;
 # - SHA256SUMS of all.
 #
-# The tree must be clean, and CHANGELOG.md must have a section of the version of Cargo.toml with its date. Nothing is
-# published: the last lines say how. Tools are those of build/platforms.sh and build/wheel.sh.
+# The tree must be clean, and CHANGELOG.md must have a section of the version of Cargo.toml with its date, which --dry-run
+# does not ask for. Nothing is published: the last lines list sizes and seconds, and say how. Tools are those of
+# build/platforms.sh and build/wheel.sh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -16,6 +19,13 @@ TOOLS="${BALLISTIC_GEL_TOOLS:-${CARGO_HOME:-$HOME/.cargo}/ballistic-gel-ci}"
 PLATFORMS=linux64,win64,aarch64-linux,darwin64
 VERSION=$(sed -n 's/^version = "\(.*\)"$/\1/p' Cargo.toml | head -n 1)
 DIST="$PWD/dist"
+dry=
+case "${1:-}" in
+'') ;;
+--dry-run) dry=yes ;;
+*) printf 'release: unknown option %s: the only one is --dry-run\n' "$1" >&2 && exit 2 ;;
+esac
+times=()
 
 refuse() {
     printf 'release: %s\n' "$1" >&2
@@ -25,7 +35,7 @@ refuse() {
 check() {
     [[ -n "$VERSION" ]] || refuse 'Cargo.toml: found no version'
     [[ -z "$(git status --porcelain)" ]] || refuse 'the tree has changes: commit or stash them'
-    grep --quiet --extended-regexp "^## \[${VERSION//./\\.}\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md ||
+    [[ -n "$dry" ]] || grep --quiet --extended-regexp "^## \[${VERSION//./\\.}\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md ||
         refuse "CHANGELOG.md: found no section \"## [$VERSION] - YYYY-MM-DD\": give the section of this version its date"
 }
 
@@ -62,12 +72,23 @@ crate() {
     cp "target/package/ballistic-gel-$VERSION.crate" "$DIST"
 }
 
+# part NAME COMMAND...: runs a part of the release, and notes its seconds.
+part() {
+    local name=$1 start=$SECONDS
+    shift
+    "$@"
+    times+=("$name $((SECONDS - start)) s")
+}
+
 check
 rm -rf "$DIST"
 mkdir "$DIST"
-build/platforms.sh
-wheels
-archives
-crate
+part libraries build/platforms.sh
+part wheels wheels
+part archives archives
+part crate crate
 (cd "$DIST" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)
+printf '\n'
+(cd "$DIST" && stat --format '%n: %s bytes' -- *)
+printf '%s\n' "${times[@]}"
 printf '\nrelease %s is in dist/. To publish it: git tag --annotate v%s, push the tag, and upload the files.\n' "$VERSION" "$VERSION"

@@ -6,10 +6,12 @@
 
 pub(crate) mod array;
 mod number;
+mod ordered_map;
 mod spectral;
 mod symmetric_tensor;
 
 pub use number::{Number, exp, exp_less_one, ln, power};
+pub(crate) use ordered_map::{map_chunks_in_order, map_in_order, map_in_order_with};
 pub(crate) use spectral::diagonalise;
 pub use spectral::spectral;
 pub(crate) use symmetric_tensor::{SymmetricTensor, isochoric_mean};

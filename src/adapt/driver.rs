@@ -19,6 +19,7 @@ use super::record::RemeshRecord;
 use super::refusal::{FailedRemesh, RemeshRefusal};
 use super::settings::{AdaptSettings, RemeshMethod};
 use super::sizes::target_sizes;
+use crate::fem::Potential;
 use crate::integrator::{BalanceTotals, StepError, UnusableStep};
 use crate::remesh::DeformedMesh;
 use crate::state::{DynamicState, MeshInstance};
@@ -76,8 +77,24 @@ struct FailedReplacement {
     data: OldMeshData,
 }
 
-/// Remeshes: candidates, then erosion and further candidates, then the old mesh. There is no generator in space.
+/// Elements from which a remeshing is shared among threads, in two dimensions and in space. With fewer it costs a tenth of the
+/// time of `fbi-bb` that the mesh changes its processor twice.
+const MIN_SHARED_ELEMENTS: [usize; 2] = [32_768, 2_048];
+
+/// Remeshes on the threads of the gel: see [`remesh_shared`].
 fn remesh_with<const D: usize>(gel: &mut AdaptiveGel<D>, generator: Option<MeshGenerator<D>>) -> Result<(), StepError> {
+    let is_shared = gel.engine.gel().potential.len() >= MIN_SHARED_ELEMENTS[D - 2];
+    match gel.engine.pool().filter(|_| is_shared) {
+        Some(pool) => pool.run(|| remesh_shared(gel, generator)),
+        None => remesh_shared(gel, generator),
+    }
+}
+
+/// Remeshes: candidates, then erosion and further candidates, then the old mesh. There is no generator in space.
+fn remesh_shared<const D: usize>(
+    gel: &mut AdaptiveGel<D>,
+    generator: Option<MeshGenerator<D>>,
+) -> Result<(), StepError> {
     let Some(settings) = gel.definition.remesh else { return Ok(()) };
     let begun = Instant::now();
     if gel.engine.state().birth.is_none() {

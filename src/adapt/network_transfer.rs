@@ -8,15 +8,17 @@ use crate::constitutive::{
     ElasticAverage, IsochoricDeformation, IsochoricShape, LeftCauchyGreen, TwoNetwork, WeightedElastic, average_elastic,
 };
 use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
-use crate::math::{SymmetricTensor, Tensor, Vector, array, cofactor, det};
+use crate::math::{SymmetricTensor, Tensor, Vector, array, cofactor, det, map_chunks_in_order, map_in_order};
 use crate::mesh::{ElementId, ElementPatches};
 use crate::remesh::{OverlapSource, UnchangedElement};
-use std::collections::BTreeMap;
 
 /// Most networks: the elastic one and the branches.
 const MOST_NETWORKS: usize = 1 + TwoNetwork::MOST_BRANCHES;
 /// Part of the elastic network that is left, below which its rest state is free: it stores nothing.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Least number of old elements whose states a thread finds, and number of new elements whose history it makes at once.
+const OLD_ELEMENTS: usize = 32;
+const NEW_ELEMENTS: usize = 256;
 
 /// New elements with their rest shapes, and their history variables.
 pub(super) struct NetworkHistory<const D: usize> {
@@ -39,9 +41,10 @@ struct NetworkTransfer<'a, const D: usize> {
     past: &'a SourceMesh<'a, D>,
     x: &'a [Vector<D>],
     rule: ElasticAverage,
-    /// States of the old elements that were asked for; `None` for an inverted element.
-    known: BTreeMap<ElementId, Option<SpatialState<D>>>,
 }
+
+/// States of the old elements of which new ones are made, ascending; `None` for an inverted element.
+type SourceStates<const D: usize> = [(ElementId, Option<SpatialState<D>>)];
 
 /// Transfers the history of a two-network gel; `None` if an element has no valid rest shape.
 ///
@@ -55,38 +58,58 @@ pub(super) fn inherit_networks<const D: usize>(
     new: &TargetMesh<'_, D>,
     patches: &ElementPatches,
 ) -> Option<NetworkHistory<D>> {
-    let n = gel.records();
-    let mut transfer = NetworkTransfer { gel, past, x, rule: new.rule, known: BTreeMap::new() };
-    let mut memory = vec![HistoryVariables::default(); new.elements.len() * n];
-    let mut references = vec![];
+    let transfer = NetworkTransfer { gel, past, x, rule: new.rule };
+    let mut olds: Vec<ElementId> = new.sources.iter().map(|source| source.old).collect();
+    olds.sort_unstable();
+    olds.dedup();
+    let states = map_in_order(&olds, OLD_ELEMENTS, |old| (*old, transfer.state(*old)));
     let (stays, rests) = (stays(past.potential.patches(), patches, new.same), rests(past, x, new));
-    let mut sources = new.sources.chunk_by(|a, b| a.new == b.new).peekable();
-    for (element, nodes) in (0..).map(ElementId).zip(new.elements) {
-        let now = ReferenceShape::of(new.position, nodes);
-        let own = sources.next_if(|sources| sources[0].new == element).unwrap_or_default();
-        let records = &mut memory[element.index() * n..(element.index() + 1) * n];
-        let (kept, rest) = (new.same[element.index()], rests[element.index()]);
-        let stays = kept.is_some_and(|same| stays[element.index()] || past.shares[same.element.index()] == 1.0);
-        let reference = match kept {
-            Some(same) if stays => transfer.keep(same, 1.0, &now, records),
-            Some(same) => transfer.take_patch_volume(same, &now, records),
-            None if rest > 0.0 => transfer.blend(own, rest, &now, records),
-            None => now,
-        };
-        if transfer.is_ring() && reference.radius <= 0.0 {
-            return None;
-        }
-        let is_told = stays && kept.is_some_and(|same| past.potential.is_compatible(same.element));
-        if !is_told {
-            references.push((element, reference));
-        }
-    }
+    let n = gel.records();
+    let mut memory = vec![HistoryVariables::default(); new.elements.len() * n];
+    let references = map_chunks_in_order(&mut memory, NEW_ELEMENTS * n, |row, memory| {
+        transfer.inherit((new, &states), (&stays, &rests), row / n, memory)
+    });
+    let references = references.into_iter().collect::<Option<Vec<_>>>()?.concat();
     Some(NetworkHistory { references, memory })
 }
 
 impl<const D: usize> NetworkTransfer<'_, D> {
     fn is_ring(&self) -> bool {
         self.past.potential.section() == Section::Axisymmetric
+    }
+
+    /// Makes the records of the new elements from a number on, as many as `memory` holds; returns the rest shapes that the nodes do
+    /// not give, `None` if an element has no valid one.
+    fn inherit(
+        &self,
+        (new, states): (&TargetMesh<'_, D>, &SourceStates<D>),
+        (stays, rests): (&[bool], &[f64]),
+        first: usize,
+        memory: &mut [HistoryVariables<D>],
+    ) -> Option<Vec<(ElementId, ReferenceShape<D>)>> {
+        let mut references = vec![];
+        let begin = new.sources.partition_point(|source| source.new.index() < first);
+        let mut sources = new.sources[begin..].chunk_by(|a, b| a.new == b.new).peekable();
+        for (e, records) in (first..).zip(memory.chunks_mut(self.gel.records())) {
+            let element = ElementId(e as u32);
+            let now = ReferenceShape::of(new.position, &new.elements[e]);
+            let own = sources.next_if(|sources| sources[0].new == element).unwrap_or_default();
+            let stays = new.same[e].is_some_and(|same| stays[e] || self.past.shares[same.element.index()] == 1.0);
+            let reference = match new.same[e] {
+                Some(same) if stays => self.keep(same, 1.0, &now, records),
+                Some(same) => self.take_patch_volume(same, &now, records),
+                None if rests[e] > 0.0 => self.blend((own, states), rests[e], &now, records),
+                None => now,
+            };
+            if self.is_ring() && reference.radius <= 0.0 {
+                return None;
+            }
+            let is_given = stays && new.same[e].is_some_and(|same| self.past.potential.is_compatible(same.element));
+            if !is_given {
+                references.push((element, reference));
+            }
+        }
+        Some(references)
     }
 
     /// Returns the records of an old element.
@@ -118,7 +141,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
 
     /// Keeps b̄ of an unchanged element, and gives it the J of its patch; an inverted one keeps its reference.
     fn take_patch_volume(
-        &mut self,
+        &self,
         same: UnchangedElement,
         now: &ReferenceShape<D>,
         records: &mut [HistoryVariables<D>],
@@ -132,13 +155,15 @@ impl<const D: usize> NetworkTransfer<'_, D> {
 
     /// Gives a new element the mean of its sources.
     fn blend(
-        &mut self,
-        sources: &[OverlapSource],
+        &self,
+        (sources, states): (&[OverlapSource], &SourceStates<D>),
         rest: f64,
         now: &ReferenceShape<D>,
         records: &mut [HistoryVariables<D>],
     ) -> ReferenceShape<D> {
-        let states: Vec<_> = sources.iter().map(|source| self.state(source.old)).collect();
+        let state = |source: &OverlapSource| {
+            states.binary_search_by_key(&source.old, |(old, _)| *old).ok().and_then(|k| states[k].1.as_ref())
+        };
         // Sources created outside the gel have no mass: their average is by volume.
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         let mass = |source: &OverlapSource| if is_massive { source.mass } else { rest_of(self.past, source) };
@@ -151,8 +176,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
             if left(damage) < NEGLIGIBLE {
                 continue;
             }
-            let parts = sources.iter().zip(&states).filter_map(|(source, state)| {
-                let state = state.as_ref()?;
+            let parts = sources.iter().filter_map(|source| {
+                let state = state(source)?;
                 Some(WeightedElastic {
                     weight: rest_of(self.past, source) * left(state.damage),
                     elastic: &state.networks[k],
@@ -166,16 +191,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     }
 
     /// Returns the state of an old element; `None` if it is inverted.
-    fn state(&mut self, element: ElementId) -> Option<SpatialState<D>> {
-        if let Some(state) = self.known.get(&element) {
-            return *state;
-        }
-        let state = self.find_state(element);
-        self.known.insert(element, state);
-        state
-    }
-
-    fn find_state(&self, element: ElementId) -> Option<SpatialState<D>> {
+    fn state(&self, element: ElementId) -> Option<SpatialState<D>> {
         let (f, out) = self.past.potential.deformation_gradient(element, self.x);
         let det_f = det(&f);
         if !(det_f > 0.0 && out > 0.0) {
@@ -311,8 +327,8 @@ mod tests {
     ) -> Vec<SpatialState<2>> {
         let (gel, x) = (gel(), &birth.position);
         let past = &SourceMesh::new(potential, birth, memory, x);
-        let transfer = NetworkTransfer { gel: &gel, past, x, rule: ElasticAverage::default(), known: BTreeMap::new() };
-        (0..4).map(|e| transfer.find_state(ElementId(e)).expect("it is upright")).collect()
+        let transfer = NetworkTransfer { gel: &gel, past, x, rule: ElasticAverage::default() };
+        (0..4).map(|e| transfer.state(ElementId(e)).expect("it is upright")).collect()
     }
 
     #[test]

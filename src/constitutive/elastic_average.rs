@@ -53,9 +53,12 @@ impl<const D: usize> LeftCauchyGreen<D> {
         }
         let part = exp(ln(determinant) * (-1.0 / 3.0));
         let tensor = tensor.scaled(part, 0.0);
-        let (values, _) = diagonalise(tensor.rows());
+        let (values, vectors) = diagonalise(tensor.rows());
         let is_positive = values.iter().all(|value| *value > 0.0) && (D == 3 || tensor.out > 0.0);
-        is_positive.then(|| Self { tensor, logarithm: tensor.mapped(ln) })
+        is_positive.then(|| {
+            let out = if D == 2 { ln(tensor.out) } else { 0.0 };
+            Self { tensor, logarithm: SymmetricTensor::of_spectrum(values.map(ln), &vectors, out) }
+        })
     }
 
     /// Returns tr b̄ − 3, twice the stored energy over the modulus.

@@ -91,6 +91,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self
     }
 
+    /// Returns the thread pool.
+    #[must_use]
+    pub fn pool(&self) -> Option<Arc<WorkerPool>> {
+        self.system.pool.clone()
+    }
+
     /// Takes the thread pool out, for another engine.
     pub fn take_pool(&mut self) -> Option<Arc<WorkerPool>> {
         self.system.pool.take()

@@ -38,11 +38,15 @@ impl<const D: usize> SymmetricTensor<D, f64> {
     /// Returns f(A): its eigenvalues, the out-of-plane one too, are mapped, its axes kept.
     pub fn mapped(&self, map: fn(f64) -> f64) -> Self {
         let (values, vectors) = diagonalise(self.rows());
-        let values = values.map(map);
+        Self::of_spectrum(values.map(map), &vectors, if D == 2 { map(self.out) } else { 0.0 })
+    }
+
+    /// Creates the tensor of these eigenvalues, and eigenvectors as columns, with this out-of-plane component.
+    pub fn of_spectrum(values: [f64; D], vectors: &[[f64; D]; D], out: f64) -> Self {
         let inner = std::array::from_fn(|i| {
             std::array::from_fn(|j| (0..D).map(|k| vectors[i][k] * values[k] * vectors[j][k]).sum())
         });
-        Self { inner, out: if D == 2 { map(self.out) } else { 0.0 } }
+        Self { inner, out }
     }
 }
 

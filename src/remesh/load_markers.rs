@@ -1,9 +1,12 @@
 //! Load markers of the facets of a new mesh, inherited from the old facets.
 
 use super::NodeOrigin;
-use crate::math::{Vector, Vector3, embed};
+use crate::math::{Vector, Vector3, embed, map_in_order};
 use crate::mesh::{CAVITY_MARK, ElementId, Facet, Mesh, NodeId, NodeIncidence, sorted};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// Least number of facets whose markers a thread finds.
+const FACETS_PER_THREAD: usize = 64;
 
 /// Loads of each node that act on some of its facets only; empty where there are no loads. At such a node the loaded
 /// face ends, and its facets may not be remade across it. The wall of a cavity ends at the edges of the entry surface,
@@ -42,7 +45,7 @@ pub fn facet_load_markers<const D: usize>(
         let candidates = facet[..D].iter().flat_map(|node| lies_on::<D>(&origin[node.index()], (old, &around)));
         nearest_mark(old, facet, rest, candidates)
     };
-    spread_cavity_mark::<D>(facets, &facets.iter().map(mark).collect::<Vec<_>>())
+    spread_cavity_mark::<D>(facets, &map_in_order(facets, FACETS_PER_THREAD, mark))
 }
 
 /// Computes the load markers of new facets that lie at rest where old facets lie; empty where there are no loads.

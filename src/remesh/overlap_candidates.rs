@@ -8,15 +8,17 @@ use super::point_location::ElementLocator;
 use crate::geometry::BoundingBox;
 use crate::math::Vector;
 use crate::mesh::ElementId;
+use std::sync::{Arc, OnceLock};
 
 /// Removed old elements with their bounding boxes.
 pub(super) struct OverlapCandidates<'a, const D: usize> {
     cells: &'a [DeformedElement<D>],
     /// Bounding boxes of the removed elements.
     bounds: Vec<BoundingBox<D>>,
-    locator: ElementLocator<'a, D>,
+    /// Search tree over the removed elements, built when it is first asked for.
+    locator: OnceLock<ElementLocator<'a, D>>,
     /// Old elements that each new element may overlap; an empty entry admits all.
-    over: &'a [Vec<ElementId>],
+    over: &'a [Arc<[ElementId]>],
     /// Index of each old element among the removed ones.
     rank: Vec<Option<u32>>,
 }
@@ -39,20 +41,20 @@ impl<'a, const D: usize> OverlapCandidates<'a, D> {
             pairing.gone.iter().zip(0..).for_each(|(e, t)| rank[e.index()] = Some(t));
         }
         let bounds = cells.iter().map(DeformedElement::bounds).collect();
-        Self { cells, bounds, locator: ElementLocator::new(cells), over: &new.over, rank }
+        Self { cells, bounds, locator: OnceLock::new(), over: &new.over, rank }
     }
 
     /// Visits the candidates of a new element that overlap its box.
     pub fn near(&self, element: usize, wanted: &BoundingBox<D>, mut visit: impl FnMut(usize)) {
         match self.own(element) {
             Some(own) => own.filter(|t| self.bounds[*t].meets(wanted)).for_each(visit),
-            None => self.locator.near(wanted, &mut visit),
+            None => self.locator().near(wanted, &mut visit),
         }
     }
 
     /// Nearest location to a node of a new element among its candidates.
     pub fn nearest(&self, element: usize, p: &Vector<D>) -> Option<ElementLocation> {
-        let Some(own) = self.own(element) else { return self.locator.nearest(p) };
+        let Some(own) = self.own(element) else { return self.locator().nearest(p) };
         let mut nearest: Option<ElementLocation> = None;
         for place in own.map(|t| self.cells[t].nearest(p, t)) {
             nearest =
@@ -62,7 +64,11 @@ impl<'a, const D: usize> OverlapCandidates<'a, D> {
                 break;
             }
         }
-        nearest.or_else(|| self.locator.nearest(p))
+        nearest.or_else(|| self.locator().nearest(p))
+    }
+
+    fn locator(&self) -> &ElementLocator<'a, D> {
+        self.locator.get_or_init(|| ElementLocator::new(self.cells))
     }
 
     fn own(&self, element: usize) -> Option<impl Iterator<Item = usize> + '_> {

@@ -2,6 +2,7 @@
 
 use crate::math::Vector;
 use crate::mesh::{ElementId, Mesh, NodeId, Simplex};
+use std::sync::Arc;
 
 /// Mesh in its deformed configuration.
 #[derive(Debug, Clone, Copy)]
@@ -66,5 +67,5 @@ pub struct ProposedMesh<const D: usize> {
     /// Old elements that each new element may overlap, ascending. An empty entry, or an empty list, admits all old
     /// elements. The restriction matters where a body overlaps itself: a nearby old element need not be the source of a
     /// new one.
-    pub over: Vec<Vec<ElementId>>,
+    pub over: Vec<Arc<[ElementId]>>,
 }

@@ -15,12 +15,16 @@ use super::overlap_integrals::OverlapIntegrator;
 use super::overlap_moments::{OverlapMoments, mass_matrix};
 use super::point_location::ElementLocator;
 use super::{BodySymmetry, DeformedMesh, NodalFields, ProposedMesh};
-use crate::math::Vector;
+use crate::math::{Vector, map_in_order_with};
 use crate::mesh::ElementId;
 
 /// Uncovered part of an old element above which it is deposited. Rounding leaves 2e-15 in ordinary meshes. With 1e-10,
 /// thirty immersed meshes had lost 1.3e-12 of the mass.
 const UNCOVERED: f64 = 1e-13;
+/// New elements whose overlaps are found before they are summed: enough to share among threads, few enough for the memory.
+const ELEMENTS_AT_ONCE: usize = 2048;
+/// Least number of new elements whose overlaps a thread finds.
+const ELEMENTS_PER_THREAD: usize = 16;
 /// Uncovered part above which its position is resolved. Rounding leaves 4e-11 of elements a million times longer than
 /// wide; a smaller part is deposited from the centroid of the old element.
 const PLACED: f64 = 1e-10;
@@ -90,25 +94,28 @@ impl<const D: usize> SupermeshIntegrals<D> {
         let mut gone: Vec<RemovedElement<D>> =
             pairing.gone.iter().map(|element| RemovedElement::of(old, carried, *element)).collect();
         let changed = cells(&new.position, pairing.changed().map(|e| &new.elements[e]));
-        let (mut cutter, mut sources) = (OverlapIntegrator::default(), vec![]);
-        let all = pairing.changed().zip(&changed).map(|(element, cell)| {
-            let mut part = ElementMoments { element, mass_matrix: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
-            under.near(element, &cell.bounds(), |t| {
-                let (mass, parts) = gone[t].integrate_overlap(cell, (&mut cutter, &mut part));
-                // Overlaps of negative mass take part in the share corrections and are dropped from the sources
-                // afterwards.
-                if mass != 0.0 {
-                    let part = gone[t].part(carried.symmetry, &parts);
-                    sources.push(OverlapSource { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
-                }
-            });
-            part
-        });
-        let all = all.collect();
+        let (mut all, mut sources) = (Vec::with_capacity(changed.len()), vec![]);
+        let numbered: Vec<(usize, &DeformedElement<D>)> = pairing.changed().zip(&changed).collect();
+        for some in numbered.chunks(ELEMENTS_AT_ONCE) {
+            for ((element, _), overlaps) in some.iter().zip(find_overlaps(some, &gone, under)) {
+                let mut part =
+                    ElementMoments { element: *element, mass_matrix: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
+                sources.extend(overlaps.iter().filter_map(|(t, moments)| {
+                    gone[*t].give(moments, &mut part);
+                    let mass: f64 = moments.corner_mass.iter().sum();
+                    let part = gone[*t].part(carried.symmetry, &moments.parts);
+                    // Overlaps of negative mass take part in the share corrections and are dropped from the sources
+                    // afterwards.
+                    let new = ElementId(*element as u32);
+                    (mass != 0.0).then_some(OverlapSource { new, old: pairing.gone[*t], mass, part })
+                }));
+                all.push(part);
+            }
+        }
         let mut parts = Self { all, sources, stray_mass: 0.0 };
         let corrections: Vec<_> = gone.iter().map(RemovedElement::share_correction).collect();
         if corrections.iter().any(Option::is_some) {
-            parts.scale_shared((&mut gone, &pairing.gone), &corrections, (&changed, &mut cutter));
+            parts.scale_shared((&mut gone, &pairing.gone), &corrections, &changed);
         }
         parts.sources.retain(|source| source.mass > 0.0);
         if gone.iter().any(|gone| gone.is_uncovered(UNCOVERED)) {
@@ -123,8 +130,9 @@ impl<const D: usize> SupermeshIntegrals<D> {
         &mut self,
         (gone, ids): (&mut [RemovedElement<D>], &[ElementId]),
         corrections: &[Option<ShareCorrection<D>>],
-        (changed, cutter): (&[DeformedElement<D>], &mut OverlapIntegrator),
+        changed: &[DeformedElement<D>],
     ) {
+        let mut cutter = OverlapIntegrator::default();
         for source in &mut self.sources {
             let Ok(t) = ids.binary_search(&source.old) else { continue };
             let Some(correction) = corrections[t] else { continue };
@@ -152,6 +160,27 @@ impl<const D: usize> SupermeshIntegrals<D> {
             }
         }
     }
+}
+
+/// Finds the overlaps of each of these new elements with the removed ones, by the index of these; an inverted old element has
+/// none.
+fn find_overlaps<const D: usize>(
+    new: &[(usize, &DeformedElement<D>)],
+    gone: &[RemovedElement<D>],
+    under: &OverlapCandidates<'_, D>,
+) -> Vec<Vec<(usize, OverlapMoments)>> {
+    let find = |cutter: &mut OverlapIntegrator, (element, cell): &(usize, &DeformedElement<D>)| {
+        let mut overlaps = vec![];
+        under.near(*element, &cell.bounds(), |t| {
+            let old = &gone[t];
+            if let Some(moments) = old.cell.is_upright.then(|| cutter.moments(&old.cell, &old.heights, cell)).flatten()
+            {
+                overlaps.push((t, moments));
+            }
+        });
+        overlaps
+    };
+    map_in_order_with(new, ELEMENTS_PER_THREAD, OverlapIntegrator::default, find)
 }
 
 impl<const D: usize> ElementMoments<D> {
@@ -232,27 +261,13 @@ impl<const D: usize> RemovedElement<D> {
         gone
     }
 
-    /// Integrates the overlap with a new element, and returns its mass, kg, and ∫λ_a relative to the measure. An
-    /// inverted old element has no overlap.
-    fn integrate_overlap(
-        &mut self,
-        new: &DeformedElement<D>,
-        (cutter, part): (&mut OverlapIntegrator, &mut ElementMoments<D>),
-    ) -> (f64, [f64; 4]) {
-        if !self.cell.is_upright {
-            return (0.0, [0.0; 4]);
+    /// Gives an overlap to a new element.
+    fn give(&mut self, moments: &OverlapMoments, part: &mut ElementMoments<D>) {
+        self.covered += moments.parts.iter().sum::<f64>();
+        part.add(moments, &self.velocity);
+        for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
+            *left -= given;
         }
-        let (mut mass, mut parts) = (0.0, [0.0; 4]);
-        if let Some(moments) = cutter.moments(&self.cell, &self.heights, new) {
-            mass = moments.corner_mass.iter().sum();
-            parts = moments.parts;
-            self.covered += parts.iter().sum::<f64>();
-            part.add(&moments, &self.velocity);
-            for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
-                *left -= given;
-            }
-        }
-        (mass, parts)
     }
 
     /// Share correction, if new elements cover this one more than once and took more than its mass.

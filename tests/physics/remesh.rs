@@ -91,6 +91,17 @@ fn a_disc_runs_on_by_the_mesh_of_the_paper() {
     assert!(changes.iter().all(|change| change.abs() < 1e-3), "{changes:?}");
 }
 
+/// Overlaps and histories of a two-network gel are found on all threads.
+#[test]
+fn a_remeshed_two_network_gel_has_the_same_bits_on_any_number_of_threads() {
+    let scene = changed("fbi-bb-3d", &["scene.end_time=6e-5", "mesh.size=1.6e-3", "remesh.smallest=1.2e-3"]);
+    let one = run(&scene, (1, 1));
+    assert!(one.remeshings().len() > 2, "{} meshes", one.remeshings().len());
+    for threads in [2, 5] {
+        assert_eq!(run(&scene, (3, threads)).digest(), one.digest(), "{threads} threads");
+    }
+}
+
 /// The longest step of the mesh of `FOUR` at rest, s, which a remeshing may be late by.
 const LATE: f64 = 2e-5;
 

@@ -2,7 +2,6 @@
 
 use super::element_model::ElementModel;
 use super::improvement::{Improver, Replacement, edges_of};
-use super::nodal_sizes::NodalSizes;
 use super::operation::Operation;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
@@ -16,27 +15,29 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Collapses an edge of each element that is too small, the smallest first.
     pub(super) fn coarsen(&mut self) {
         for element in self.small_elements() {
-            if !self.mesh.has(element) {
-                continue;
-            }
-            let mut best: Option<Replacement<D>> = None;
-            for (a, b) in self.short_edges(element) {
-                for (a, b, part) in [(a, b, 0.0), (b, a, 0.0), (a, b, 0.5)] {
-                    let least = best.as_ref().map_or(1.0, |best| best.trial.hindrance[1]);
-                    best = self.collapse_below(least, a, b, part).or(best);
-                }
-            }
-            if let Some(replacement) = best {
-                self.perform(&replacement);
+            if self.mesh.has(element) {
+                self.perform(self.best_collapse(element));
             }
         }
+    }
+
+    /// Finds the collapse of a short edge of an element that leaves the least hindrance; `None` if none is accepted.
+    fn best_collapse(&self, element: ElementId) -> Option<Replacement<D>> {
+        let mut best: Option<Replacement<D>> = None;
+        for (a, b) in self.short_edges(element) {
+            for (a, b, part) in [(a, b, 0.0), (b, a, 0.0), (a, b, 0.5)] {
+                let least = best.as_ref().map_or(1.0, |best| best.trial.hindrance[1]);
+                best = self.collapse_below(least, a, b, part).or(best);
+            }
+        }
+        best
     }
 
     /// Shortest edges of an element.
     fn short_edges(&self, element: ElementId) -> Vec<(NodeId, NodeId)> {
         let nodes = self.mesh.elements[element.index()];
         let mut edges: Vec<(NodeId, NodeId)> = edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])).collect();
-        let place = |node: NodeId| self.mesh.nodes[node.index()].position;
+        let place = |node: NodeId| self.mesh.place(node);
         edges.sort_by(|a, b| (place(a.0) - place(a.1)).norm().total_cmp(&(place(b.0) - place(b.1)).norm()));
         edges.truncate(TRIED_EDGES);
         edges
@@ -48,22 +49,25 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if self.rules.short <= 0.0 || !has_bodies {
             return vec![];
         }
-        let here = |node: NodeId| self.mesh.nodes[node.index()].position;
-        let (mut sizes, mut small) = (NodalSizes::new(self.mesh, self.scene), vec![]);
-        for element in self.mesh.present().filter(|element| self.mesh.is_compatible(*element)) {
+        let here = |node: NodeId| self.mesh.place(node);
+        let longest_if_small = |element: ElementId| {
             let nodes = self.mesh.elements[element.index()];
-            let may_be_short = |(i, j)| sizes.relative_length(nodes[i], nodes[j])[0] < self.rules.short;
-            let is_short = |(i, j)| self.relative_length([nodes[i], nodes[j]].map(here)) < self.rules.short;
-            if edges_of::<D>().all(may_be_short) && edges_of::<D>().all(is_short) {
-                small.push((self.longest_edge(&[nodes], &here), element));
-            }
-        }
+            let may_be_short = |(i, j)| self.sizes.relative_length(self.mesh, nodes[i], nodes[j])[0] < self.rules.short;
+            let longer = |longest: f64, (i, j)| {
+                let length = self.relative_length([nodes[i], nodes[j]].map(here));
+                (length < self.rules.short).then(|| longest.max(length))
+            };
+            edges_of::<D>().all(may_be_short).then(|| edges_of::<D>().try_fold(0.0, longer)).flatten()
+        };
+        let all = self.mesh.present().filter(|element| self.mesh.is_compatible(*element));
+        let mut small: Vec<(f64, ElementId)> =
+            all.filter_map(|element| Some((longest_if_small(element)?, element))).collect();
         small.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         small.into_iter().map(|(_, element)| element).collect()
     }
 
     /// Tries a collapse; `None` unless it is legal, makes no long edge, and leaves a hindrance below a limit.
-    fn collapse_below(&mut self, limit: f64, a: NodeId, b: NodeId, part: f64) -> Option<Replacement<D>> {
+    fn collapse_below(&self, limit: f64, a: NodeId, b: NodeId, part: f64) -> Option<Replacement<D>> {
         let mut operation = self.mesh.collapse(a, b, part)?;
         self.clear(&mut operation);
         if self.is_lost(&operation) {
@@ -73,8 +77,8 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if trial.hindrance[1] >= limit || self.is_stretched(&operation) || self.is_in_body(&operation) {
             return None;
         }
-        let regrouping = self.mesh.regroup(&operation, &trial.states, self.model)?;
-        Some(Replacement { operation, trial, regrouping })
+        self.change_of_energy(&operation, &trial)?;
+        Some(Replacement { operation, trial })
     }
 
     /// Returns true if an operation makes an edge that is too long, and much longer than one before: a little longer are those
@@ -83,9 +87,18 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if self.rules.longest == f64::INFINITY {
             return false;
         }
-        let longest = self.longest_edge(&operation.new, &|node| self.mesh.after(operation, node).position);
+        let at = |node: NodeId| self.mesh.after(operation, node).position;
+        let is_made = |node: NodeId| operation.node.as_ref().is_some_and(|(made, _)| *made == node);
+        // Most edges are clearly short; no two ends are new.
+        let may_be_long = |(a, b): &(NodeId, NodeId)| {
+            let (a, b) = if is_made(*a) { (*b, *a) } else { (*a, *b) };
+            self.sizes.greatest_length(self.mesh, a, &at(b)) > self.rules.longest
+        };
+        let new = operation.new.iter().flat_map(|nodes| edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])));
+        let lengths = new.filter(may_be_long).map(|(a, b)| self.relative_length([at(a), at(b)]));
+        let longest = lengths.fold(0.0, f64::max);
         let old: Vec<Simplex> = operation.old.iter().map(|element| self.mesh.elements[element.index()]).collect();
-        let before = || self.longest_edge(&old, &|node| self.mesh.nodes[node.index()].position);
+        let before = || self.longest_edge(&old, &|node| self.mesh.place(node));
         longest > self.rules.longest && longest > MUCH_LONGER * before()
     }
 

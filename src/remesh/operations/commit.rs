@@ -8,6 +8,7 @@ use super::velocity::keep_motion;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
 use crate::remesh::nodal_fields::corner_masses;
+use std::sync::Arc;
 
 impl<const D: usize> EditableMesh<'_, D> {
     /// Performs an operation; returns the change of kinetic energy, J.
@@ -16,7 +17,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         let before = self.motion(&touched);
         let whole = operation.old.iter().map(|element| self.mass_of(*element)).sum::<f64>();
         if let Some((node, state)) = operation.node {
-            self.place(node, state, operation);
+            self.put(node, state, operation);
         }
         for element in &operation.old {
             self.is_there[element.index()] = false;
@@ -32,7 +33,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         for (nodes, state) in operation.new.iter().zip(states) {
             self.add(*nodes, *state, whole * state.volume / volume);
             self.step.push(step);
-            self.made_of.push(over.clone());
+            self.made_of.push(Arc::clone(&over));
         }
         self.adopt_patches(&regrouping.patches, first);
         for node in &touched {
@@ -49,14 +50,15 @@ impl<const D: usize> EditableMesh<'_, D> {
     fn touched(&self, operation: &Operation<D>) -> Vec<NodeId> {
         let old = operation.old.iter().flat_map(|element| self.corners(*element).iter().copied());
         let new = operation.new.iter().flat_map(|nodes| nodes[..=D].iter().copied());
-        let mut touched: Vec<NodeId> = old.chain(new).collect();
+        let mut touched = Vec::with_capacity((D + 1) * (operation.old.len() + operation.new.len()));
+        touched.extend(old.chain(new));
         touched.sort_unstable();
         touched.dedup();
         touched
     }
 
     /// Moves a node, or appends it.
-    fn place(&mut self, node: NodeId, state: EditedNode<D>, operation: &Operation<D>) {
+    fn put(&mut self, node: NodeId, state: EditedNode<D>, operation: &Operation<D>) {
         if node.index() < self.nodes.len() {
             self.nodes[node.index()] = state;
             return;
@@ -79,6 +81,6 @@ impl<const D: usize> EditableMesh<'_, D> {
         self.corner_mass.push(corner_mass);
         self.is_there.push(true);
         self.is_compatible.push(true);
-        self.states.push(Some(state));
+        self.states.push(state.into());
     }
 }

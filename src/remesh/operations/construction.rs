@@ -40,7 +40,8 @@ impl<const D: usize> EditableMesh<'_, D> {
             let nodes = &self.elements[element.index()];
             [replaced(nodes, a, node), replaced(nodes, b, node)]
         };
-        let new = old.iter().flat_map(halves).collect();
+        let mut new = Vec::with_capacity(2 * old.len());
+        new.extend(old.iter().flat_map(halves));
         let middle = between(&self.nodes[a.index()], &self.nodes[b.index()], 0.5);
         let node = Some((node, middle));
         Operation { kind: OperationKind::Split, old, new, node, parents: [a, b] }
@@ -59,7 +60,9 @@ impl<const D: usize> EditableMesh<'_, D> {
         if moves && (is_boundary != self.is_boundary(b) || held != held_after) {
             return None;
         }
-        let mut old = self.around(a).to_vec();
+        let around = self.around(a);
+        let mut old = Vec::with_capacity(around.len() + if moves { self.around(b).len() } else { 0 });
+        old.extend(around);
         if moves {
             old.extend(self.around(b).iter().filter(|element| !self.corners(**element).contains(&a)));
         }
@@ -67,7 +70,8 @@ impl<const D: usize> EditableMesh<'_, D> {
             let nodes = self.corners(**element);
             !(nodes.contains(&a) && nodes.contains(&b))
         };
-        let new = old.iter().filter(stays).map(|e| replaced(&self.elements[e.index()], a, b)).collect();
+        let mut new = Vec::with_capacity(old.len());
+        new.extend(old.iter().filter(stays).map(|e| replaced(&self.elements[e.index()], a, b)));
         let node = moves.then(|| (b, between(&self.nodes[b.index()], &self.nodes[a.index()], part)));
         Some(Operation { kind: OperationKind::Collapse, old, new, node, parents: [a, b] })
     }
@@ -87,7 +91,8 @@ impl<const D: usize> EditableMesh<'_, D> {
     pub(super) fn remove_edge(&self, a: NodeId, b: NodeId, to: NodeId) -> Operation<D> {
         let old = self.around_edge(a, b);
         let apart = old.iter().map(|element| self.elements[element.index()]).filter(|nodes| !nodes[..=D].contains(&to));
-        let new = apart.flat_map(|nodes| [replaced(&nodes, a, to), replaced(&nodes, b, to)]).collect();
+        let mut new = Vec::with_capacity(2 * old.len());
+        new.extend(apart.flat_map(|nodes| [replaced(&nodes, a, to), replaced(&nodes, b, to)]));
         Self::flip_of(old, new, [a, b])
     }
 

@@ -5,6 +5,8 @@ use super::operation::EditedNode;
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, NodeIncidence, Simplex};
 use crate::remesh::{BodySymmetry, MeshCorrespondence, NodeOrigin, UnchangedElement};
+use std::cell::OnceCell;
+use std::sync::Arc;
 
 /// Nodes and elements of a deformed gel, with the elements around each node.
 ///
@@ -37,12 +39,12 @@ pub struct EditableMesh<'a, const D: usize> {
     pub(super) made_patches: Vec<Vec<ElementId>>,
     /// True if elements share their change of volume in patches.
     pub(super) has_patches: bool,
-    /// State of each element, where it has been asked for.
-    pub(super) states: Vec<Option<ElementState>>,
+    /// State of each element, found when it is first asked for.
+    pub(super) states: Vec<OnceCell<ElementState>>,
     /// Elements of the first mesh.
     n_first: usize,
-    /// Elements of the first mesh that each element made since replaces, ascending.
-    pub(super) made_of: Vec<Vec<ElementId>>,
+    /// Elements of the first mesh that each element made since replaces, ascending: one list for all of an operation.
+    pub(super) made_of: Vec<Arc<[ElementId]>>,
     pub(super) symmetry: BodySymmetry,
     pub(super) rest_map: RestMap,
 }
@@ -106,7 +108,7 @@ pub struct EditedMesh<const D: usize> {
     /// Origins of the nodes in the first mesh.
     pub origin: Vec<NodeOrigin>,
     /// Elements of the first mesh that each new element replaces, ascending; none of an element that stays.
-    pub over: Vec<Vec<ElementId>>,
+    pub over: Vec<Arc<[ElementId]>>,
 }
 
 impl<'a, const D: usize> EditableMesh<'a, D> {
@@ -136,7 +138,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             first_patches: patches,
             made_patches: vec![],
             has_patches: patches.largest() > 1,
-            states: vec![None; mesh.elements.len()],
+            states: vec![OnceCell::new(); mesh.elements.len()],
             n_first: mesh.elements.len(),
             made_of: vec![],
             symmetry: gel.symmetry,
@@ -161,6 +163,11 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     /// Corners of an element.
     pub(super) fn corners(&self, element: ElementId) -> &[NodeId] {
         &self.elements[element.index()][..=D]
+    }
+
+    /// Position of a node, m.
+    pub(super) fn place(&self, node: NodeId) -> Vector<D> {
+        self.nodes[node.index()].position
     }
 
     /// Elements around a node, ascending.
@@ -215,25 +222,28 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
 
     /// Neighbours of a node along edges, ascending.
     pub(super) fn neighbours(&self, node: NodeId) -> Vec<NodeId> {
-        let all = self.around(node).iter().flat_map(|element| self.corners(*element));
-        let mut all: Vec<NodeId> = all.copied().filter(|other| *other != node).collect();
+        let around = self.around(node);
+        let mut all = Vec::with_capacity(D * around.len());
+        all.extend(around.iter().flat_map(|e| self.corners(*e)).copied().filter(|other| *other != node));
         all.sort_unstable();
         all.dedup();
         all
     }
 
     /// State of an element.
-    pub(super) fn state(&mut self, element: ElementId, model: &impl ElementModel<D>) -> ElementState {
-        let nodes = &self.elements[element.index()];
-        let [rest, now] = [|n: &EditedNode<D>| n.rest, |n: &EditedNode<D>| n.position]
-            .map(|of| std::array::from_fn(|k| of(&self.nodes[nodes[k.min(D)].index()])));
-        *self.states[element.index()].get_or_insert_with(|| model.state(&rest, &now))
+    pub(super) fn state(&self, element: ElementId, model: &impl ElementModel<D>) -> ElementState {
+        *self.states[element.index()].get_or_init(|| {
+            let nodes = &self.elements[element.index()];
+            let [rest, now] = [|n: &EditedNode<D>| n.rest, |n: &EditedNode<D>| n.position]
+                .map(|of| std::array::from_fn(|k| of(&self.nodes[nodes[k.min(D)].index()])));
+            model.state(&rest, &now)
+        })
     }
 
     /// Raises the hindrance of an element to this, if it is less.
     pub fn raise_hindrance(&mut self, element: ElementId, model: &impl ElementModel<D>, hindrance: f64) {
         let state = self.state(element, model);
-        self.states[element.index()] = Some(ElementState { hindrance: state.hindrance.max(hindrance), ..state });
+        self.states[element.index()] = ElementState { hindrance: state.hindrance.max(hindrance), ..state }.into();
     }
 
     pub(super) fn is_compatible(&self, element: ElementId) -> bool {
@@ -245,18 +255,23 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
         self.corner_mass[element.index()][..=D].iter().sum()
     }
 
-    /// Elements of the first mesh that an element made since replaces.
-    fn made_of(&self, element: usize) -> &[ElementId] {
-        element.checked_sub(self.n_first).map_or(&[], |made| &self.made_of[made])
+    /// Elements of the first mesh that an element made since replaces; none of an element of the first mesh.
+    fn made_of(&self, element: ElementId) -> Arc<[ElementId]> {
+        element.index().checked_sub(self.n_first).map_or_else(Arc::default, |made| Arc::clone(&self.made_of[made]))
     }
 
     /// Elements of the first mesh that these elements are or replace, ascending.
-    pub(super) fn first_elements(&self, elements: &[ElementId]) -> Vec<ElementId> {
-        let own = |e: &ElementId| if e.index() < self.n_first { vec![*e] } else { self.made_of(e.index()).to_vec() };
-        let mut all: Vec<ElementId> = elements.iter().flat_map(own).collect();
+    pub(super) fn first_elements(&self, elements: &[ElementId]) -> Arc<[ElementId]> {
+        let mut lists: Vec<Arc<[ElementId]>> = elements.iter().map(|element| self.made_of(*element)).collect();
+        lists.sort_unstable_by_key(|list| list.as_ptr());
+        lists.dedup_by_key(|list| list.as_ptr());
+        let mut all: Vec<ElementId> = elements.iter().copied().filter(|e| e.index() < self.n_first).collect();
+        for list in &lists {
+            all.extend_from_slice(list);
+        }
         all.sort_unstable();
         all.dedup();
-        all
+        all.into()
     }
 
     /// Origin of a node in the first mesh.
@@ -303,7 +318,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             patches: ElementPatches::of_labels(&patch),
             step: present.iter().map(|e| self.step[*e]).collect(),
             origin: kept.iter().map(|node| self.origin(NodeId(*node as u32))).collect(),
-            over: present.iter().map(|e| self.made_of(*e).to_vec()).collect(),
+            over: present.iter().map(|e| self.made_of(ElementId(*e as u32))).collect(),
         };
         (edited, MeshCorrespondence { same, gone, unchanged })
     }

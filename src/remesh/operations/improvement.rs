@@ -10,8 +10,8 @@
 use super::edge_rules::EdgeRules;
 use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::ElementModel;
+use super::nodal_sizes::NodalSizes;
 use super::operation::{EditedNode, Operation, OperationKind};
-use super::regrouping::Regrouping;
 use super::trial::Trial;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
@@ -87,7 +87,8 @@ pub fn improve<const D: usize>(
 ) -> EditCounts {
     let n_first = mesh.n_elements();
     let rules = EdgeRules::of(mesh.rest_map);
-    let mut improver = Improver { mesh, model, scene, limits, rules, counts: EditCounts::default() };
+    let sizes = NodalSizes::new(scene, mesh.nodes.len());
+    let mut improver = Improver { mesh, model, scene, limits, rules, sizes, counts: EditCounts::default() };
     improver.split_long_edges();
     let (mut bad, mut seen) = (bad, n_first);
     for _ in 0..ROUNDS {
@@ -114,19 +115,19 @@ pub(super) struct Improver<'a, 'm, 's, const D: usize, M> {
     pub(super) scene: &'a EditScene<'s, D>,
     pub(super) limits: &'a EditLimits,
     pub(super) rules: EdgeRules,
+    pub(super) sizes: NodalSizes<'a, 's, D>,
     counts: EditCounts,
 }
 
-/// Operation that has been tried, and the patches after it.
+/// Operation that has been tried.
 pub(super) struct Replacement<const D: usize> {
     pub(super) operation: Operation<D>,
     pub(super) trial: Trial,
-    pub(super) regrouping: Regrouping,
 }
 
 impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Selects the elements that are there and above the limit, the worst first.
-    fn above_limit(&mut self, elements: Vec<ElementId>) -> Vec<ElementId> {
+    fn above_limit(&self, elements: Vec<ElementId>) -> Vec<ElementId> {
         let mut bad: Vec<(f64, ElementId)> = vec![];
         for element in elements {
             if !self.mesh.has(element) {
@@ -146,18 +147,20 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         let mut any = false;
         self.counts.stuck = 0;
         for element in bad {
-            if self.mesh.has(*element) {
-                let hindrance = self.mesh.state(*element, self.model).hindrance;
-                let done = self.remake(*element, hindrance);
-                any |= done;
-                self.counts.stuck += usize::from(!done);
+            if !self.mesh.has(*element) {
+                continue;
             }
+            let best = self.best_operation(*element);
+            any |= best.is_some();
+            self.counts.stuck += usize::from(best.is_none());
+            self.perform(best);
         }
         any
     }
 
-    /// Performs the best operation around an element; returns false if there is none.
-    fn remake(&mut self, element: ElementId, hindrance: f64) -> bool {
+    /// Finds the best operation around an element; `None` if there is none.
+    fn best_operation(&self, element: ElementId) -> Option<Replacement<D>> {
+        let hindrance = self.mesh.state(element, self.model).hindrance;
         let mut best = None;
         let nodes = self.mesh.elements[element.index()];
         for corner in 0..=D {
@@ -182,13 +185,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
                 self.consider(Some(moved), hindrance, &mut best);
             }
         }
-        match best {
-            Some((_, replacement)) => {
-                self.perform(&replacement);
-                true
-            }
-            None => false,
-        }
+        best.map(|(_, replacement)| replacement)
     }
 
     /// Nodes around an edge.
@@ -223,7 +220,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     }
 
     /// Tries an operation for an element of this hindrance; `best` is the one of the least score so far, and its score.
-    fn consider(&mut self, operation: Option<Operation<D>>, hindrance: f64, best: &mut Option<(f64, Replacement<D>)>) {
+    fn consider(&self, operation: Option<Operation<D>>, hindrance: f64, best: &mut Option<(f64, Replacement<D>)>) {
         let Some(mut operation) = operation else { return };
         self.clear(&mut operation);
         if self.is_lost(&operation) {
@@ -237,13 +234,22 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if self.is_in_body(&operation) || self.is_stretched(&operation) {
             return;
         }
-        let Some(regrouping) = self.mesh.regroup(&operation, &trial.states, self.model) else { return };
-        let energy = regrouping.energy.abs() / self.limits.energy;
+        let Some(gained) = self.change_of_energy(&operation, &trial) else { return };
+        let energy = gained.abs() / self.limits.energy;
         let [before, after] = trial.hindrance;
         let score = (after / scale(before)).ln() + ENERGY_WEIGHT * energy;
-        let [usual, most] = if regrouping.energy > 0.0 { MAX_GAIN } else { MAX_LOSS };
+        let [usual, most] = if gained > 0.0 { MAX_GAIN } else { MAX_LOSS };
         if energy <= most.min(usual * hindrance * hindrance) && best.as_ref().is_none_or(|(least, _)| score < *least) {
-            *best = Some((score, Replacement { operation, trial, regrouping }));
+            *best = Some((score, Replacement { operation, trial }));
+        }
+    }
+
+    /// Change of stored energy by an operation, J, which is 0 of a gel that flows; `None` if it is infinite, or a patch of the
+    /// cavity has an element with a rest shape of its own.
+    pub(super) fn change_of_energy(&self, operation: &Operation<D>, trial: &Trial) -> Option<f64> {
+        match self.mesh.rest_map {
+            RestMap::Present => Some(0.0),
+            RestMap::Nodes => Some(self.mesh.regroup(operation, &trial.states, self.model)?.energy),
         }
     }
 
@@ -290,23 +296,25 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         let limit = MAX_DEPTH * self.limits.usual;
         let depth = self.surface_depth(&operation.new, limit, &|node| self.mesh.after(operation, node).position);
         let old = || operation.old.iter().map(|element| self.mesh.elements[element.index()]).collect::<Vec<_>>();
-        let here = |node: NodeId| self.mesh.nodes[node.index()].position;
-        depth > limit && depth > self.surface_depth(&old(), limit, &here)
+        depth > limit && depth > self.surface_depth(&old(), limit, &|node| self.mesh.place(node))
     }
 
     /// Greatest depth in a body of the middles of surface edges of these elements, if above a limit, m; otherwise 0.
     fn surface_depth(&self, elements: &[Simplex], limit: f64, at: &dyn Fn(NodeId) -> Vector<D>) -> f64 {
         let edges = elements.iter().flat_map(|nodes| edges_of::<D>().map(|(i, j)| (nodes[i], nodes[j])));
-        let depth = |(a, b): &(NodeId, NodeId)| -(self.scene.gap)(&((at(*a) + at(*b)) * 0.5));
-        let deep = edges.map(|edge| (depth(&edge), edge)).filter(|(depth, _)| *depth > limit);
-        let is_surface = |(_, (a, b)): &(f64, (NodeId, NodeId))| self.mesh.is_boundary(*a) && self.mesh.is_boundary(*b);
-        deep.filter(is_surface).map(|(depth, _)| depth).fold(0.0, f64::max)
+        let of_surface = edges.filter(|(a, b)| self.mesh.is_boundary(*a) && self.mesh.is_boundary(*b));
+        let depths = of_surface.map(|(a, b)| -(self.scene.gap)(&((at(a) + at(b)) * 0.5)));
+        depths.filter(|depth| *depth > limit).fold(0.0, f64::max)
     }
 
-    /// Performs an operation that has been tried.
-    pub(super) fn perform(&mut self, replacement: &Replacement<D>) {
-        let Replacement { operation, trial, regrouping } = replacement;
-        self.mesh.commit(operation, &trial.states, regrouping);
+    /// Performs an operation that has been tried, if any.
+    pub(super) fn perform(&mut self, replacement: Option<Replacement<D>>) {
+        let Some(Replacement { operation, trial }) = replacement else { return };
+        let Some(patches) = self.mesh.regroup(&operation, &trial.states, self.model) else { return };
+        self.mesh.commit(&operation, &trial.states, &patches);
+        if let Some((node, _)) = operation.node {
+            self.sizes.forget(node);
+        }
         self.counts.operations[operation.kind as usize] += 1;
     }
 }

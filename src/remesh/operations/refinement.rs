@@ -3,7 +3,6 @@
 use super::edge_rules::EdgeRules;
 use super::element_model::ElementModel;
 use super::improvement::{Improver, ROUNDS, Replacement, edges_of};
-use super::nodal_sizes::NodalSizes;
 use super::operation::Operation;
 use crate::mesh::{ElementId, NodeId};
 
@@ -21,7 +20,9 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         for _ in 0..ROUNDS {
             let from = std::mem::replace(&mut seen, self.mesh.n_elements());
             for (_, a, b) in self.long_edges(from) {
-                self.split(a, b);
+                if !self.mesh.around_edge(a, b).is_empty() {
+                    self.perform(self.split_of(a, b));
+                }
             }
         }
     }
@@ -29,60 +30,61 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Edges of the elements from a number on that are too long, with the negative of their length in
     /// target lengths, the longest first.
     fn long_edges(&self, from: usize) -> Vec<(f64, NodeId, NodeId)> {
-        let (mut long, mut sizes) = (vec![], NodalSizes::new(self.mesh, self.scene));
-        let at = |node: NodeId| self.mesh.nodes[node.index()].position;
         let all = (from..self.mesh.n_elements()).map(|element| ElementId(element as u32));
-        for element in all.filter(|element| self.mesh.has(*element) && self.mesh.is_compatible(*element)) {
-            let nodes = &self.mesh.elements[element.index()];
-            for (a, b) in edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j]))) {
-                let length = (at(a) - at(b)).norm();
-                let is_short = length <= self.rules.long * self.limits.least;
-                if is_short || sizes.relative_length(a, b)[1] <= self.rules.long {
-                    continue;
-                }
-                let middle = (at(a) + at(b)) * 0.5;
-                let ratio = length / (self.scene.size)(&middle);
-                if ratio > self.rules.long && (self.scene.gap)(&middle) <= self.rules.near * self.limits.usual {
-                    long.push((-ratio, a, b));
-                }
-            }
-        }
+        let all = all.filter(|element| self.mesh.has(*element) && self.mesh.is_compatible(*element));
+        let mut long: Vec<_> = all.flat_map(|element| self.long_edges_of(element)).collect();
         long.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         long.dedup_by(|a, b| (a.1, a.2) == (b.1, b.2));
         long
     }
 
-    /// Splits an edge, if that is accepted. The middle of a surface edge is pushed out of bodies, or part of the way where the
-    /// elements beneath are too flat.
-    fn split(&mut self, a: NodeId, b: NodeId) {
+    /// Edges of an element that are too long, with the negative of their length in target lengths.
+    fn long_edges_of(&self, element: ElementId) -> Vec<(f64, NodeId, NodeId)> {
+        let at = |node: NodeId| self.mesh.place(node);
+        let nodes = &self.mesh.elements[element.index()];
+        let edges = edges_of::<D>().map(|(i, j)| (nodes[i].min(nodes[j]), nodes[i].max(nodes[j])));
+        let long = edges.filter_map(|(a, b)| {
+            let length = (at(a) - at(b)).norm();
+            let is_short = length <= self.rules.long * self.limits.least;
+            if is_short || self.sizes.relative_length(self.mesh, a, b)[1] <= self.rules.long {
+                return None;
+            }
+            let middle = (at(a) + at(b)) * 0.5;
+            let ratio = length / (self.scene.size)(&middle);
+            let is_long = ratio > self.rules.long && (self.scene.gap)(&middle) <= self.rules.near * self.limits.usual;
+            is_long.then_some((-ratio, a, b))
+        });
+        long.collect()
+    }
+
+    /// Finds the split of an edge; `None` if none is accepted. The middle of a surface edge is pushed out of bodies, or part of the
+    /// way where the elements beneath are too flat.
+    fn split_of(&self, a: NodeId, b: NodeId) -> Option<Replacement<D>> {
         let rest = |node: NodeId| self.mesh.nodes[node.index()].rest;
         if 0.5 * (rest(a) - rest(b)).norm() < LEAST_REST_EDGE * self.limits.least {
-            return;
+            return None;
         }
         let operation = self.mesh.split(a, b);
-        if operation.old.is_empty() || self.is_lost(&operation) {
-            return;
+        if self.is_lost(&operation) {
+            return None;
         }
         let is_surface = self.mesh.is_boundary_edge(a, b);
         let ways = if is_surface && self.rules.keeps_chords { &WAYS_OUT[..] } else { &WAYS_OUT[..1] };
-        let replacement = ways.iter().find_map(|way| {
+        ways.iter().find_map(|way| {
             let mut operation = operation.clone();
             self.clear_partly(&mut operation, *way);
             self.accepted_split(operation, is_surface)
-        });
-        if let Some(replacement) = replacement {
-            self.perform(&replacement);
-        }
+        })
     }
 
     /// Tries a split; `None` if it is not accepted.
-    fn accepted_split(&mut self, operation: Operation<D>, is_surface: bool) -> Option<Replacement<D>> {
+    fn accepted_split(&self, operation: Operation<D>, is_surface: bool) -> Option<Replacement<D>> {
         let EdgeRules { split_hindrance, surface_rise, .. } = self.rules;
         let of_surface = |before: f64| split_hindrance.max(1.0).max(surface_rise * before);
         let limit = |before: f64| if is_surface { of_surface(before) } else { split_hindrance };
         let trial = self.mesh.attempt(&operation, self.model, limit)?;
-        let regrouping = self.mesh.regroup(&operation, &trial.states, self.model)?;
-        let is_kept = regrouping.energy.abs() <= MAX_SPLIT_ENERGY * self.limits.energy;
-        is_kept.then_some(Replacement { operation, trial, regrouping })
+        let energy = self.change_of_energy(&operation, &trial)?;
+        let is_kept = energy.abs() <= MAX_SPLIT_ENERGY * self.limits.energy;
+        is_kept.then_some(Replacement { operation, trial })
     }
 }

@@ -40,7 +40,7 @@ impl<const D: usize> EditableMesh<'_, D> {
     /// Groups the cavity of an operation anew, by the states of the elements that it makes; `None` if a patch of the cavity
     /// has an element with a rest shape of its own, or if the energy is infinite.
     pub(super) fn regroup(
-        &mut self,
+        &self,
         operation: &Operation<D>,
         states: &[ElementState],
         model: &impl ElementModel<D>,

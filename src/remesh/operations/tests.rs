@@ -306,7 +306,7 @@ fn check_split<const D: usize>(symmetry: BodySymmetry) {
     let mut random = TestRandom::new(7);
     let mut body = Body::<D>::new(symmetry, false, &mut random);
     body.patches = ElementPatches::alone(body.mesh.elements.len());
-    let mut mesh = body.editable();
+    let mesh = body.editable();
     let nodes = mesh.elements[17];
     let operation = mesh.split(nodes[0], nodes[1]);
     let trial = mesh.attempt(&operation, &body.solid, |_| f64::INFINITY).unwrap();
@@ -381,16 +381,17 @@ fn nodal_sizes_bound_the_relative_length_of_each_edge() {
     let size = |x: &Vector<3>| 0.1 + 0.3 * (x - Vector::<3>::new(0.4, 0.5, 0.6)).norm();
     let scene = |growth| EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &size, growth };
     let (known, unknown) = (scene(0.3), scene(f64::INFINITY));
-    let (mut bounds, mut none) = (NodalSizes::new(&mesh, &known), NodalSizes::new(&mesh, &unknown));
+    let [bounds, none] = [&known, &unknown].map(|scene| NodalSizes::new(scene, mesh.nodes.len()));
     for element in mesh.present() {
         let nodes = mesh.elements[element.index()];
         for [a, b] in edges_of::<3>().map(|(i, j)| [nodes[i], nodes[j]]) {
             let ends = [a, b].map(|node| mesh.nodes[node.index()].position);
             let length = (ends[0] - ends[1]).norm() / size(&((ends[0] + ends[1]) * 0.5));
-            let [least, most] = bounds.relative_length(a, b);
+            let [least, most] = bounds.relative_length(&mesh, a, b);
             assert!(least <= length && length <= most, "{length} outside {least} to {most}");
             assert!(most < 2.0 * least, "{least} to {most}");
-            assert_eq!(none.relative_length(a, b), [0.0, f64::INFINITY]);
+            assert!(length <= bounds.greatest_length(&mesh, a, &ends[1]));
+            assert_eq!(none.relative_length(&mesh, a, b), [0.0, f64::INFINITY]);
         }
     }
 }

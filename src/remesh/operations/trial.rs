@@ -40,7 +40,7 @@ impl<const D: usize> EditableMesh<'_, D> {
     /// The elements after it must be positive in both spaces and fill the same volume at rest: then they fill the same
     /// gel, whatever the shape of the cavity. A move may leave its elements at their places.
     pub(super) fn attempt(
-        &mut self,
+        &self,
         operation: &Operation<D>,
         model: &impl ElementModel<D>,
         limit: impl Fn(f64) -> f64,
