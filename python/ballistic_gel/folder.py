@@ -23,7 +23,7 @@ MANIFEST = "gelfmu.jsonl"
 # Command that made the folder, as the manifest names it.
 _COMMAND = "sweep"
 _EMPTY = "an empty or new folder"
-# Seconds for which a lock is waited for, and between two attempts: others hold it for the lines of some files.
+# Seconds to wait for a lock, and between attempts: others hold it only while they append a few lines.
 _PATIENCE, _PAUSE = 10.0, 0.01
 
 
@@ -143,7 +143,7 @@ class SweepFolder:
         """Write a listed file so that it is there as a whole or not at all."""
         path = self.path / name
         with self._told():
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(path, content)
 
     def publish(self, contents: Mapping[str, bytes]) -> None:
@@ -159,12 +159,14 @@ class SweepFolder:
         with self._told():
             place = self.path / MANIFEST
             if place.is_symlink() or (place.exists() and place.stat().st_nlink > 1):
-                raise self._refusal("a manifest that is a link: copy the folder, or choose another")
+                raise self._refusal("a manifest that is a link", "a copy of the folder, or another folder")
             with open(os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666), "r+b") as file:
-                self._contents_of(file)  # refuses a run of gelfmu, which holds the lock to its end, at once
-                self._lock(file)
+                # Refuses the folder of another command before waiting: a run holds its lock until it ends.
+                self._contents_of(file)
+                is_locked = self._lock(file)
                 contents, whole = self._contents_of(file)
-                file.truncate(whole)  # what is behind it was left by a killed process
+                if is_locked:  # otherwise another share may be writing the line behind it
+                    file.truncate(whole)  # what is behind it was left by a killed process
                 if contents.command is None:
                     version = call_binary(["--version"]).output.partition("\n")[0].removeprefix("gelfmu ")
                     contents.command, contents.state = _COMMAND, "claimed"
@@ -184,22 +186,22 @@ class SweepFolder:
             raise self._refusal(f"results of gelfmu {contents.command}", remedy)
         return contents, text.rfind(b"\n") + 1
 
-    def _lock(self, file: BinaryIO) -> None:
-        """Lock the manifest until it is closed; on a system without locks the sweep goes on unprotected."""
+    def _lock(self, file: BinaryIO) -> bool:
+        """Lock the manifest until it is closed; return False where the system has no locks, and the sweep goes on."""
         if sys.platform == "win32":
-            return
+            return False
         until = time.monotonic() + _PATIENCE
         while True:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                return
+                return True
             except BlockingIOError:
                 if time.monotonic() > until:
                     other = "a folder that no other run uses"
                     raise self._refusal("that another run is writing there", other) from None
                 time.sleep(_PAUSE)
             except OSError:
-                return
+                return False
 
     def _refuse_foreign(self, needs: Iterable[str], contents: FolderContents) -> None:
         """Refuse unlisted files in the place of results, and links out of the folder."""
@@ -226,8 +228,12 @@ class SweepFolder:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it is there as a whole or not at all."""
     part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
-    part.write_bytes(content)
-    part.replace(path)
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def _is_no_folder(path: Path) -> bool:

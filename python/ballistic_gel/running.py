@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import tomllib
@@ -18,7 +19,10 @@ from .scene import Scene, as_scene
 from .shot import Shot
 from .values import Value
 
-_TAIL = 8192
+# End of a history that is read for its last row, bytes.
+_TAIL_BYTES = 8192
+# Exit status of a command that refuses its input.
+_REFUSED = 2
 
 
 def run(
@@ -77,7 +81,7 @@ def run(
     scene = as_scene(scene).with_values(values or {})
     options = [] if fidelity is None else [f"--fidelity={fidelity}"]
     if accuracy is not None:
-        options.append(f"--accuracy={accuracy if isinstance(accuracy, str) else f'{100 * accuracy}%'}")
+        options.append(f"--accuracy={accuracy if isinstance(accuracy, str) else f'{100 * accuracy:.12g}%'}")
     if out is None:
         out = Path("gelfmu-out") / f"{scene.name}-{scene.digest(binary_stamp(), *options)}"
         force = True
@@ -91,7 +95,7 @@ def run(
         try:
             result = call_binary([*command, "--direct", "--quiet", "--json"], timeout=timeout, on_wait=bar.update)
         except KeyboardInterrupt as interrupt:
-            interrupt.add_note(f"what was computed is in {folder}: Shot.load({str(folder)!r})")
+            interrupt.add_note(f"what was computed is in {folder}: ballistic_gel.Shot.load({str(folder)!r})")
             raise
         return shot_of(result, folder)
 
@@ -103,15 +107,13 @@ def shot_of(result: CommandResult, folder: Path) -> Shot:
         for doubt in shot.doubts:
             warnings.warn(doubt, DoubtWarning, stacklevel=3)
         return shot
-    try:
-        # Results of this run say that it was not completed; the folder may hold another one that was not replaced.
-        shot = Shot.load(folder)
-        kept = shot if not shot.completed and result.status != 2 else None
-    except GelfmuError:
-        kept = None
-    if result.status == 2:
+    if result.status == _REFUSED:
         raise result.error()
-    raise ShotError(result.message(), kept)
+    shot = None
+    with contextlib.suppress(GelfmuError):
+        shot = Shot.load(folder)
+    # The folder may still hold a completed shot of an earlier run, if this one failed before it replaced that.
+    raise ShotError(result.message(), None if shot is None or shot.completed else shot)
 
 
 class ProgressBar:
@@ -161,19 +163,23 @@ class ProgressBar:
         path = self._folder / "history.csv"
         if _modified(path) == self._begun:
             return None
-        with path.open("rb") as file:
-            file.seek(max(0, path.stat().st_size - _TAIL))
-            lines = file.read().split(b"\n")
         try:
+            with path.open("rb") as file:
+                file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
+                lines = file.read().split(b"\n")
             return float(lines[-2].split(b",")[0])
-        except (ValueError, IndexError):
+        except (OSError, ValueError, IndexError):
+            # The run replaces its files at this moment, or has written no row yet.
             return None
 
     @functools.cached_property
     def _end_time(self) -> float | None:
         """End time of the scene, s, if it is a number without a unit."""
-        with (self._folder / "scene.toml").open("rb") as file:
-            end = tomllib.load(file).get("scene", {}).get("end_time")
+        try:
+            with (self._folder / "scene.toml").open("rb") as file:
+                end = tomllib.load(file).get("scene", {}).get("end_time")
+        except (OSError, tomllib.TOMLDecodeError):
+            return None
         return float(end) if isinstance(end, (int, float)) else None
 
 
