@@ -89,14 +89,14 @@ impl ContactDetection {
     /// Queries the gaps of the nodes listed in `queried` to each active body, and lists those close to a body: within
     /// their size or the `reach` of a body in a step, m.
     pub fn query_gaps<const D: usize>(&mut self, surface: &impl SurfaceView<D>, bodies: TickBodies<'_>, reach: f64) {
-        let n = bodies.fixed.len();
+        let n = bodies.rigid.len();
         self.n_bodies = n;
         self.gaps.clear();
         self.close.clear();
         for (index, queried) in self.queried.iter().enumerate() {
             let SurfaceNode { node, size, .. } = surface.surface().nodes[*queried as usize];
             let point = embed(&surface.position(node));
-            let all = bodies.fixed.iter().zip(bodies.at);
+            let all = bodies.rigid.iter().zip(bodies.at);
             self.gaps.extend(all.map(|(rigid, body)| body.active.then(|| rigid.gap(body, &point))));
             let nearest = self.gaps[index * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
             self.neighbours.set_gap(*queried, nearest);
@@ -135,7 +135,7 @@ impl ContactDetection {
         self.update_facet_bounds(surface, bodies, tolerances);
         let mut near = std::mem::take(&mut self.near);
         self.facets.clear();
-        for body in 0..bodies.fixed.len() {
+        for body in 0..bodies.rigid.len() {
             near.clear();
             for (index, queried) in self.queried.iter().enumerate() {
                 let SurfaceNode { node, size, .. } = surface.surface().nodes[*queried as usize];
@@ -240,7 +240,7 @@ fn facet_clearance<const D: usize>(
     facet: ElementId,
     distance: f64,
 ) -> f64 {
-    if !bodies.fixed.iter().all(|body| body.shape.is_blunt()) {
+    if !bodies.rigid.iter().all(|body| body.shape.is_blunt()) {
         return (distance - 2.0 * longest_edge(surface, facet)) / 5.0;
     }
     let (corners, nodes) = (facet_corners(surface, facet), &surface.surface().facets[facet.index()][..D]);

@@ -11,7 +11,7 @@ use crate::mesh::NodeId;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TickBodies<'a> {
     /// Constant properties.
-    pub fixed: &'a [RigidBody],
+    pub rigid: &'a [RigidBody],
     /// States at this tick.
     pub at: &'a [BodyState],
 }
@@ -19,12 +19,12 @@ pub(crate) struct TickBodies<'a> {
 impl<'a> TickBodies<'a> {
     /// Returns a body and its state.
     pub fn get(self, body: usize) -> (&'a RigidBody, &'a BodyState) {
-        (&self.fixed[body], &self.at[body])
+        (&self.rigid[body], &self.at[body])
     }
 
     /// Iterates over the active bodies and their states.
     pub fn active(self) -> impl Iterator<Item = (&'a RigidBody, &'a BodyState)> {
-        self.fixed.iter().zip(self.at).filter(|(_, at)| at.active)
+        self.rigid.iter().zip(self.at).filter(|(_, at)| at.active)
     }
 }
 

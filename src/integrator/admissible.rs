@@ -61,6 +61,6 @@ pub(super) fn check_time<const D: usize, P: Potential<D>>(
     if !past(t) || !state.bodies.iter().all(|body| past(body.time)) {
         return Err("its times and ticks contradict each other");
     }
-    let numbers = system.model.bodies.iter().zip(&state.bodies).all(|(fixed, body)| body.at(fixed, t).is_valid());
+    let numbers = system.model.bodies.iter().zip(&state.bodies).all(|(rigid, body)| body.at(rigid, t).is_valid());
     if numbers { Ok(()) } else { Err("a body moves beyond all numbers") }
 }

@@ -35,7 +35,7 @@ impl<const D: usize, P: Potential<D>> ContactPhase<'_, D, P> {
         let (bodies, tolerances, DiscreteModel { gel, layout, .. }) = (surface.bodies(), *tolerances, surface.model);
         points.clear();
         contact.find_facets(surface, bodies, tolerances);
-        for body in 0..bodies.fixed.len() {
+        for body in 0..bodies.rigid.len() {
             let is_active = |facet: ElementId| ticks.was_active(layout.group(gel.behind[facet.index()]));
             contact.collect_points(surface, bodies, tolerances, body, is_active, points);
         }

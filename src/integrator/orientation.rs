@@ -24,11 +24,11 @@ pub(super) fn next_orientation_step<const D: usize, P>(
     body: usize,
 ) -> Option<Tick> {
     let now = state.now?;
-    let (fixed, body) = (&model.bodies[body], &state.bodies[body]);
-    if !fixed.needs_orientation_steps(body) {
+    let (rigid, body) = (&model.bodies[body], &state.bodies[body]);
+    if !rigid.needs_orientation_steps(body) {
         return None;
     }
-    let rate = fixed.angular_velocity(body).norm();
+    let rate = rigid.angular_velocity(body).norm();
     let longest = model.grid.ticks(MAX_TURN / rate).clamp(1.0, MAX_TURN_PERIOD);
     let period = floor_power_of_two(longest) as Tick;
     let last = (model.grid.ticks(body.time).floor() as Tick).max(now);

@@ -20,7 +20,7 @@ pub(super) struct SurfaceAtTick<'a, const D: usize, P> {
 impl<'a, const D: usize, P> SurfaceAtTick<'a, D, P> {
     /// Returns the bodies before the impulses of the tick.
     pub fn bodies(&self) -> TickBodies<'a> {
-        TickBodies { fixed: &self.model.bodies, at: self.bodies }
+        TickBodies { rigid: &self.model.bodies, at: self.bodies }
     }
 
     /// Returns the time of the tick, s.

@@ -251,7 +251,7 @@ impl RunRecorder {
         self.begin_results()?;
         self.record_cavity(ending.frame);
         let penetration = self.evaluate_penetration(ending.frame)?;
-        let rest = wound::projectile_rest(&self.history)?.filter(|_| ending.observation.projectile().exit.is_none());
+        let rest = wound::find_rest(&self.history)?.filter(|_| ending.observation.projectile().exit.is_none());
         let wound = WoundFigures::of(penetration.as_ref(), rest);
         let sensors = sensors::figures(&self.run.scene, &self.history)?;
         let summary = RunSummary { wound, sensors, ..RunSummary::of(&self.run, ending, penetration.as_ref()) };

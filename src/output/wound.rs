@@ -78,7 +78,7 @@ impl WoundFigures {
 }
 
 /// Returns the rest of the projectile in the gel at the last row of the history.
-pub(super) fn projectile_rest(history: &HistoryFile) -> Result<Option<RestDepth>, OutputError> {
+pub(super) fn find_rest(history: &HistoryFile) -> Result<Option<RestDepth>, OutputError> {
     let mut detector = RestDetector::new();
     history.for_each_row(|row| detector.push(row.get("time_s"), row.get("depth_m")))?;
     Ok(detector.rest())

@@ -33,9 +33,16 @@ impl ScratchFolder {
         for _ in 0..MOST_ATTEMPTS {
             let folder = create_private_folder(place)?;
             let lock = File::create_new(folder.path().join(LOCK))?;
-            if !matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
-                remove_stale(place, &fs::metadata(folder.path())?);
-                return Ok(Self { _lock: lock, folder });
+            if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
+                continue;
+            }
+            match fs::metadata(folder.path()) {
+                // Another run has removed the folder before it was locked.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                own => {
+                    remove_stale(place, &own?);
+                    return Ok(Self { _lock: lock, folder });
+                }
             }
         }
         Err(io::Error::new(io::ErrorKind::ResourceBusy, "other runs remove each new folder"))

@@ -43,11 +43,11 @@ impl Camera {
     pub(super) fn sized(&self, size: [usize; 2]) -> CameraView<'_> {
         const MARGIN: f64 = 0.04;
         let corners = self.subject.corners().map(|p| Vector3::new(self.right.dot(&p), self.up.dot(&p), 0.0));
-        let shadow = AxisAlignedBox::around(corners);
-        let extent = shadow.upper - shadow.lower;
+        let projected_box = AxisAlignedBox::around(corners);
+        let extent = projected_box.upper - projected_box.lower;
         let middle = size.map(|n| 0.5 * n as f64);
         let scale = (0..2).map(|i| 2.0 * middle[i] * (1.0 - 2.0 * MARGIN) / extent[i].max(f64::MIN_POSITIVE));
-        let centre = shadow.centre();
+        let centre = projected_box.centre();
         CameraView { camera: self, middle, offset: [centre.x, centre.y], scale: scale.fold(f64::INFINITY, f64::min) }
     }
 }

@@ -65,15 +65,16 @@ const LIMITS: &str = "\
 <li>A step that the mesh cannot follow returns <code>fmi2Discard</code> with <code>fmi2Terminated</code> true; the log
 gives the element, the time and the remedy. Outputs, states and reset remain available.</li>
 <li>A body whose rear end has passed the back face of a block or cylinder has perforated it: <code>projectile.perforated</code>.
-<code>scene.stop_after_exit</code> later, once the cavity has turned and all bodies have left, the gel is at rest: later steps are free flight, at no cost.
+<code>scene.stop_after_exit</code> later, once the cavity has begun to shrink and all bodies have left, the gel is taken to be at rest: later
+steps only move the bodies in free flight, at no cost.
 A step that brings a body back then is refused with <code>fmi2Error</code>; <code>scene.stop_after_exit</code> of <code>never</code>
 keeps the gel active.</li>
 <li>Times in the log, in <code>history.csv</code>, in the frames and in <code>summary.json</code> count from the start
-of the simulation, whatever <code>startTime</code> is; the last successful time
-begin with <code>startTime</code>.</li>
+of the simulation, whatever <code>startTime</code> is; only the last successful time of
+<code>fmi2GetRealStatus</code> counts from <code>startTime</code>.</li>
 <li>A step so short, or so far from time 0, that double precision loses a millionth of it is refused with
-<code>fmi2Error</code>. One of at most 10<sup>-9</sup> of the time since the start is none of these: it is what the additions of
-an importer leave before the end of a run.</li>
+<code>fmi2Error</code>. A step of at most 10<sup>-9</sup> of the time since the start is accepted: it is the round-off that is left
+where an importer sums its steps.</li>
 <li>Files that can no longer be written once the run is going on are given up with <code>fmi2Warning</code>; the call
 itself is done. Two instances cannot write into one folder at a time: the second is refused at
 <code>fmi2ExitInitializationMode</code> (where the system can lock a file). Give them different names.</li>
