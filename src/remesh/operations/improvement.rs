@@ -8,6 +8,7 @@
 //! and a good step, and remaking it would cost energy.
 
 use super::edge_rules::EdgeRules;
+use super::edit_scene::EditScene;
 use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::ElementModel;
 use super::nodal_sizes::NodalSizes;
@@ -26,18 +27,6 @@ pub struct EditLimits {
     pub usual: f64,
     /// Least target edge, m.
     pub least: f64,
-}
-
-/// Surroundings of the gel.
-pub struct EditScene<'a, const D: usize> {
-    /// Distance from the nearest body, negative inside, m.
-    pub gap: &'a dyn Fn(&Vector<D>) -> f64,
-    /// Point outside all bodies that is nearest to a point.
-    pub cleared: &'a dyn Fn(&Vector<D>) -> Vector<D>,
-    /// Target edge length at a point, m.
-    pub size: &'a dyn Fn(&Vector<D>) -> f64,
-    /// Greatest change of the target edge length over a way, relative to the way (its Lipschitz constant).
-    pub growth: f64,
 }
 
 /// Operations performed, and what they leave.

@@ -7,7 +7,7 @@
 //!
 //! - `editable_mesh`: the mesh, its elements replaced one cavity at a time.
 //! - `operation`, `construction`: the four operations, in the plane and in space; `commit` performs one.
-//! - `element_model`: the law of the elements.
+//! - `element_model`: the law of the elements; `edit_scene`: the surroundings of the gel.
 //! - `trial`: what an operation would change: legality, energy and greatest frequency of the cavity; `topology`: what it may
 //!   not.
 //! - `velocity`: the velocities after an operation, which keep momentum and kinetic energy.
@@ -18,6 +18,7 @@ mod coarsening;
 mod commit;
 mod construction;
 mod edge_rules;
+mod edit_scene;
 mod editable_mesh;
 mod element_model;
 mod improvement;
@@ -31,6 +32,7 @@ mod topology;
 mod trial;
 mod velocity;
 
+pub use edit_scene::EditScene;
 pub use editable_mesh::{EditSource, EditableMesh, EditedMesh, RestMap};
 pub use element_model::{ElementModel, ElementState};
-pub use improvement::{EditCounts, EditLimits, EditScene, improve};
+pub use improvement::{EditCounts, EditLimits, improve};

@@ -1,8 +1,8 @@
 //! Target lengths at the nodes, which bound those at the middles of edges: a target length costs a distance from a body,
 //! and most edges are neither long nor short.
 
+use super::edit_scene::EditScene;
 use super::editable_mesh::EditableMesh;
-use super::improvement::EditScene;
 use crate::math::Vector;
 use crate::mesh::NodeId;
 use std::cell::OnceCell;
