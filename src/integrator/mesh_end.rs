@@ -8,11 +8,11 @@ use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{GroupClock, SurfaceStretch, Tick};
 
-/// Least age of a mesh, in its finest steps, unless a step collapses (A12).
+/// Least age of a mesh, in its finest steps, unless a step collapses or the surface leaks (A12).
 const MIN_AGE: Tick = 4;
 
-/// Returns the step collapse or leak that has ended a young mesh: the next one would fare no better. Age counts
-/// the finest step at its start.
+/// Returns the step collapse or leak that has ended a mesh younger than [`MIN_AGE`]: a new mesh would fail just as soon. Its
+/// age is measured here in the finest step with which it began.
 pub(super) fn early_failure<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>) -> Option<&StepError> {
     let is_young = ((system.last_tick() - system.clock.origin) as f64) < MIN_AGE as f64 * system.clock.initial_steps.0;
     let ends_at_once =
@@ -25,8 +25,8 @@ pub(super) fn next_remesh_tick<const D: usize, P: Potential<D>>(system: &Discret
     system.clock.ends.at.iter().copied().find(|due| *due > system.clock.origin)
 }
 
-/// Returns true if the mesh ends at this tick: at once if distorted, but on time only where all steps end, to cut
-/// no step short.
+/// Returns true if the mesh ends at this tick: by collapse or leak at once, by distortion from [`MIN_AGE`] on, and on time only
+/// where all steps end, so that none is cut short.
 pub(super) fn is_over<const D: usize, P: Potential<D>>(system: &mut DiscreteSystem<D, P>, tick: Tick) -> bool {
     if system.state.now.is_none() || system.model.settings.schedule == SteppingSchedule::Queue {
         return false;
@@ -60,7 +60,7 @@ fn is_step_short<const D: usize, P: Potential<D>>(system: &DiscreteSystem<D, P>,
     system.model.grid.ticks(stable_step(system, node)) < 1.0
 }
 
-/// Iterates over the stiffest elements around the nodes whose stable step is shorter than a tick.
+/// Iterates over the nodes whose stable step is shorter than a tick, and gives the stiffest element around each.
 pub(super) fn stepless<const D: usize, P: Potential<D>>(
     system: &DiscreteSystem<D, P>,
 ) -> impl Iterator<Item = ElementId> + '_ {
@@ -77,7 +77,7 @@ pub(super) fn stepless_corners<const D: usize, P: Potential<D>>(system: &Discret
     nodes.iter().map(|node| embed(&system.state.position[node.index()])).collect()
 }
 
-/// Iterates over the groups with a step of one tick, the shortest possible step, if that is the `least` step.
+/// Iterates over the groups whose step is one tick, the shortest possible; none if `least`, the shortest of all, is longer.
 pub(super) fn finest_groups(least: Tick, clocks: &[GroupClock]) -> impl Iterator<Item = usize> + '_ {
     let all = if least == 1 { clocks } else { &[] };
     all.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)

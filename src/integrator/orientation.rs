@@ -11,12 +11,12 @@ use crate::state::{DynamicState, Tick};
 /// 2.5°.
 const MAX_TURN: f64 = 0.05;
 
-/// Longest step of the orientation, ticks. It bounds how long a body under torque keeps its angular velocity.
-const MAX_TURN_PERIOD: f64 = 4096.0;
+/// Longest step of the orientation, ticks: a body under torque keeps its angular velocity for no longer.
+const MAX_ORIENTATION_STEP: f64 = 4096.0;
 
 /// Returns the next tick at which the orientation of a tumbling body is stepped; `None` for other bodies.
 ///
-/// It is the first multiple of a period after the body's last event that has not been processed. The period is the
+/// It is the first multiple of the period after both the body's last event and the present tick. The period is the
 /// longest power of two of ticks in which the body turns by at most [`MAX_TURN`].
 pub(super) fn next_orientation_step<const D: usize, P>(
     model: &DiscreteModel<D, P>,
@@ -29,14 +29,14 @@ pub(super) fn next_orientation_step<const D: usize, P>(
         return None;
     }
     let rate = rigid.angular_velocity(body).norm();
-    let longest = model.grid.ticks(MAX_TURN / rate).clamp(1.0, MAX_TURN_PERIOD);
+    let longest = model.grid.ticks(MAX_TURN / rate).clamp(1.0, MAX_ORIENTATION_STEP);
     let period = floor_power_of_two(longest) as Tick;
     let last = (model.grid.ticks(body.time).floor() as Tick).max(now);
     Some((last / period + 1) * period)
 }
 
-/// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped
-/// at every tick, a thousand times an element step, without following the body.
+/// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the surface near it would have to be stepped at every
+/// tick, about a thousand times in the step of an element, and would still not follow the body.
 pub(super) fn check_spin<const D: usize, P>(
     model: &DiscreteModel<D, P>,
     body: usize,

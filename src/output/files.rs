@@ -39,8 +39,8 @@ pub(super) fn with_path(path: &Path) -> impl FnOnce(io::Error) -> OutputError + 
     |source| OutputError::Write { path: path.to_path_buf(), source }
 }
 
-/// Writes a whole file by rename, therefore the old file stays until the new file is complete, even if the run is
-/// killed.
+/// Writes a temporary file and renames it over `path`: the old file stays intact until the new one is complete, even if the
+/// run is killed.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let part = temporary_path(path);
     let written =
@@ -52,7 +52,8 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     })
 }
 
-/// Returns the path of the hidden temporary file beside a file, a name used by nobody else.
+/// Returns the path of the hidden temporary file beside a file: a name that is reserved for gelfmu, whose runs hold the lock of
+/// their folder.
 fn temporary_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.gelfmu-part"))
@@ -76,7 +77,8 @@ fn remove_existing(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Formats a number of a table with every digit; a value that is not finite gives an empty cell.
+/// Formats a number of a table with the fewest digits that give the same value when read; a value that is not finite gives an
+/// empty cell.
 pub(super) fn format_cell(value: f64) -> String {
     if value.is_finite() { format!("{value:e}") } else { String::new() }
 }

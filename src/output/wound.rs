@@ -1,4 +1,4 @@
-//! Figures of a wound for `summary.json`: rest of the projectile, course of the cavity, permanent track.
+//! Figures of a wound for `summary.json`: when and where the projectile came to rest, the cavity over time, the permanent track.
 
 use super::files::OutputError;
 use super::history::HistoryFile;
@@ -77,7 +77,7 @@ impl WoundFigures {
     }
 }
 
-/// Returns the rest of the projectile in the gel at the last row of the history.
+/// Returns the depth and the time at which the projectile came to rest, from the whole history.
 pub(super) fn find_rest(history: &HistoryFile) -> Result<Option<RestDepth>, OutputError> {
     let mut detector = RestDetector::new();
     history.for_each_row(|row| detector.push(row.get("time_s"), row.get("depth_m")))?;

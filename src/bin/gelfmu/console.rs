@@ -33,7 +33,7 @@ impl Console {
         self.quiet
     }
 
-    /// Prints a result: `value` if the user wants JSON, else `text`; a quiet console drops the text.
+    /// Prints a result: `value` in its alternate, indented form with `--json`; otherwise `text`, unless the console is quiet.
     pub fn result(&self, value: &dyn Display, text: &str) {
         if self.json {
             self.print(&format!("{value:#}"));
@@ -84,7 +84,7 @@ impl Console {
         }
     }
 
-    /// Prints a warning on standard error: the result exists, but is doubtful.
+    /// Prints a warning on standard error, even if quiet: the result exists, but is doubtful.
     pub fn warning(&self, text: &str) {
         let label = self.style_text("warning:", bold_style(AnsiColor::Yellow), stderr().is_terminal());
         write_line(&format!("{label} {}", plain(text)));

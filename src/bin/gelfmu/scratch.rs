@@ -12,7 +12,7 @@ const PREFIX: &str = "gelfmu-fmu-";
 const LOCK: &str = "lock";
 /// Age at which a folder without a lock file is stale: a living run would have made the file.
 const STALE_AGE: Duration = Duration::from_hours(1);
-/// Most attempts to make a folder: another run may mistake a new folder for a stale one.
+/// Most attempts to make a folder: until it is locked, another run may take it for a stale one.
 const MOST_ATTEMPTS: usize = 10;
 
 /// Temporary folder without access for other users; removed on drop, or by a later run.
@@ -92,7 +92,7 @@ fn has_same_owner(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// Stale folder, locked against other runs while this value lives.
+/// Folder that was found stale; its lock file, if it has one, is locked against other runs while this value lives.
 struct StaleFolder {
     /// Lock of the folder; absent if the run was killed before making one.
     _lock: Option<File>,

@@ -6,7 +6,7 @@ use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
 use crate::simulation::MeshFrame;
 
-/// Camera with parallel projection of a bounding box.
+/// Camera with orthographic projection, framed on the bounding box of its subject.
 #[derive(Debug, Clone)]
 pub(in crate::output) struct Camera {
     right: Vector3,
@@ -72,7 +72,7 @@ impl CameraView<'_> {
 /// Margin for the motion and the spread of a flying gel, relative to its size.
 const FLIGHT_MARGIN: f64 = 0.12;
 
-/// Returns the box of the gel and of the bodies within three quarters of the gel's radius.
+/// Returns the box of the gel and of the bodies, which are clipped to that of the gel grown by three quarters of its half diagonal.
 fn subject_box(frame: &MeshFrame, scene: &Scene) -> AxisAlignedBox {
     let mirrored = scene.scene.dimension == Dimension::Axisymmetric;
     let mirror = |p: &Vector3| Vector3::new(if mirrored { -p.x } else { p.x }, p.y, p.z);
@@ -85,7 +85,7 @@ fn subject_box(frame: &MeshFrame, scene: &Scene) -> AxisAlignedBox {
     if scene.gel.velocity != [0.0; 3] {
         subject = subject.grown(FLIGHT_MARGIN * gel.radius());
     }
-    // The part before the cut is not drawn.
+    // The half in front of the cut through the first body is not drawn (`stage`).
     subject.lower.y = subject.lower.y.max(frame.bodies[0].kinematics.position.y).min(subject.upper.y);
     subject
 }
