@@ -55,6 +55,11 @@ class CommandResult:
         return told if isinstance(told, dict) and "error" in told else {}
 
     @property
+    def was_refused(self) -> bool:
+        """True if the command refused its input."""
+        return self.status == 2
+
+    @property
     def was_interrupted(self) -> bool:
         """True if the command ended because it was interrupted."""
         return self.status == _INTERRUPTED

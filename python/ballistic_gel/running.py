@@ -21,8 +21,6 @@ from .values import Value
 
 # End of a history that is read for its last row, bytes.
 _TAIL_BYTES = 8192
-# Exit status of a command that refuses its input.
-_REFUSED = 2
 
 
 def run(
@@ -107,7 +105,7 @@ def shot_of(result: CommandResult, folder: Path) -> Shot:
         for doubt in shot.doubts:
             warnings.warn(doubt, DoubtWarning, stacklevel=3)
         return shot
-    if result.status == _REFUSED:
+    if result.was_refused:
         raise result.error()
     shot = None
     with contextlib.suppress(GelfmuError):

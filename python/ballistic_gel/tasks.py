@@ -91,7 +91,7 @@ def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | Non
         return _row_of(json.loads(result.output))
     message = result.message()
     # A folder that is refused, as on a full disk, is no fault of the shot.
-    status = REFUSED if result.status == 2 and not message.startswith("--out ") else CRASHED
+    status = REFUSED if result.was_refused and not message.startswith("--out ") else CRASHED
     # Paths of this run are no part of a row.
     return failed_row(status, message.replace(name, scene.name).replace(str(folder), "the folder"))
 

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import ballistic_gel as bg
-from ballistic_gel.folder import FolderContents, SweepFolder
+from ballistic_gel.folder import FolderContents, SweepFolder, write_whole
 
 HEAD = b'{"results_of":"sweep"}\n'
 
@@ -16,6 +16,25 @@ def test_a_journal_is_replayed_up_to_its_last_whole_line():
     lines = b'{"state":"claimed"}\n{"file":"a"}\n{"file":"rows/b"}\n{"removed":"a"}\n{"state":"running"}\n{"file":"c'
     contents = FolderContents.read(HEAD + lines)
     assert (contents.command, contents.state, contents.files) == ("sweep", "running", {"rows/b"})
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing_behind(tmp_path):
+    (tmp_path / "rows").mkdir()
+    with pytest.raises(OSError):
+        write_whole(tmp_path / "rows", b"row")
+    assert os.listdir(tmp_path) == ["rows"]
+
+
+def test_a_manifest_is_cut_under_its_lock_alone(tmp_path, monkeypatch):
+    folder = SweepFolder(tmp_path)
+    folder.claim()
+    half = b'{"file":"of another sh'
+    for is_locked in (False, True):
+        manifest = tmp_path / "gelfmu.jsonl"
+        manifest.write_bytes(manifest.read_bytes() + half)
+        monkeypatch.setattr(folder, "_lock", lambda file, is_locked=is_locked: is_locked)
+        folder.claim()
+        assert manifest.read_bytes().endswith(half) != is_locked
 
 
 @pytest.mark.parametrize(

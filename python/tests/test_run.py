@@ -131,6 +131,14 @@ def test_the_bar_follows_the_history_of_this_run_only(tmp_path):
     assert bar._time() == 1e-3
 
 
+def test_the_bar_waits_while_a_run_replaces_its_files(tmp_path):
+    (tmp_path / "history.csv").write_text("time_s,depth_m\n0e0,0\n")
+    bar = ProgressBar(tmp_path, "shot", wanted=True)
+    (tmp_path / "history.csv").unlink()
+    (tmp_path / "scene.toml").write_text("[scene")
+    assert bar._time() is None and bar._end_time is None
+
+
 def test_a_run_without_a_terminal_tells_its_progress(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("ballistic_gel.running.shows_bars", lambda: False)
     monkeypatch.setattr("ballistic_gel.progress._INTERVAL", 0.0)
