@@ -43,8 +43,30 @@ struct NetworkTransfer<'a, const D: usize> {
     rule: ElasticAverage,
 }
 
-/// States of the old elements of which new ones are made, ascending; `None` for an inverted element.
-type SourceStates<const D: usize> = [(ElementId, Option<SpatialState<D>>)];
+/// States of the old elements of which new ones are made.
+struct SourceStates<const D: usize> {
+    /// Elements, ascending.
+    elements: Vec<ElementId>,
+    /// States in the same order; `None` for an inverted element.
+    states: Vec<Option<SpatialState<D>>>,
+}
+
+/// New elements, and what is known of them.
+struct NewElements<'a, const D: usize> {
+    mesh: &'a TargetMesh<'a, D>,
+    sources: SourceStates<D>,
+    /// True for elements that stay, in a patch that stays.
+    stays: Vec<bool>,
+    /// Measures at rest of the elements.
+    rests: Vec<f64>,
+}
+
+impl<const D: usize> SourceStates<D> {
+    /// State of an old element; `None` if it is inverted.
+    fn of(&self, element: ElementId) -> Option<&SpatialState<D>> {
+        self.states[self.elements.binary_search(&element).ok()?].as_ref()
+    }
+}
 
 /// Transfers the history of a two-network gel; `None` if an element has no valid rest shape.
 ///
@@ -59,16 +81,16 @@ pub(super) fn inherit_networks<const D: usize>(
     patches: &ElementPatches,
 ) -> Option<NetworkHistory<D>> {
     let transfer = NetworkTransfer { gel, past, x, rule: new.rule };
-    let mut olds: Vec<ElementId> = new.sources.iter().map(|source| source.old).collect();
-    olds.sort_unstable();
-    olds.dedup();
-    let states = map_in_order(&olds, OLD_ELEMENTS, |old| (*old, transfer.state(*old)));
-    let (stays, rests) = (stays(past.potential.patches(), patches, new.same), rests(past, x, new));
+    let all = NewElements {
+        mesh: new,
+        sources: transfer.source_states(new.sources),
+        stays: stays(past.potential.patches(), patches, new.same),
+        rests: rests(past, x, new),
+    };
     let n = gel.records();
     let mut memory = vec![HistoryVariables::default(); new.elements.len() * n];
-    let references = map_chunks_in_order(&mut memory, NEW_ELEMENTS * n, |row, memory| {
-        transfer.inherit((new, &states), (&stays, &rests), row / n, memory)
-    });
+    let references =
+        map_chunks_in_order(&mut memory, NEW_ELEMENTS * n, |row, memory| transfer.inherit(&all, row / n, memory));
     let references = references.into_iter().collect::<Option<Vec<_>>>()?.concat();
     Some(NetworkHistory { references, memory })
 }
@@ -78,33 +100,44 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         self.past.potential.section() == Section::Axisymmetric
     }
 
-    /// Makes the records of the new elements from a number on, as many as `memory` holds; returns the rest shapes that the nodes do
-    /// not give, `None` if an element has no valid one.
+    /// States of the old elements of these sources.
+    fn source_states(&self, sources: &[OverlapSource]) -> SourceStates<D> {
+        let mut elements: Vec<ElementId> = sources.iter().map(|source| source.old).collect();
+        elements.sort_unstable();
+        elements.dedup();
+        let states = map_in_order(&elements, OLD_ELEMENTS, |old| self.state(*old));
+        SourceStates { elements, states }
+    }
+
+    /// Makes the records of the new elements from a number on, as many as `memory` holds; returns the rest shapes that
+    /// the nodes do not give, `None` if an element has no valid one.
     fn inherit(
         &self,
-        (new, states): (&TargetMesh<'_, D>, &SourceStates<D>),
-        (stays, rests): (&[bool], &[f64]),
+        new: &NewElements<'_, D>,
         first: usize,
         memory: &mut [HistoryVariables<D>],
     ) -> Option<Vec<(ElementId, ReferenceShape<D>)>> {
         let mut references = vec![];
-        let begin = new.sources.partition_point(|source| source.new.index() < first);
-        let mut sources = new.sources[begin..].chunk_by(|a, b| a.new == b.new).peekable();
+        let TargetMesh { position, elements, same, sources, .. } = *new.mesh;
+        let begin = sources.partition_point(|source| source.new.index() < first);
+        let mut sources = sources[begin..].chunk_by(|a, b| a.new == b.new).peekable();
         for (e, records) in (first..).zip(memory.chunks_mut(self.gel.records())) {
             let element = ElementId(e as u32);
-            let now = ReferenceShape::of(new.position, &new.elements[e]);
+            let now = ReferenceShape::of(position, &elements[e]);
             let own = sources.next_if(|sources| sources[0].new == element).unwrap_or_default();
-            let stays = new.same[e].is_some_and(|same| stays[e] || self.past.shares[same.element.index()] == 1.0);
-            let reference = match new.same[e] {
+            let stays = same[e].is_some_and(|same| new.stays[e] || self.past.shares[same.element.index()] == 1.0);
+            let reference = match same[e] {
                 Some(same) if stays => self.keep(same, 1.0, &now, records),
                 Some(same) => self.take_patch_volume(same, &now, records),
-                None if rests[e] > 0.0 => self.blend((own, states), rests[e], &now, records),
+                None if new.rests[e] > 0.0 => {
+                    self.rebase(&self.blend(own, &new.sources, new.rests[e]), new.rests[e], &now, records)
+                }
                 None => now,
             };
             if self.is_ring() && reference.radius <= 0.0 {
                 return None;
             }
-            let is_given = stays && new.same[e].is_some_and(|same| self.past.potential.is_compatible(same.element));
+            let is_given = stays && same[e].is_some_and(|same| self.past.potential.is_compatible(same.element));
             if !is_given {
                 references.push((element, reference));
             }
@@ -153,41 +186,31 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         }
     }
 
-    /// Gives a new element the mean of its sources.
-    fn blend(
-        &self,
-        (sources, states): (&[OverlapSource], &SourceStates<D>),
-        rest: f64,
-        now: &ReferenceShape<D>,
-        records: &mut [HistoryVariables<D>],
-    ) -> ReferenceShape<D> {
-        let state = |source: &OverlapSource| {
-            states.binary_search_by_key(&source.old, |(old, _)| *old).ok().and_then(|k| states[k].1.as_ref())
-        };
+    /// Mean state of the sources of a new element with this measure at rest.
+    fn blend(&self, sources: &[OverlapSource], states: &SourceStates<D>, rest: f64) -> SpatialState<D> {
         // Sources created outside the gel have no mass: their average is by volume.
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         let mass = |source: &OverlapSource| if is_massive { source.mass } else { rest_of(self.past, source) };
         let of_records = |source: &OverlapSource| self.records(source.old)[0].damage;
         let whole: f64 = sources.iter().map(mass).sum();
         let damage = sources.iter().map(|source| mass(source) * of_records(source)).sum::<f64>() / whole;
+        let weighted = |source: &OverlapSource| Some((rest_of(self.past, source), states.of(source.old)?));
+        let upright: Vec<(f64, &SpatialState<D>)> = sources.iter().filter_map(weighted).collect();
         let mut networks = [LeftCauchyGreen::undistorted(); MOST_NETWORKS];
         for (k, network) in networks.iter_mut().enumerate().take(1 + self.gel.branches().len()) {
             let left = |damage: f64| if k == 0 { 1.0 - damage } else { 1.0 };
             if left(damage) < NEGLIGIBLE {
                 continue;
             }
-            let parts = sources.iter().filter_map(|source| {
-                let state = state(source)?;
-                Some(WeightedElastic {
-                    weight: rest_of(self.past, source) * left(state.damage),
-                    elastic: &state.networks[k],
-                })
+            let parts = upright.iter().map(|(measure, state)| WeightedElastic {
+                weight: measure * left(state.damage),
+                elastic: &state.networks[k],
             });
             let parts: Vec<_> = parts.collect();
             let stored: f64 = parts.iter().map(|part| part.weight * part.elastic.distortion()).sum();
             *network = average_elastic(&parts, stored / (rest * left(damage)), self.rule);
         }
-        self.rebase(&SpatialState { networks, damage }, rest, now, records)
+        SpatialState { networks, damage }
     }
 
     /// Returns the state of an old element; `None` if it is inverted.
