@@ -89,6 +89,9 @@ pub fn ordered_sum<T>(n: usize, zero: T, term: impl Fn(usize) -> T) -> T
 where
     T: Copy + std::ops::Add<Output = T>,
 {
+    if n <= SUM_BLOCK {
+        return (0..n).fold(zero, |sum, i| sum + term(i));
+    }
     let mut sums: Vec<T> = (0..n.div_ceil(SUM_BLOCK))
         .map(|b| (b * SUM_BLOCK..n.min((b + 1) * SUM_BLOCK)).fold(zero, |sum, i| sum + term(i)))
         .collect();

@@ -91,11 +91,13 @@ fn nearest_mark<const D: usize>(
     let before = |a: &(bool, f64, ElementId), b: &(bool, f64, ElementId)| {
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
     };
-    candidates
-        .filter(|old_facet| !is_in_other_plane(old_facet))
-        .map(distance)
-        .min_by(before)
-        .map(|(.., nearest)| old.marks[nearest.index()])
+    let candidates: Vec<ElementId> = candidates.filter(|old_facet| !is_in_other_plane(old_facet)).collect();
+    let mark = |old_facet: &ElementId| old.marks[old_facet.index()];
+    // Most facets lie among others of their marker.
+    if candidates.windows(2).all(|two| mark(&two[0]) == mark(&two[1])) {
+        return candidates.first().map(mark);
+    }
+    candidates.into_iter().map(distance).min_by(before).map(|(.., nearest)| mark(&nearest))
 }
 
 /// Returns the load markers with those of the facets that were inside before: that of the cavity if a row of such facets

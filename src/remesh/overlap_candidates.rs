@@ -6,7 +6,7 @@ use super::barycentric::{DeformedElement, ElementLocation, cells};
 use super::correspondence::MeshCorrespondence;
 use super::point_location::ElementLocator;
 use crate::geometry::BoundingBox;
-use crate::math::Vector;
+use crate::math::{CLOSE, Vector};
 use crate::mesh::ElementId;
 use std::sync::{Arc, OnceLock};
 
@@ -55,15 +55,17 @@ impl<'a, const D: usize> OverlapCandidates<'a, D> {
     /// Nearest location to a node of a new element among its candidates.
     pub fn nearest(&self, element: usize, p: &Vector<D>) -> Option<ElementLocation> {
         let Some(own) = self.own(element) else { return self.locator().nearest(p) };
-        let mut nearest: Option<ElementLocation> = None;
-        for place in own.map(|t| self.cells[t].nearest(p, t)) {
-            nearest =
-                Some(nearest.filter(|nearest| nearest.distance.total_cmp(&place.distance).is_le()).unwrap_or(place));
-            // No candidate is nearer.
-            if place.distance == 0.0 {
-                break;
-            }
+        let own: Vec<usize> = own.collect();
+        let inside = own.iter().enumerate().find_map(|(k, t)| Some((k, self.cells[*t].place(p, *t)?)));
+        if let Some((k, inside)) = inside {
+            // On a common face rounding decides whether a candidate before it has the point, too.
+            let close = own[..k].iter().filter(|t| self.cells[**t].weights(p).iter().all(|weight| *weight > -CLOSE));
+            let touching = close.map(|t| self.cells[*t].nearest(p, *t)).find(|place| place.distance == 0.0);
+            return touching.or(Some(inside));
         }
+        let nearest = own.iter().map(|t| self.cells[*t].nearest(p, *t));
+        let nearest = nearest
+            .reduce(|nearest, place| if nearest.distance.total_cmp(&place.distance).is_le() { nearest } else { place });
         nearest.or_else(|| self.locator().nearest(p))
     }
 

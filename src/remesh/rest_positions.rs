@@ -3,12 +3,15 @@
 use super::barycentric::{DeformedElement, interpolate};
 use super::overlap_candidates::OverlapCandidates;
 use super::{DeformedMesh, NodeOrigin, ProposedMesh};
-use crate::math::Vector;
+use crate::math::{Vector, map_in_order};
 use crate::mesh::{ElementId, NodeId};
 
 /// Distance outside the old mesh, relative to the longest edge of the nearest element, above which a point is a miss.
 /// It is far above the rounding of a boundary point and far below any relevance to a field.
 const OUTSIDE: f64 = 1e-9;
+
+/// Least number of nodes that a thread locates.
+const NODES_PER_THREAD: usize = 64;
 
 /// Location of a new node in the old mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,26 +38,24 @@ impl RestLocations {
         new: &ProposedMesh<D>,
         (gone, under): (&[ElementId], &OverlapCandidates<'_, D>),
     ) -> Self {
-        let mut misses = 0;
         let element_of = elements_of(new);
-        let mut inside = |node: usize, p: &Vector<D>| {
-            let Some(place) = under.nearest(element_of[node], p) else {
-                misses += 1;
-                return RestLocation::Nowhere;
+        let inside = |node: usize| {
+            let Some(place) = under.nearest(element_of[node], &new.position[node]) else {
+                return (RestLocation::Nowhere, true);
             };
             let nodes = old.mesh.elements[gone[place.cell].index()];
-            if place.distance > OUTSIDE * OUTSIDE * DeformedElement::of(old.position, &nodes).longest_edge_squared() {
-                misses += 1;
-            }
-            RestLocation::Between(nodes, place.weights)
+            let longest = DeformedElement::of(old.position, &nodes).longest_edge_squared();
+            (RestLocation::Between(nodes, place.weights), place.distance > OUTSIDE * OUTSIDE * longest)
         };
-        let trace = |(node, (p, origin)): (usize, (&Vector<D>, &NodeOrigin))| match *origin {
-            NodeOrigin::Kept(node) => RestLocation::Node(node),
-            NodeOrigin::Surface([a, b, c], [u, v, w]) => RestLocation::Between([a, b, c, c], [u, v, w, 0.0]),
-            NodeOrigin::Inside => inside(node, p),
+        let trace = |node: &usize| match new.origin[*node] {
+            NodeOrigin::Kept(node) => (RestLocation::Node(node), false),
+            NodeOrigin::Surface([a, b, c], [u, v, w]) => (RestLocation::Between([a, b, c, c], [u, v, w, 0.0]), false),
+            NodeOrigin::Inside => inside(*node),
         };
-        let traces = new.position.iter().zip(&new.origin).enumerate().map(trace).collect();
-        Self { traces, misses }
+        let nodes: Vec<usize> = (0..new.position.len()).collect();
+        let found = map_in_order(&nodes, NODES_PER_THREAD, trace);
+        let misses = found.iter().filter(|(_, is_miss)| *is_miss).count();
+        Self { traces: found.into_iter().map(|(location, _)| location).collect(), misses }
     }
 
     /// Interpolates an old field to the new nodes: kept nodes keep their values bit for bit.

@@ -1,7 +1,7 @@
 //! F-bar patches of a cavity: those that lose an element are grouped anew, with the elements that an operation makes, and
 //! all others stay. Grouping the whole mesh anew would change the mean J of patches far from any operation.
 
-use super::editable_mesh::EditableMesh;
+use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::{ElementModel, ElementState};
 use super::operation::{Operation, OperationKind};
 use crate::math::Vector;
@@ -21,7 +21,7 @@ pub(super) enum PatchMember {
 pub struct Regrouping {
     /// Patches that replace those of the cavity.
     pub(super) patches: Vec<Vec<PatchMember>>,
-    /// Change of stored energy, J.
+    /// Change of stored energy, J; 0 of a gel that flows.
     pub energy: f64,
 }
 
@@ -48,30 +48,26 @@ impl<const D: usize> EditableMesh<'_, D> {
         let mut touched: Vec<u32> = operation.old.iter().map(|element| self.patch[element.index()]).collect();
         touched.sort_unstable();
         touched.dedup();
-        let mut before = 0.0;
-        for patch in &touched {
-            let members = self.members(*patch).to_vec();
-            if members.iter().any(|element| !self.is_compatible(*element)) {
-                return None;
-            }
-            let states: Vec<_> = members.iter().map(|element| self.state(*element, model)).collect();
-            before += energy_of(states.into_iter(), model);
+        let members = || touched.iter().map(|patch| self.members(*patch));
+        if members().flatten().any(|element| !self.is_compatible(*element)) {
+            return None;
         }
         let patches = if operation.kind == OperationKind::Move {
             self.same_patches(operation, &touched)
         } else {
             self.new_patches(operation, &touched)
         };
-        let mut after = 0.0;
-        for patch in &patches {
-            let state = |member: &PatchMember| match member {
-                PatchMember::Kept(element) => self.state(*element, model),
-                PatchMember::Made(k) => states[*k],
-            };
-            let states: Vec<_> = patch.iter().map(state).collect();
-            after += energy_of(states.into_iter(), model);
+        if self.rest_map == RestMap::Present {
+            return Some(Regrouping { patches, energy: 0.0 });
         }
-        let energy = after - before;
+        let stored = |elements: &[ElementId]| energy_of(elements.iter().map(|e| self.state(*e, model)), model);
+        let before = members().map(stored).fold(0.0, |sum, energy| sum + energy);
+        let state = |member: &PatchMember| match member {
+            PatchMember::Kept(element) => self.state(*element, model),
+            PatchMember::Made(k) => states[*k],
+        };
+        let after = patches.iter().map(|patch| energy_of(patch.iter().map(state), model));
+        let energy = after.fold(0.0, |sum, energy| sum + energy) - before;
         energy.is_finite().then_some(Regrouping { patches, energy })
     }
 

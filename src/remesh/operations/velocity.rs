@@ -30,29 +30,28 @@ pub(super) fn keep_motion<const D: usize>(
     before: &ConservedTotals<D>,
 ) -> f64 {
     let nodes: Vec<NodeId> = touched.iter().copied().filter(|node| mesh.mass[node.index()] > 0.0).collect();
+    let mut cavity = CavityMotion::of(mesh, &nodes);
+    let momentum = cavity.totals().momentum;
     for axis in 0..D {
-        let free = || nodes.iter().copied().filter(|node| !mesh.held[node.index()][axis]);
-        let mass = free().map(|node| mesh.mass[node.index()]).sum::<f64>();
-        let defect = before.momentum[axis] - mesh.motion(&nodes).momentum[axis];
-        let free: Vec<NodeId> = free().collect();
+        let free = || (0..nodes.len()).filter(|k| !mesh.held[nodes[*k].index()][axis]);
+        let mass = free().map(|k| cavity.mass[k]).sum::<f64>();
+        let defect = before.momentum[axis] - momentum[axis];
         if mass > 0.0 {
-            for node in &free {
-                mesh.nodes[node.index()].velocity[axis] += defect / mass;
-            }
+            free().for_each(|k| cavity.velocity[k][axis] += defect / mass);
         }
     }
-    let mut cavity = CavityMotion::of(mesh, &nodes);
     if cavity.turns {
-        let now = mesh.motion(&nodes).angular;
+        let now = cavity.totals().angular;
         let mut velocity = std::mem::take(&mut cavity.velocity);
         cavity.group().add_rotation(&mut velocity, &(before.angular - now));
         cavity.velocity = velocity;
     }
     cavity.scale_relative(before.kinetic);
+    let change = cavity.totals().kinetic - before.kinetic;
     for (node, velocity) in nodes.iter().zip(cavity.velocity) {
         mesh.nodes[node.index()].velocity = velocity;
     }
-    mesh.motion(&nodes).kinetic - before.kinetic
+    change
 }
 
 /// Motion of the nodes of a cavity.
@@ -82,6 +81,10 @@ impl<const D: usize> CavityMotion<D> {
         }
     }
 
+    fn totals(&self) -> ConservedTotals<D> {
+        ConservedTotals::of(&self.position, &self.mass, &self.velocity)
+    }
+
     fn group(&self) -> NodeGroup<'_, D> {
         NodeGroup { x: &self.position, mass: &self.mass, members: &self.members }
     }
@@ -104,7 +107,7 @@ impl<const D: usize> CavityMotion<D> {
     /// Velocities of the rigid motion with the momentum and the angular momentum of the cavity.
     fn rigid_velocities(&self) -> Vec<Vector<D>> {
         let whole = self.mass.iter().sum::<f64>();
-        let momentum = ConservedTotals::of(&self.position, &self.mass, &self.velocity).momentum;
+        let momentum = self.totals().momentum;
         let mean = Vector::<D>::from_fn(|axis, _| if self.is_free[axis] { momentum[axis] / whole } else { 0.0 });
         let mut rigid = vec![mean; self.velocity.len()];
         if self.turns {
