@@ -37,8 +37,11 @@ pub struct EnergyAccounts {
     pub external: f64,
     /// Jumps of the projectile's kinetic energy made by the importer.
     pub importer: f64,
-    /// Changes of kinetic and stored energy by remeshing.
+    /// Changes of kinetic and stored energy by remeshing, with what was returned.
     pub remesh: f64,
+    /// Part of `remesh` that was returned to the motion of the new elements, no account of its own: what meshes have taken is
+    /// the difference.
+    pub remesh_returned: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
     pub load: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the air in the cavity.

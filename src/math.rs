@@ -7,11 +7,13 @@
 pub(crate) mod array;
 mod number;
 mod ordered_map;
+mod shared_work;
 mod spectral;
 mod symmetric_tensor;
 
 pub use number::{Number, exp, exp_less_one, ln, power};
 pub(crate) use ordered_map::{map_chunks_in_order, map_in_order, map_in_order_with};
+pub(crate) use shared_work::{SharedWork, shared_cpu_time};
 pub(crate) use spectral::diagonalise;
 pub use spectral::spectral;
 pub(crate) use symmetric_tensor::{SymmetricTensor, isochoric_mean};

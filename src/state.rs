@@ -90,6 +90,8 @@ pub struct RunRecord {
     pub updates: u64,
     /// Number of remeshes.
     pub remeshes: u64,
+    /// Number of ticks at which the contact solver ended without reaching its residual.
+    pub unconverged_solves: u64,
     /// Eroded mass, kg.
     pub eroded_mass: f64,
     /// Smallest J so far.
@@ -235,6 +237,7 @@ impl RunRecord {
         Self {
             updates: 0,
             remeshes: 0,
+            unconverged_solves: 0,
             eroded_mass: 0.0,
             min_jacobian: 1.0,
             stretch: SurfaceStretch::Little,
@@ -392,10 +395,11 @@ impl Clone for RunRecord {
 
     fn clone_from(&mut self, from: &Self) {
         let Self { updates, remeshes, eroded_mass, min_jacobian, stretch, synchronous, pressed, .. } = from;
-        let Self { outside, gas, at_rest, contacts, .. } = from;
+        let Self { outside, gas, at_rest, contacts, unconverged_solves, .. } = from;
         self.contacts.clone_from(contacts);
         (self.outside, self.gas) = (*outside, *gas);
         (self.updates, self.remeshes, self.eroded_mass) = (*updates, *remeshes, *eroded_mass);
+        self.unconverged_solves = *unconverged_solves;
         (self.pressed, self.at_rest) = (*pressed, *at_rest);
         (self.min_jacobian, self.stretch, self.synchronous) = (*min_jacobian, *stretch, *synchronous);
     }

@@ -41,7 +41,7 @@ _EACH = {"scene": str, "completed": bool, "doubts": list, "digest": str, "ended_
 
 
 # Format of ``summary.json`` that can be read.
-_FORMAT = 1
+_FORMAT = 2
 
 
 class _ForeignSummaryError(ValueError):

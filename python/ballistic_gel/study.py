@@ -114,7 +114,7 @@ class Study:
         [columns]
         mesh = "case"
         "depth, mm" = { value = "peak_depth", unit = "mm", format = ".2f", expect = [80, 90] }
-        "remesh, %" = { value = "energy.remesh", per = "energy.initial", unit = "%", format = "+.2f" }
+        "remesh, %" = { value = "energy.remesh", plus = "energy.remesh_returned", per = "energy.initial", unit = "%" }
 
     Raises
     ------
@@ -222,7 +222,7 @@ class Study:
         clock = set() if "case" in self.content else set(CLOCK)
         known |= (set(figures().index) - clock) | ({"case"} if "case" in self.content else set())
         for column in self._columns():
-            for name in (column.value, column.per):
+            for name in (column.value, column.plus, column.per):
                 if name is not None and name not in known and re.sub(r"\[\d+\]", "", name) not in known:
                     raise unknown_name(name, known, f"value of the column {column.head}")
 

@@ -25,7 +25,7 @@ _UNITS = {
     "million": 1e-6,
     "%": 1e2,
 }
-_KEYS = {"value": str, "per": str, "unit": str, "format": str, "expect": list}
+_KEYS = {"value": str, "plus": str, "per": str, "unit": str, "format": str, "expect": list}
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,8 @@ class ShownColumn:
         Head of the column.
     value : str
         Column of the rows: a key of the study, ``case``, ``status`` or a figure of the summary.
+    plus : str or None
+        Figure that is added to the value, such as ``energy.remesh_returned`` to ``energy.remesh``.
     per : str or None
         Figure by which the value is divided, such as ``energy.initial``.
     unit : str or None
@@ -50,6 +52,7 @@ class ShownColumn:
 
     head: str
     value: str
+    plus: str | None = None
     per: str | None = None
     unit: str | None = None
     format: str = ".4g"
@@ -77,7 +80,7 @@ class ShownColumn:
         ):
             remedy = (
                 'the name of a value, or a table such as { value = "peak_depth", unit = "mm", format = ".2f", '
-                'per = "…", expect = [least, greatest] }'
+                'plus = "…", per = "…", expect = [least, greatest] }'
             )
             raise GelfmuError(f"columns.{head}: found {entry!r}, expected {remedy}", key=head, remedy=remedy)
         if "unit" in entry and entry["unit"] not in _UNITS:
@@ -93,14 +96,16 @@ class ShownColumn:
         Raises
         ------
         GelfmuError
-            For a text in a column with a unit, a divisor or expected values.
+            For a text in a column with a unit, a summand, a divisor or expected values.
         """
-        if self.per is None and self.unit is None and self.expect is None:
+        if self.plus is None and self.per is None and self.unit is None and self.expect is None:
             return rows[self.value] if self.value in rows else pd.Series(math.nan, rows.index)
         values = self._numbers_in(rows, self.value)
-        return (
-            values / (1.0 if self.per is None else self._numbers_in(rows, self.per)) * _UNITS.get(str(self.unit), 1.0)
-        )
+        if self.plus is not None:
+            values = values + self._numbers_in(rows, self.plus)
+        if self.per is not None:
+            values = values / self._numbers_in(rows, self.per)
+        return values * _UNITS.get(str(self.unit), 1.0)
 
     def _numbers_in(self, rows: pd.DataFrame, name: str) -> pd.Series[Any]:
         try:

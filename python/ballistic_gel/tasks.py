@@ -26,7 +26,7 @@ Row = dict[str, Any]
 # kind is not kept, so that the next sweep repeats the shot.
 COMPLETED, STOPPED, REFUSED, CRASHED = "completed", "stopped", "refused", "crashed"
 # Figures of the summary that depend on the machine.
-CLOCK = ("wall_seconds", "cpu_seconds", "updates_per_second")
+CLOCK = ("wall_seconds", "cpu_seconds", "serial_seconds", "parallel_seconds", "updates_per_second")
 # Texts that are the same in all rows, and tables whose length is not.
 _CONSTANT = ("format", "threads", "version", "interface", "failure", "doubt", "completed", "scene", "switched_off")
 _LEFT_OUT = (*CLOCK, *_CONSTANT, "cavity_course", "energy_per_centimetre")

@@ -38,7 +38,7 @@ def test_a_table_that_is_missing_says_why(quick, tmp_path):
         (b"{", "Expecting"),
         (b"\xff", "utf-8"),
         (b"[]", "list in the place of figures"),
-        (b'{"format": 1}', "without scene, completed, doubts, digest, ended_by"),
+        (b'{"format": 2}', "without scene, completed, doubts, digest, ended_by"),
     ],
 )
 def test_a_damaged_summary_is_told_with_the_remedy(tmp_path, text, told):
@@ -55,8 +55,8 @@ def test_a_damaged_summary_is_told_with_the_remedy(tmp_path, text, told):
 @pytest.mark.parametrize(
     "text, told",
     [
-        ("{}", "no format, in the place of format 1"),
-        ('{"format": 2, "version": "9.1.0"}', "format 2, written by gelfmu 9.1.0, in the place of format 1"),
+        ("{}", "no format, in the place of format 2"),
+        ('{"format": 1, "version": "9.1.0"}', "format 1, written by gelfmu 9.1.0, in the place of format 2"),
     ],
 )
 def test_a_summary_of_another_release_names_it_and_the_remedy(tmp_path, text, told):

@@ -148,7 +148,7 @@ set = { "mesh.size" = 1.4e-3, "scene.end_time" = 4e-5 }
 "shot" = "case"
 "density" = { value = "gel.density", format = ".0f" }
 "depth, mm" = { value = "peak_depth", unit = "mm", format = ".3f" }
-"contact, %" = { value = "energy.contact", per = "energy.initial", unit = "%", format = "+.1f", expect = [-100, 0] }
+"contact, %" = { value = "energy.contact", plus = "energy.friction", per = "energy.initial", unit = "%", format = "+.1f", expect = [-100, 0] }
 "end" = "status"
 """
 
@@ -169,7 +169,8 @@ def test_cases_run_with_all_keys_and_columns_show_their_figures(tmp_path, capsys
         == list((1e3 * table["peak_depth"]).round(3))
         == list(values["depth, mm"].round(3))
     )
-    assert list(values["contact, %"]) == pytest.approx(list(100.0 * table["energy.contact"] / table["energy.initial"]))
+    contact = table["energy.contact"] + table["energy.friction"]
+    assert list(values["contact, %"]) == pytest.approx(list(100.0 * contact / table["energy.initial"]))
     assert table["cpu_seconds"].notna().all()
     assert "--array=1-4\n" in study.slurm_script(10, "01:00:00", 1)
 
@@ -223,6 +224,12 @@ def test_a_column_of_no_figure_names_the_nearest(tmp_path):
     with pytest.raises(bg.GelfmuError, match="`peak_depth`"):
         study.run()
     assert not study.folder.exists(), "nothing was run"
+
+
+def test_a_summand_is_added_before_the_division(tmp_path):
+    study = bg.Study.load(write_study(tmp_path, "[columns]\nboth = { value = 'taken', plus = 'given', per = 'whole' }"))
+    rows = pd.DataFrame({"taken": [-3.0], "given": [2.0], "whole": [4.0]})
+    assert list(study.table_of(rows).values["both"]) == [-0.25]
 
 
 def test_a_text_is_no_number_of_a_column(tmp_path):

@@ -34,11 +34,13 @@ pub(crate) struct ContactProblem<'a, const D: usize, M> {
 impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
     /// Solves Moreau's law with Coulomb friction at all contact points, symmetry contacts and self-contacts: projected
     /// Gauss–Seidel sweeps on the accumulated impulses until nothing changes, relative to the greatest approach speed so
-    /// far, m/s.
-    pub fn solve(mut self, restitution: f64, friction: f64, greatest_approach: f64) {
+    /// far, m/s. Returns true if they converged.
+    #[must_use]
+    pub fn solve(mut self, restitution: f64, friction: f64, greatest_approach: f64) -> bool {
         let greatest_approach = self.own.iter().map(|contact| -contact.before).fold(greatest_approach, f64::max);
         let states = self.bodies.iter().zip(&*self.now);
         let mut bodies: Vec<SolverBody> = states.map(|(rigid, state)| SolverBody::new(rigid, state)).collect();
+        let mut has_converged = false;
         for _ in 0..MAX_SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.points.len() {
@@ -49,11 +51,13 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
                 }
             }
             residual = residual.max(self.correct_gel_contacts());
-            if residual <= RESIDUAL_TOLERANCE * greatest_approach {
+            has_converged = residual <= RESIDUAL_TOLERANCE * greatest_approach;
+            if has_converged {
                 break;
             }
         }
         self.sum_body_impulses();
+        has_converged
     }
 
     /// Applies the paper's reversal law at the contact points of these nodes, those of an element after its kick.

@@ -234,6 +234,12 @@ fn contact_work(observed: Observed, model: &mut BuiltModel) -> f64 {
     if matches!(observed, Observed::EnergyContact) { energy.contact } else { energy.self_contact }
 }
 
+/// Returns the energy that remeshing took, or what of it was returned, J.
+fn remesh_energy(observed: Observed, model: &mut BuiltModel) -> f64 {
+    let energy = &model.books().energy;
+    if matches!(observed, Observed::EnergyRemesh) { energy.remesh } else { energy.remesh_returned }
+}
+
 /// Returns the diameter of the cavity, m, or its depth, m.
 fn cavity_figure(observed: Observed, model: &mut BuiltModel) -> Result<f64, CallError> {
     let widest = model.cavity()?;
@@ -309,12 +315,12 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::EnergyKinetic => scalar(model.books().energy.kinetic),
         Observed::EnergyElastic => scalar(model.books().energy.elastic),
         Observed::EnergyContact | Observed::EnergySelfContact => scalar(contact_work(observed, model)),
+        Observed::EnergyRemesh | Observed::EnergyRemeshReturned => scalar(remesh_energy(observed, model)),
         Observed::EnergyFriction => scalar(model.books().energy.friction),
         Observed::EnergyContactBias => scalar(model.books().energy.contact_bias),
         Observed::EnergyIntegration => scalar(model.books().energy.integration),
         Observed::EnergyExternal => scalar(model.books().energy.external),
         Observed::EnergyImporter => scalar(model.books().energy.importer),
-        Observed::EnergyRemesh => scalar(model.books().energy.remesh),
         Observed::EnergyLoad => scalar(model.books().energy.load),
         Observed::EnergyAir => scalar(model.books().energy.air),
         Observed::EnergyDamping => scalar(model.books().energy.damping),

@@ -32,7 +32,7 @@ impl<const D: usize> NodalImpulses<D> {
 }
 
 /// Gives an energy, J, to the motion of the free nodes of these elements, each with its mass, kg, and books it as
-/// `remesh`.
+/// `remesh` and as returned.
 ///
 /// Along each edge ê of an element of mass m, impulses ± ε m (ê·(v_b − v_a)) ê accelerate the relative motion of
 /// its ends. Momentum and angular momentum are conserved, and the energy grows by ε Σ m (ê·(v_b − v_a))² + ½ε² Σ
@@ -51,7 +51,9 @@ pub(super) fn return_energy<const D: usize, P: Potential<D>>(
     for (a, impulse) in by_node.iter().enumerate().filter(|(_, impulse)| **impulse != Vector::<D>::zeros()) {
         system.state.velocity[a] += impulse * (factor / system.model.gel.mass[a]);
     }
-    system.state.ledger.energy.remesh += factor * (work + 0.5 * factor * square);
+    let returned = factor * (work + 0.5 * factor * square);
+    system.state.ledger.energy.remesh += returned;
+    system.state.ledger.energy.remesh_returned += returned;
     derive_from_state(system);
 }
 

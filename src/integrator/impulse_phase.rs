@@ -111,7 +111,10 @@ impl<const D: usize, P: Potential<D>> ImpulsePhase<'_, D, P> {
         let law = self.nodes.model.settings.law;
         let mut problem = self.contact_problem();
         match law {
-            ImpulseLaw::Moreau { restitution, friction, .. } => problem.solve(restitution, friction, greatest_approach),
+            ImpulseLaw::Moreau { restitution, friction, .. } => {
+                let has_converged = problem.solve(restitution, friction, greatest_approach);
+                self.record.unconverged_solves += u64::from(!has_converged);
+            }
             ImpulseLaw::Reversal => _ = problem.correct_gel_contacts(),
         }
     }

@@ -1,5 +1,6 @@
 //! Thread pool of a simulation, and the sharing of work among its threads.
 
+use crate::math::SharedWork;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
@@ -71,6 +72,7 @@ pub(super) fn share_work<W: SplitWork>(pool: Option<&WorkerPool>, max_parts: usi
 /// Runs a job in `n_parts` parts by recursive halving.
 fn run_halves<W: SplitWork>(work: W, n_parts: usize, task: &(impl Fn(W) + Sync)) {
     if n_parts == 1 {
+        let _work = SharedWork::begin();
         return task(work);
     }
     let half = n_parts / 2;

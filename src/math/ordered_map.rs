@@ -1,5 +1,6 @@
 //! Maps in order, shared among the threads of the pool that calls: results do not depend on their number.
 
+use super::shared_work::SharedWork;
 use rayon::prelude::*;
 
 /// Returns true on a thread of a pool. Elsewhere the global pool of rayon would start threads that nobody ends.
@@ -23,8 +24,8 @@ pub fn map_in_order_with<T: Sync, R: Send, W>(
         let mut workspace = new();
         return items.iter().map(|item| map(&mut workspace, item)).collect();
     }
-    let new = || new();
-    items.par_iter().with_min_len(least).map_init(new, |workspace, item| map(workspace, item)).collect()
+    let new = || (SharedWork::begin(), new());
+    items.par_iter().with_min_len(least).map_init(new, |(_, workspace), item| map(workspace, item)).collect()
 }
 
 /// Maps each chunk of `size` items, the last of which may be shorter, in order; `map` is given the number of the first item.
@@ -37,7 +38,11 @@ pub fn map_chunks_in_order<T: Send, R: Send>(
     if !is_in_pool() {
         return items.chunks_mut(size).enumerate().map(map).collect();
     }
-    items.par_chunks_mut(size).enumerate().map(map).collect()
+    let shared = |chunk| {
+        let _work = SharedWork::begin();
+        map(chunk)
+    };
+    items.par_chunks_mut(size).enumerate().map(shared).collect()
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ pub(super) fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], seria
 type AccountEntry = (&'static str, fn(&EnergyReport) -> f64, &'static str);
 
 /// Energy accounts in the order of the report.
-const ACCOUNTS: [AccountEntry; 20] = [
+const ACCOUNTS: [AccountEntry; 21] = [
     ("initial", |energy| energy.initial, "total energy at the start"),
     ("kinetic", |energy| energy.kinetic, "kinetic energy of gel and bodies"),
     ("projectile", |energy| energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
@@ -41,7 +41,12 @@ const ACCOUNTS: [AccountEntry; 20] = [
     ("integration", |energy| energy.integration, "trapezoidal residual of the time integration"),
     ("external", |energy| energy.external, "work of external forces and of a prescribed motion"),
     ("importer", |energy| energy.importer, "energy of state jumps of the bodies made by the importer"),
-    ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by remeshing"),
+    ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by remeshing, before any is returned"),
+    (
+        "remesh_returned",
+        |energy| energy.remesh_returned,
+        "energy of remeshing returned to the motion of the new elements",
+    ),
     ("load", |energy| energy.load, "work of the pressures on faces"),
     ("air", |energy| energy.air, "work of the air in the cavity"),
     ("damping", |energy| energy.damping, "work of the damping; negative is dissipated"),

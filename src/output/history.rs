@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 68] = [
+const COLUMNS: [HistoryColumn; 69] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -54,6 +54,7 @@ const COLUMNS: [HistoryColumn; 68] = [
     ("energy_external_J", |o| o.energy.external),
     ("energy_importer_J", |o| o.energy.importer),
     ("energy_remesh_J", |o| o.energy.remesh),
+    ("energy_remesh_returned_J", |o| o.energy.remesh_returned),
     ("energy_load_J", |o| o.energy.load),
     ("energy_air_J", |o| o.energy.air),
     ("energy_damping_J", |o| o.energy.damping),

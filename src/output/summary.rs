@@ -5,15 +5,15 @@ use super::overlap;
 use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
 use super::wound::WoundFigures;
-use crate::math::Vector3;
+use crate::math::{Vector3, shared_cpu_time};
 use crate::scene::{self, Dimension, FidelityKind, Scene};
 use crate::simulation::{self, BodyReport, MeshFrame, Observation};
 use cpu_time::ProcessTime;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Format of `summary.json`: it changes when a key goes or changes its meaning.
-pub const SUMMARY_FORMAT: u32 = 1;
+pub const SUMMARY_FORMAT: u32 = 2;
 
 /// Interface that drove the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,6 +101,14 @@ pub struct RunSummary {
     #[serde(deserialize_with = "super::numbers::number")]
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub cpu_seconds: f64,
+    /// Part of `cpu_seconds` that no thread but one could do, s: what remains of it on many cores.
+    #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
+    pub serial_seconds: f64,
+    /// Part of `cpu_seconds` that was shared among threads, s; 0 with one thread.
+    #[serde(deserialize_with = "super::numbers::number")]
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
+    pub parallel_seconds: f64,
     /// Threads of the element loop.
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "start")))]
     pub threads: usize,
@@ -135,6 +143,9 @@ pub struct RunSummary {
     /// Number of remeshings.
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "end")))]
     pub remeshes: u64,
+    /// Number of ticks at which the sweeps of the contact solver ended by their number, not by their residual.
+    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "1", "x-sampled" = "tick")))]
+    pub unconverged_solves: u64,
     /// Fraction of incompatible elements at the end: their reference shape is not that of their nodes' rest
     /// positions.
     #[serde(deserialize_with = "super::numbers::number")]
@@ -348,6 +359,8 @@ pub(super) struct RunInfo {
     threads: usize,
     started: Instant,
     started_cpu: Option<ProcessTime>,
+    /// CPU time of shared work at the start.
+    started_shared: Duration,
 }
 
 impl RunInfo {
@@ -362,6 +375,11 @@ impl RunInfo {
         spent.map_or(f64::NAN, |spent| spent.as_secs_f64())
     }
 
+    /// Returns the CPU time of the work that was shared among threads, s.
+    fn parallel_seconds(&self) -> f64 {
+        shared_cpu_time().saturating_sub(self.started_shared).as_secs_f64()
+    }
+
     pub(super) fn start(scene: &Scene, interface: DriverInterface, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let threads = if threads == 0 { all() } else { threads };
@@ -373,6 +391,7 @@ impl RunInfo {
             threads,
             started: Instant::now(),
             started_cpu: ProcessTime::try_now().ok(),
+            started_shared: shared_cpu_time(),
         }
     }
 }
@@ -411,6 +430,8 @@ impl RunSummary {
             end_time: *time,
             wall_seconds: run.wall_seconds(),
             cpu_seconds: run.cpu_seconds(),
+            serial_seconds: run.cpu_seconds() - run.parallel_seconds(),
+            parallel_seconds: run.parallel_seconds(),
             threads: run.threads,
             dimension: run.scene.scene.dimension,
             elements: cost.elements,
@@ -421,6 +442,7 @@ impl RunSummary {
             smallest_step: cost.smallest_step,
             largest_step: cost.largest_step,
             remeshes: cost.remeshes,
+            unconverged_solves: cost.unconverged_solves,
             incompatible_fraction: cost.incompatible_fraction,
             overlapped_volume: overlap::volume(&run.scene, ending.frame),
             min_jacobian: cost.min_jacobian,

@@ -176,8 +176,10 @@ pub struct EnergyReport {
     pub external: f64,
     /// Jumps of the bodies' states made by the importer.
     pub importer: f64,
-    /// Change of kinetic and stored energy by remeshing.
+    /// Change of kinetic and stored energy by remeshing, before any of it is returned.
     pub remesh: f64,
+    /// Energy that remeshing has taken and returned to the motion of the new elements.
+    pub remesh_returned: f64,
     /// Work of the pressure loads.
     pub load: f64,
     /// Work of the air in the cavity.
@@ -198,8 +200,8 @@ pub struct EnergyReport {
     pub initial: f64,
     /// Ratio |closure| / throughput.
     pub energy_error: f64,
-    /// Ratio (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load| +
-    /// |air|), in the inertial frame in which the gel was at rest at the start.
+    /// Ratio (|integration| + |contact bias| + |importer| + |remesh + remesh returned|) / (energy at the start + |external| +
+    /// |load| + |air|), in the inertial frame in which the gel was at rest at the start.
     pub energy_defect: f64,
     /// Energy provided in that frame: at the start and by the work done since, J.
     #[serde(skip)]
@@ -210,12 +212,18 @@ impl EnergyReport {
     /// Fraction of the energy that integration, bias and remeshing may change before a run is doubted.
     const TOLERATED_FRACTION: f64 = 0.05;
 
+    /// Energy that remeshing has left changed, J: what it took, and what was returned.
+    #[must_use]
+    pub fn remesh_net(&self) -> f64 {
+        self.remesh + self.remesh_returned
+    }
+
     /// Reason to doubt the run: the numerical method has changed the energy by more than a twentieth of the energy
     /// provided. `None` if it has not.
     #[must_use]
     pub fn doubt(&self) -> Option<String> {
         let accounts =
-            [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
+            [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh_net())];
         let provided = self.provided;
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
         let is_doubtful = self.energy_defect > Self::TOLERATED_FRACTION && part > Self::TOLERATED_FRACTION;
@@ -254,6 +262,8 @@ pub struct CostReport {
     pub crushed_elements: usize,
     /// Remeshings since the start.
     pub remeshes: u64,
+    /// Ticks at which the sweeps of the contact solver ended by their number, not by their residual.
+    pub unconverged_solves: u64,
     /// Mass of eroded gel, kg.
     pub eroded_mass: f64,
     /// Fraction of the elements whose rest shape is not that of their nodes' rest positions.

@@ -160,6 +160,7 @@ impl Simulation {
             min_jacobian: self.model.record().min_jacobian,
             crushed_elements,
             remeshes: self.remeshes(),
+            unconverged_solves: self.model.record().unconverged_solves,
             eroded_mass: self.model.record().eroded_mass,
             incompatible_fraction: self.incompatible_fraction(),
         }
@@ -215,7 +216,8 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         integration: books.integration,
         external: books.external,
         importer: books.importer,
-        remesh: books.remesh,
+        remesh: books.remesh - books.remesh_returned,
+        remesh_returned: books.remesh_returned,
         load: books.load,
         air: books.air,
         damping: books.damping,

@@ -71,7 +71,7 @@ fn row(degrees: f64) {
         cost.elements,
         1e-6 * cost.element_updates,
         100.0 * energy.contact_bias / energy.initial,
-        100.0 * energy.remesh / energy.initial,
+        100.0 * energy.remesh_net() / energy.initial,
         energy.energy_error,
         1e3 * seen.last().map_or(0.0, |last| last.way),
     );

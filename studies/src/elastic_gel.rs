@@ -94,7 +94,7 @@ fn shot(scene: &Scene) -> Shot {
     let seconds = remeshings.iter().map(|remeshing| remeshing.seconds).sum::<f64>();
     let n = remeshings.len() as f64;
     let figures =
-        [n, remade, percent(seen.energy.remesh), percent(gross), 100.0 * seconds / wall, seen.cost.min_jacobian];
+        [n, remade, percent(seen.energy.remesh_net()), percent(gross), 100.0 * seconds / wall, seen.cost.min_jacobian];
     Shot { depth: seen.projectile().contact.peak_depth.0, rebound, end: told(end), figures }
 }
 

@@ -96,7 +96,7 @@ fn books(ride: &Ride, fixed: f64) -> String {
     format!(
         "{} | {} | {} | {} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {:.0e} | {cpu:.1} | {:.0}",
         percent(sum(&|r| r.kinetic[1] - r.kinetic[0]) / energy),
-        percent(seen.energy.remesh / energy),
+        percent(seen.energy.remesh_net() / energy),
         percent(seen.energy.integration / energy),
         percent(seen.energy.energy_defect),
         seen.energy.energy_error,

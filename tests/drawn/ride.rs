@@ -106,7 +106,7 @@ pub fn ride(text: &str) -> Ride {
         eroded: seen.cost.eroded_mass / mass,
         least: seen.cost.min_jacobian,
         defect: seen.energy.energy_defect,
-        remesh: seen.energy.remesh / seen.energy.initial,
+        remesh: seen.energy.remesh_net() / seen.energy.initial,
         elements: seen.cost.elements,
         updates: seen.cost.element_updates,
         seconds: seconds() - begun,

@@ -121,6 +121,7 @@ fn cost(time: f64) -> CostReport {
         nodes: 13 * 13 * 13,
         min_jacobian: 0.6,
         crushed_elements: 0,
+        unconverged_solves: 3,
         remeshes: 0,
         eroded_mass: 0.0,
         incompatible_fraction: 0.0,

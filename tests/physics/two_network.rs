@@ -201,11 +201,11 @@ fn a_run_is_taken_up_again_after_a_remeshing_that_was_refused() {
     let (mut states, mut kept) = (vec![], vec![]);
     for step in 1..=600 {
         // What an interval without another mesh changes is the doing of the old one, in other patches.
-        let before = (on.remeshings().len(), on.failed_remeshings().len(), on.observe().energy.remesh);
+        let before = (on.remeshings().len(), on.failed_remeshings().len(), on.observe().energy.remesh_net());
         on.step(&inputs, scene.scene.end_time * f64::from(step) / 600.0).unwrap();
         let energy = on.observe().energy;
         if on.remeshings().len() == before.0 && on.failed_remeshings().len() > before.1 {
-            kept.push((energy.remesh - before.2) / energy.initial);
+            kept.push((energy.remesh_net() - before.2) / energy.initial);
         }
         // The first state after the old mesh went on, whose dashpots have flowed already.
         if states.is_empty() && !on.failed_remeshings().is_empty() {
@@ -305,7 +305,7 @@ fn a_gel_of_two_networks_in_space_keeps_its_books_over_remeshings_and_its_bits_o
     assert!(seen.cost.remeshes > 3 && done.failed_remeshings().is_empty(), "{} meshes", seen.cost.remeshes);
     assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-12, "{:?}", seen.energy);
     assert!(seen.energy.energy_defect < 0.01, "defect {}", seen.energy.energy_defect);
-    let taken = seen.energy.remesh / seen.energy.initial;
+    let taken = seen.energy.remesh_net() / seen.energy.initial;
     assert!(taken.abs() < 1e-4, "{taken}");
     assert!(seen.energy.viscous < 0.0 && seen.energy.damage < 0.0, "{:?}", seen.energy);
     let kept = done.frame().mass + seen.cost.eroded_mass;

@@ -18,7 +18,7 @@ use std::{fs, path::Path, path::PathBuf};
 
 const STEPS: usize = 50;
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 67] = [
+const KEYS: [&str; 70] = [
     "ended_by",
     "perforated",
     "exit_velocity",
@@ -36,6 +36,8 @@ const KEYS: [&str; 67] = [
     "end_time",
     "wall_seconds",
     "cpu_seconds",
+    "serial_seconds",
+    "parallel_seconds",
     "threads",
     "dimension",
     "elements",
@@ -46,6 +48,7 @@ const KEYS: [&str; 67] = [
     "smallest_step",
     "largest_step",
     "remeshes",
+    "unconverged_solves",
     "incompatible_fraction",
     "overlapped_volume",
     "min_jacobian",
@@ -252,7 +255,7 @@ fn summary_tells_a_finished_run() {
     assert!((summary["contact_duration"].as_f64().unwrap() - 0.0079).abs() < 1e-15);
     assert!(summary["mass_error"].as_f64().unwrap() < 1e-14);
     assert!(summary["switched_off"].as_array().unwrap().iter().any(|entry| entry == "gravity: none"));
-    assert_eq!(summary["energy"].as_object().unwrap().len(), 20);
+    assert_eq!(summary["energy"].as_object().unwrap().len(), 21);
 }
 
 #[test]

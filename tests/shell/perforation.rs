@@ -294,7 +294,7 @@ fn the_cavity_of_a_shot_through_a_free_back_is_the_void_between_its_cells() {
 /// Velocity that gel and projectile are given together, m/s.
 const BOOST: [f64; 3] = [3.0, -2.0, 89.9];
 /// Figures of `summary.json` that hold in the world frame, or tell the cost and the round-off of a run.
-const OF_THE_WORLD: [&str; 11] = [
+const OF_THE_WORLD: [&str; 13] = [
     "angular_momentum_error",
     "cpu_seconds",
     "digest",
@@ -303,6 +303,8 @@ const OF_THE_WORLD: [&str; 11] = [
     "energy_error",
     "final_velocity",
     "momentum_error",
+    "parallel_seconds",
+    "serial_seconds",
     "synchronous_updates",
     "updates_per_second",
     "wall_seconds",

@@ -33,6 +33,7 @@ enum EndRequest {
     /// Interrupt from the keyboard, which the user can repeat.
     Interrupt,
     /// Termination by the system, or by a closed terminal.
+    #[cfg_attr(not(unix), allow(dead_code, reason = "only a signal of Unix makes it"))]
     Terminate,
 }
 

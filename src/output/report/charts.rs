@@ -115,6 +115,7 @@ fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
         "external",
         "importer",
         "remesh",
+        "remesh_returned",
         "load",
         "air",
         "damping",

@@ -101,6 +101,8 @@ pub(super) fn cost(summary: &RunSummary) -> String {
     row(&mut rows, "Nodes", &[&count(summary.nodes as f64)]);
     row(&mut rows, "Wall time", &[&quantity(summary.wall_seconds, "s")]);
     row(&mut rows, "CPU time", &[&quantity(summary.cpu_seconds, "s")]);
+    row(&mut rows, "Of it shared among threads", &[&quantity(summary.parallel_seconds, "s")]);
+    row(&mut rows, "Contact solves that did not converge", &[&count(summary.unconverged_solves as f64)]);
     row(&mut rows, "Updates per second", &[&count(summary.updates_per_second)]);
     row(&mut rows, "Threads", &[&summary.threads.to_string()]);
     format!("<section><h3>Cost</h3>\n{}</section>\n", table("Cost of the run", &["", "value"], &rows))
