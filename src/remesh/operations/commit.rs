@@ -1,6 +1,6 @@
 //! Performance of an operation: the elements of its cavity are replaced, and its masses and velocities.
 
-use super::editable_mesh::EditableMesh;
+use super::editable_mesh::{EditableMesh, RestMap};
 use super::element_model::ElementState;
 use super::operation::{EditedNode, Operation};
 use super::regrouping::Regrouping;
@@ -11,10 +11,11 @@ use crate::remesh::nodal_fields::corner_masses;
 use std::sync::Arc;
 
 impl<const D: usize> EditableMesh<'_, D> {
-    /// Performs an operation; returns the change of kinetic energy, J.
+    /// Performs an operation; returns the change of kinetic energy, J, 0 of a gel that flows: its velocities are transferred when all
+    /// operations are done.
     pub(super) fn commit(&mut self, operation: &Operation<D>, states: &[ElementState], regrouping: &Regrouping) -> f64 {
         let touched = self.touched(operation);
-        let before = self.motion(&touched);
+        let before = (self.rest_map == RestMap::Nodes).then(|| self.motion(&touched));
         let whole = operation.old.iter().map(|element| self.mass_of(*element)).sum::<f64>();
         if let Some((node, state)) = operation.node {
             self.put(node, state, operation);
@@ -43,7 +44,7 @@ impl<const D: usize> EditableMesh<'_, D> {
             };
             self.mass[node.index()] = self.around(*node).iter().map(corner).sum::<f64>() + 0.0;
         }
-        keep_motion(self, &touched, &before)
+        before.map_or(0.0, |before| keep_motion(self, &touched, &before))
     }
 
     /// Nodes of a cavity before and after an operation, ascending.

@@ -91,7 +91,7 @@ pub struct EditedMesh<const D: usize> {
     pub rest: Vec<Vector<D>>,
     /// Positions, m.
     pub position: Vec<Vector<D>>,
-    /// Velocities, m/s.
+    /// Velocities, m/s; of a gel that flows interpolated, without a correction.
     pub velocity: Vec<Vector<D>>,
     /// Held directions.
     pub held: Vec<[bool; D]>,
