@@ -39,8 +39,8 @@ pub struct EnergyAccounts {
     pub importer: f64,
     /// Changes of kinetic and stored energy by remeshing, with what was returned.
     pub remesh: f64,
-    /// Part of `remesh` that was returned to the motion of the new elements, no account of its own: what meshes have taken is
-    /// the difference.
+    /// Part of `remesh` by the correction that returns energy to the motion of the new elements, or takes it, no account of its
+    /// own: the change by the meshes alone is the difference.
     pub remesh_returned: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
     pub load: f64,

@@ -18,7 +18,7 @@ pub struct RemeshRecord {
     pub momentum: f64,
     /// Kinetic energy before and after, J.
     pub kinetic: [f64; 2],
-    /// Change of kinetic and stored energy, J.
+    /// Change of kinetic and stored energy with what was returned, J.
     pub energy: f64,
     /// Elements of the new mesh.
     pub elements: usize,

@@ -11,7 +11,7 @@ static SHARED: AtomicU64 = AtomicU64::new(0);
 pub(crate) struct SharedWork(Option<ThreadTime>);
 
 impl SharedWork {
-    /// Begins a piece of work; it must be dropped on the same thread.
+    /// Begins a piece of work; it must be dropped on the same thread, and no other piece begins within it.
     pub fn begin() -> Self {
         Self(ThreadTime::try_now().ok())
     }
@@ -28,4 +28,20 @@ impl Drop for SharedWork {
 /// Returns the CPU time that the threads of this process have spent on shared work.
 pub(crate) fn shared_cpu_time() -> Duration {
     Duration::from_nanos(SHARED.load(Ordering::Relaxed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::map_in_order;
+    use super::*;
+
+    #[test]
+    fn work_on_a_pool_is_counted() {
+        let items: Vec<u64> = (0..64).collect();
+        let work = |item: &u64| (0..20_000).fold(*item, |sum, i| std::hint::black_box(sum ^ i));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads can be started");
+        let before = shared_cpu_time();
+        let done = pool.install(|| map_in_order(&items, 1, work));
+        assert!(shared_cpu_time() > before && done.len() == items.len());
+    }
 }

@@ -41,11 +41,11 @@ const ACCOUNTS: [AccountEntry; 21] = [
     ("integration", |energy| energy.integration, "trapezoidal residual of the time integration"),
     ("external", |energy| energy.external, "work of external forces and of a prescribed motion"),
     ("importer", |energy| energy.importer, "energy of state jumps of the bodies made by the importer"),
-    ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by remeshing, before any is returned"),
+    ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by new meshes"),
     (
         "remesh_returned",
         |energy| energy.remesh_returned,
-        "energy of remeshing returned to the motion of the new elements",
+        "change by the correction that returns it to the motion of the new elements, of the other sign",
     ),
     ("load", |energy| energy.load, "work of the pressures on faces"),
     ("air", |energy| energy.air, "work of the air in the cavity"),

@@ -101,11 +101,11 @@ pub struct RunSummary {
     #[serde(deserialize_with = "super::numbers::number")]
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub cpu_seconds: f64,
-    /// Part of `cpu_seconds` that no thread but one could do, s: what remains of it on many cores.
+    /// Part of `cpu_seconds` outside of work that was shared among threads, s, with their waiting; with one thread all of it.
     #[serde(deserialize_with = "super::numbers::number")]
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub serial_seconds: f64,
-    /// Part of `cpu_seconds` that was shared among threads, s; 0 with one thread.
+    /// Part of `cpu_seconds` in work that was shared among threads, s; 0 with one thread.
     #[serde(deserialize_with = "super::numbers::number")]
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "end")))]
     pub parallel_seconds: f64,

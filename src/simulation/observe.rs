@@ -176,9 +176,9 @@ pub struct EnergyReport {
     pub external: f64,
     /// Jumps of the bodies' states made by the importer.
     pub importer: f64,
-    /// Change of kinetic and stored energy by remeshing, before any of it is returned.
+    /// Change of kinetic and stored energy by new meshes.
     pub remesh: f64,
-    /// Energy that remeshing has taken and returned to the motion of the new elements.
+    /// Change by the correction after each new mesh, which returns that to the motion of the new elements: of the other sign.
     pub remesh_returned: f64,
     /// Work of the pressure loads.
     pub load: f64,
@@ -223,7 +223,7 @@ impl EnergyReport {
     #[must_use]
     pub fn doubt(&self) -> Option<String> {
         let accounts =
-            [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh_net())];
+            [("integration", self.integration), ("contact_bias", self.contact_bias), ("net remesh", self.remesh_net())];
         let provided = self.provided;
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
         let is_doubtful = self.energy_defect > Self::TOLERATED_FRACTION && part > Self::TOLERATED_FRACTION;
