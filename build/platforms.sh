@@ -75,7 +75,8 @@ library() {
     [[ "$target" != universal2-* ]] || action=(zigbuild)
     # A cache each: two that make the same one at once fail.
     CARGO_ZIGBUILD_CACHE_DIR="$folder/zigbuild" CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && printf '%s' "${flags[*]}") \
-        cargo-zigbuild "${action[@]}" --quiet --locked --profile fmu --lib --no-default-features --target "$target" --target-dir "$folder" "$@"
+        cargo-zigbuild "${action[@]}" --quiet --locked --profile fmu --lib --no-default-features --target "$target" \
+        --target-dir "$folder" "$@"
     mkdir -p "$binaries/$platform"
     cp "$folder/${target%.2.17}/fmu/$file" "$binaries/$platform/BallisticGel.$extension"
     printf '%s: %s bytes, in %s s\n' "$platform" "$(stat --format %s "$binaries/$platform/BallisticGel.$extension")" "$((SECONDS - start))"
