@@ -19,8 +19,10 @@ impl SharedWork {
 
 impl Drop for SharedWork {
     fn drop(&mut self) {
-        let spent = self.0.and_then(|begun| begun.try_elapsed().ok());
-        let nanoseconds = spent.map_or(0, |spent| u64::try_from(spent.as_nanos()).unwrap_or(u64::MAX));
+        // The difference of the library panics where a clock goes back.
+        let spent =
+            |begun: ThreadTime| Some(ThreadTime::try_now().ok()?.as_duration().saturating_sub(begun.as_duration()));
+        let nanoseconds = self.0.and_then(spent).map_or(0, |spent| u64::try_from(spent.as_nanos()).unwrap_or(u64::MAX));
         SHARED.fetch_add(nanoseconds, Ordering::Relaxed);
     }
 }
