@@ -122,16 +122,14 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let begin = sources.partition_point(|source| source.new.index() < first);
         let mut sources = sources[begin..].chunk_by(|a, b| a.new == b.new).peekable();
         for (e, records) in (first..).zip(memory.chunks_mut(self.gel.records())) {
-            let element = ElementId(e as u32);
+            let (element, rest) = (ElementId(e as u32), new.rests[e]);
             let now = ReferenceShape::of(position, &elements[e]);
             let own = sources.next_if(|sources| sources[0].new == element).unwrap_or_default();
             let stays = same[e].is_some_and(|same| new.stays[e] || self.past.shares[same.element.index()] == 1.0);
             let reference = match same[e] {
                 Some(same) if stays => self.keep(same, 1.0, &now, records),
                 Some(same) => self.take_patch_volume(same, &now, records),
-                None if new.rests[e] > 0.0 => {
-                    self.rebase(&self.blend(own, &new.sources, new.rests[e]), new.rests[e], &now, records)
-                }
+                None if rest > 0.0 => self.rebase(&self.blend(own, &new.sources, rest), rest, &now, records),
                 None => now,
             };
             if self.is_ring() && reference.radius <= 0.0 {

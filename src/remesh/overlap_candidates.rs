@@ -63,9 +63,8 @@ impl<'a, const D: usize> OverlapCandidates<'a, D> {
             let touching = close.map(|t| self.cells[*t].nearest(p, *t)).find(|place| place.distance == 0.0);
             return touching.or(Some(inside));
         }
-        let nearest = own.iter().map(|t| self.cells[*t].nearest(p, *t));
-        let nearest = nearest
-            .reduce(|nearest, place| if nearest.distance.total_cmp(&place.distance).is_le() { nearest } else { place });
+        let all = own.iter().map(|t| self.cells[*t].nearest(p, *t));
+        let nearest = all.min_by(|a, b| a.distance.total_cmp(&b.distance));
         nearest.or_else(|| self.locator().nearest(p))
     }
 

@@ -11,11 +11,11 @@ use crate::remesh::nodal_fields::corner_masses;
 use std::sync::Arc;
 
 impl<const D: usize> EditableMesh<'_, D> {
-    /// Performs an operation; returns the change of kinetic energy, J, 0 of a gel that flows: its velocities are transferred when all
-    /// operations are done.
+    /// Performs an operation; returns the change of kinetic energy, J, 0 of a gel that flows: its velocities and masses are
+    /// transferred when all operations are done.
     pub(super) fn commit(&mut self, operation: &Operation<D>, states: &[ElementState], regrouping: &Regrouping) -> f64 {
-        let touched = self.touched(operation);
-        let before = (self.rest_map == RestMap::Nodes).then(|| self.motion(&touched));
+        let touched = (self.rest_map == RestMap::Nodes).then(|| self.touched(operation));
+        let before = touched.as_ref().map(|touched| self.motion(touched));
         let whole = operation.old.iter().map(|element| self.mass_of(*element)).sum::<f64>();
         if let Some((node, state)) = operation.node {
             self.put(node, state, operation);
@@ -37,6 +37,7 @@ impl<const D: usize> EditableMesh<'_, D> {
             self.made_of.push(Arc::clone(&over));
         }
         self.adopt_patches(&regrouping.patches, first);
+        let (Some(touched), Some(before)) = (touched, before) else { return 0.0 };
         for node in &touched {
             let corner = |element: &ElementId| {
                 let nodes = self.elements[element.index()];
@@ -44,7 +45,7 @@ impl<const D: usize> EditableMesh<'_, D> {
             };
             self.mass[node.index()] = self.around(*node).iter().map(corner).sum::<f64>() + 0.0;
         }
-        before.map_or(0.0, |before| keep_motion(self, &touched, &before))
+        keep_motion(self, &touched, &before)
     }
 
     /// Nodes of a cavity before and after an operation, ascending.

@@ -95,7 +95,7 @@ pub struct EditedMesh<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Held directions.
     pub held: Vec<[bool; D]>,
-    /// Masses of the nodes, kg.
+    /// Masses of the nodes, kg; of a gel that flows those before.
     pub mass: Vec<f64>,
     /// Elements.
     pub elements: Vec<Simplex>,
