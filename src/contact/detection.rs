@@ -1,10 +1,11 @@
 //! Contact detection: the surface nodes and facets near bodies, and the contact points of a tick (method 2.3, 2.6).
 
-use super::facet::{DeepestPoint, distance_lower_bound, find_deepest_point};
+use super::facet::{DeepestPoint, distance_lower_bound};
+use super::facet_candidate::{BodyOfSearch, FacetCandidate, NearFacet};
 use super::neighbour_list::{NeighbourList, STRETCH};
 use super::point::{ContactCarriers, ContactPoint, TickBodies};
-use super::surface::{SurfaceNode, SurfaceView};
-use super::tip::{TipPenetration, find_tip_contact};
+use super::surface::{ContactSurface, SurfaceNode, SurfaceView};
+use super::tip::{TipPenetration, find_tip_contact, pole_lines};
 use super::tolerance::{ContactTolerances, TOUCH_TOLERANCE};
 use super::{BodyState, RigidBody};
 use crate::geometry::{Gap, SignedDistance as _};
@@ -13,23 +14,6 @@ use crate::mesh::ElementId;
 
 /// Fraction of the allowed facet depth below which a facet needs no query; it is below 1 by more than rounding.
 const DEPTH_FRACTION: f64 = 0.999;
-
-/// Facet that reaches to a body, with the least and greatest size of its nodes near the body, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FacetCandidate {
-    pub body: usize,
-    pub facet: ElementId,
-    pub least_size: f64,
-    pub greatest_size: f64,
-}
-
-/// Facet at a node near a body, with the distance of the body and the size there, m.
-#[derive(Debug, Clone, Copy)]
-struct NearFacet {
-    facet: ElementId,
-    distance: f64,
-    size: f64,
-}
 
 /// Contact detection of a surface: its neighbour list, and what the queries of this tick have found.
 ///
@@ -51,14 +35,15 @@ pub(crate) struct ContactDetection {
     /// Gap φ and normal n of each queried node to each body, if it is active.
     gaps: Vec<Option<Gap>>,
     n_bodies: usize,
-    /// Facets at queried nodes.
+    /// Facets at queried nodes near a body, and for each facet its index among them, counted from 1, or 0.
     near: Vec<NearFacet>,
+    near_index: Vec<u32>,
 }
 
 impl ContactDetection {
-    /// Creates the detection of a surface of `n_nodes` nodes.
-    pub fn new(neighbours: NeighbourList, n_nodes: usize) -> Self {
-        let place = vec![u32::MAX; n_nodes];
+    /// Creates the detection of a surface.
+    pub fn new(neighbours: NeighbourList, surface: &ContactSurface) -> Self {
+        let place = vec![u32::MAX; surface.nodes.len()];
         Self {
             neighbours,
             knows_bodies: false,
@@ -69,6 +54,7 @@ impl ContactDetection {
             gaps: vec![],
             n_bodies: 0,
             near: vec![],
+            near_index: vec![0; surface.facets.len()],
         }
     }
 
@@ -133,30 +119,41 @@ impl ContactDetection {
         tolerances: ContactTolerances,
     ) {
         self.update_facet_bounds(surface, bodies, tolerances);
-        let mut near = std::mem::take(&mut self.near);
         self.facets.clear();
-        for body in 0..bodies.rigid.len() {
-            near.clear();
-            for (index, queried) in self.queried.iter().enumerate() {
-                let SurfaceNode { node, size, .. } = surface.surface().nodes[*queried as usize];
-                let is_near = |gap: &Gap| gap.distance < STRETCH * size && self.neighbours.needs_facet_query(*queried);
-                let Some(Gap { distance, .. }) = self.gap(index, body).filter(is_near) else { continue };
-                let around = surface.surface().around.of(node).iter();
-                near.extend(around.map(|facet| NearFacet { facet: *facet, distance, size }));
-            }
-            near.sort_unstable_by(|a, b| a.facet.cmp(&b.facet).then(a.distance.total_cmp(&b.distance)));
-            let facets = near.chunk_by(|a, b| a.facet == b.facet);
-            for same in facets.filter(|same| same[0].distance < longest_edge(surface, same[0].facet)) {
-                let sizes = || same.iter().map(|near| near.size);
-                self.facets.push(FacetCandidate {
-                    body,
-                    facet: same[0].facet,
-                    least_size: sizes().fold(f64::INFINITY, f64::min),
-                    greatest_size: sizes().fold(0.0, f64::max),
-                });
+        for (index, (rigid, at)) in bodies.rigid.iter().zip(bodies.at).enumerate() {
+            self.find_near_facets(surface, index);
+            let body = BodyOfSearch { index, rigid, at, poles: pole_lines(rigid, at) };
+            let candidate =
+                |near: &NearFacet| FacetCandidate::new::<D>(near, facet_corners(surface, near.facet), &body);
+            self.facets.extend(self.near.iter().filter_map(candidate));
+        }
+    }
+
+    /// Finds the facets at the queried nodes near a body, ascending.
+    fn find_near_facets<const D: usize>(&mut self, surface: &impl SurfaceView<D>, body: usize) {
+        let Self { neighbours, queried, gaps, n_bodies, near, near_index, .. } = self;
+        near.clear();
+        for (index, queried) in queried.iter().enumerate() {
+            let SurfaceNode { node, size, .. } = surface.surface().nodes[*queried as usize];
+            let is_near = |gap: &Gap| gap.distance < STRETCH * size && neighbours.needs_facet_query(*queried);
+            let Some(Gap { distance, .. }) = gaps[index * *n_bodies + body].filter(is_near) else { continue };
+            for facet in surface.surface().around.of(node) {
+                let index = &mut near_index[facet.index()];
+                if *index == 0 {
+                    near.push(NearFacet { facet: *facet, distance, least_size: size, greatest_size: size });
+                    *index = near.len() as u32;
+                    continue;
+                }
+                let near = &mut near[*index as usize - 1];
+                near.distance = near.distance.min(distance);
+                near.least_size = near.least_size.min(size);
+                near.greatest_size = near.greatest_size.max(size);
             }
         }
-        self.near = near;
+        for near in near.iter() {
+            near_index[near.facet.index()] = 0;
+        }
+        near.sort_unstable_by_key(|near| near.facet);
     }
 
     /// Updates around the queried nodes how far anything may travel before their facets need a query.
@@ -172,8 +169,10 @@ impl ContactDetection {
                 let gaps = self.gaps_of(index).iter().flatten();
                 let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
                 let around = surface.surface().around.of(node).iter();
-                let clearances = around.map(|facet| facet_clearance(surface, bodies, tolerances, *facet, nearest));
-                let clearance = clearances.fold(f64::INFINITY, least);
+                let mut clearances = around.map(|facet| facet_clearance(surface, bodies, tolerances, *facet, nearest));
+                // One facet without clearance is enough.
+                let further = |so_far: f64, next: f64| if next > 0.0 { Ok(least(so_far, next)) } else { Err(next) };
+                let clearance = clearances.try_fold(f64::INFINITY, further).unwrap_or_else(|none| none);
                 self.neighbours.set_facet_bound(*queried, clearance);
             }
         }
@@ -213,13 +212,13 @@ fn facet_contact<const D: usize>(
 ) -> Option<ContactPoint<D>> {
     let FacetCandidate { body, facet, greatest_size: size, .. } = *candidate;
     let nodes = &surface.surface().facets[facet.index()][..D];
-    let (corners, (rigid, at)) = (facet_corners(surface, facet), bodies.get(body));
-    let (point, weights, gap) = if let Some(tip) = find_tip_contact::<D>(&corners, size, rigid, at) {
+    let (rigid, at) = bodies.get(body);
+    let (point, weights, gap) = if let Some(tip) = find_tip_contact(candidate, rigid, at) {
         let TipPenetration { point, weights, gap, .. } = tip;
         (point, weights, gap)
     } else {
         let allowed = tolerances.facet_depth * size.min(rigid.shape.inner_radius());
-        let DeepestPoint { point, weights, gap } = find_deepest_point::<D>(&corners, allowed, |p| rigid.gap(at, p))?;
+        let DeepestPoint { point, weights, gap } = candidate.deepest_point::<D>(allowed, rigid, at)?;
         (point, weights, gap)
     };
     // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to 26 % of

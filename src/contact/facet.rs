@@ -41,7 +41,23 @@ pub(super) fn distance_lower_bound<const D: usize>(corners: &[Vector3; 3], gap: 
     gap.distance + steepest_corner(&gap, &middle, corners).1
 }
 
-/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from the centroid.
+/// Returns the weights of the corners of a facet at its centroid.
+fn middle_weights<const D: usize>() -> [f64; 3] {
+    std::array::from_fn(|i| if i < D { 1.0 / D as f64 } else { 0.0 })
+}
+
+/// Returns the point of a facet with these weights of its corners, m.
+fn point_at<const D: usize>(corners: &[Vector3; 3], weights: &[f64; 3]) -> Vector3 {
+    (0..D).map(|i| corners[i] * weights[i]).sum()
+}
+
+/// Returns the centroid of a facet, m.
+pub(super) fn centroid<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
+    point_at::<D>(corners, &middle_weights::<D>())
+}
+
+/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from the centroid, where
+/// φ and n are `middle`.
 ///
 /// φ of a convex body is convex along the facet, and bounded below by φ(x) + min_i n·(x_i − x). Where the bound is
 /// not deeper than allowed, one query at the centroid is enough. For a body that is not convex the deepest queried
@@ -51,15 +67,15 @@ pub(super) fn distance_lower_bound<const D: usize>(corners: &[Vector3; 3], gap: 
 /// Elsewhere the body's own normal is taken, to keep a smooth ball without friction from turning.
 pub(crate) fn find_deepest_point<const D: usize>(
     corners: &[Vector3; 3],
+    middle: &Gap,
     allowed: f64,
     gap: impl Fn(&Vector3) -> Gap,
 ) -> Option<DeepestPoint> {
-    let mut weights = [0.0; 3];
-    weights[..D].fill(1.0 / D as f64);
+    let mut weights = middle_weights::<D>();
     let mut best: Option<DeepestPoint> = None;
     for query in 0..MAX_QUERIES {
-        let point: Vector3 = (0..D).map(|i| corners[i] * weights[i]).sum();
-        let found_gap = gap(&point);
+        let point = point_at::<D>(corners, &weights);
+        let found_gap = if query == 0 { *middle } else { gap(&point) };
         let least_distance = best.map_or(-allowed, |best| best.gap.distance);
         if found_gap.distance < least_distance {
             best = Some(DeepestPoint { point, weights, gap: found_gap });
@@ -104,6 +120,15 @@ mod tests {
         HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, ShapeGeometry, SignedDistance, Sphere,
     };
 
+    /// Finds the deepest point of a facet from its centroid.
+    fn deepest<const D: usize>(
+        corners: &[Vector3; 3],
+        allowed: f64,
+        gap: impl Fn(&Vector3) -> Gap,
+    ) -> Option<DeepestPoint> {
+        find_deepest_point::<D>(corners, &gap(&centroid::<D>(corners)), allowed, gap)
+    }
+
     #[test]
     fn one_query_is_enough_for_a_facet_outside_the_body() {
         let corners = [Vector3::x(), Vector3::y(), -Vector3::x()].map(|p| 0.1 * p - Vector3::z());
@@ -113,7 +138,7 @@ mod tests {
             n_queries.set(n_queries.get() + 1);
             ball.gap(p)
         };
-        assert_eq!(find_deepest_point::<3>(&corners, 0.02, gap), None);
+        assert_eq!(deepest::<3>(&corners, 0.02, gap), None);
         assert_eq!(n_queries.get(), 1);
     }
 
@@ -158,14 +183,14 @@ mod tests {
         let ball = Sphere { radius: 1.0 };
         // A long edge at a depth of 0.5, its deepest point a tenth from one end.
         let corners = [-0.4, 3.6, 0.0].map(|x| Vector3::new(x, 0.0, -0.5));
-        let found = find_deepest_point::<2>(&corners, 0.1, |p| ball.gap(p)).unwrap();
+        let found = deepest::<2>(&corners, 0.1, |p| ball.gap(p)).unwrap();
         assert!((found.gap.distance + 0.5).abs() < 0.02 && found.point.x.abs() < 0.25, "{found:?}");
         assert_eq!(found.gap.normal, found.point.normalize(), "a ball pushes along its radius");
         assert!((found.weights[0] + found.weights[1] - 1.0).abs() < 1e-15 && found.weights[2] == 0.0);
         // A triangle whose middle is outside.
         let corners = [Vector3::new(-0.2, -0.2, -0.7), Vector3::new(4.0, 0.0, -0.7), Vector3::new(0.0, 4.0, -0.7)];
         assert!(ball.gap(&(corners.iter().sum::<Vector3>() / 3.0)).distance > 0.5);
-        let found = find_deepest_point::<3>(&corners, 0.1, |p| ball.gap(p)).unwrap();
+        let found = deepest::<3>(&corners, 0.1, |p| ball.gap(p)).unwrap();
         assert!((found.gap.distance + 0.3).abs() < 0.03, "{found:?}");
     }
 
@@ -180,7 +205,7 @@ mod tests {
             let start = rim + inward * 0.3 - along * (3.0 * f64::from(place) / 20.0);
             // Run through with the gel on its left, as the gel is outside the cylinder.
             let corners = [start + along * 3.0, start, start];
-            let found = find_deepest_point::<2>(&corners, 0.05, |p| cylinder.gap(p));
+            let found = deepest::<2>(&corners, 0.05, |p| cylinder.gap(p));
             // Where the rim is not at the end of the edge.
             let between = found.is_some_and(|deep| deep.gap.normal.dot(&inward).abs() > 0.999);
             assert!(between || !(4..=16).contains(&place), "{place}: {found:?}");

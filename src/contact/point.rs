@@ -37,6 +37,8 @@ pub(crate) struct ContactPoint<const D: usize> {
     pub nodes: [NodeId; 3],
     /// w, weight of each carrying node.
     pub weights: [f64; 3],
+    /// P w/m, change of the velocity of each carrying node per impulse in its free directions, 1/kg.
+    mobility: [Vector<D>; 3],
     pub n_nodes: usize,
     /// h, m.
     pub size: f64,
@@ -73,6 +75,7 @@ impl<const D: usize> ContactPoint<D> {
             body: 0,
             nodes: [NodeId(0); 3],
             weights: [0.0; 3],
+            mobility: [Vector::<D>::zeros(); 3],
             n_nodes: 0,
             size: 0.0,
             distance: 0.0,
@@ -109,6 +112,12 @@ impl<const D: usize> ContactPoint<D> {
         self.nodes().iter().copied().zip(self.weights)
     }
 
+    /// Iterates over the carrying nodes and the changes of their velocities by an impulse on the gel, m/s.
+    pub(super) fn velocity_changes(&self, impulse: &Vector3) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
+        let impulse = restrict::<D>(impulse);
+        self.nodes().iter().zip(&self.mobility).map(move |(node, mobility)| (*node, impulse.component_mul(mobility)))
+    }
+
     /// Creates the contact point of these nodes; `None` if neither they nor the body can move.
     pub(super) fn new(
         surface: &impl SurfaceView<D>,
@@ -136,6 +145,9 @@ impl<const D: usize> ContactPoint<D> {
             swell: gap.normal * speed,
             ..Self::empty()
         };
+        for (mobility, (node, w)) in touch.mobility.iter_mut().zip(own.iter().zip(weights)) {
+            *mobility = surface.masses().free(*node) * (w / surface.masses().mass(*node));
+        }
         touch.compliance = touch.compliance_along(surface.masses(), rigid, at, &gap.normal);
         touch.before = touch.relative_velocity(&rigid.velocity_at(at, &point), |node| surface.velocity_before(node));
         (touch.compliance > 0.0).then_some(touch)

@@ -1,6 +1,6 @@
 //! Contact solver: Moreau's law with Coulomb friction by projected Gauss–Seidel sweeps (method 2.3, A7).
 
-use super::point::{ContactPoint, free_part};
+use super::point::ContactPoint;
 use super::self_contact::{SelfContact, correct_self_contacts};
 use super::solver_body::SolverBody;
 use super::surface::NodalMasses;
@@ -96,10 +96,8 @@ impl<const D: usize, M: NodalMasses<D>> ContactProblem<'_, D, M> {
 
     /// Applies w times the impulse to each carrying node.
     fn push_nodes(&mut self, point: usize, impulse: &Vector3) {
-        let touch = &self.points[point];
-        for (node, w) in touch.carriers() {
-            let push = free_part(self.masses, node, impulse) * (w / self.masses.mass(node));
-            self.velocity[node.index()] += push;
+        for (node, change) in self.points[point].velocity_changes(impulse) {
+            self.velocity[node.index()] += change;
         }
     }
 

@@ -3,8 +3,8 @@
 
 use super::facet::outward_normal;
 use super::tolerance::SLOP;
-use super::{BodyState, RigidBody};
-use crate::geometry::{Gap, SignedDistance as _};
+use super::{BodyState, FacetCandidate, RigidBody};
+use crate::geometry::{Gap, SharpEnd, SignedDistance as _};
 use crate::math::Vector3;
 
 /// Margin beyond the edges of a facet within which it counts as pierced, in barycentric coordinates. Without it one
@@ -33,29 +33,37 @@ pub(crate) struct TipPenetration {
     inner: Vector3,
 }
 
-/// Finds where the line from a pole of the body inwards leaves the gel through a facet with these corners, m; the
-/// deepest of several.
-pub(crate) fn find_penetration<const D: usize>(
-    corners: &[Vector3; 3],
-    rigid: &RigidBody,
-    state: &BodyState,
-) -> Option<TipPenetration> {
-    let poles = rigid.shape.poles().iter();
+/// Line inwards from a pole of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PoleLine {
+    /// Pole, m.
+    end: Vector3,
+    /// Inner point of the body at the other end of the line, m.
+    inner: Vector3,
+}
+
+/// Returns the lines inwards from the poles of a body in a state.
+pub(super) fn pole_lines(rigid: &RigidBody, state: &BodyState) -> Vec<PoleLine> {
     let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
-    let penetrations =
-        poles.filter_map(|pole| intersect_facet::<D>(corners, &to_world(&pole.end), &to_world(&pole.inner)));
+    let line = |pole: &SharpEnd| PoleLine { end: to_world(&pole.end), inner: to_world(&pole.inner) };
+    rigid.shape.poles().iter().map(line).collect()
+}
+
+/// Finds where a line from a pole of a body inwards leaves the gel through a facet with these corners, m; the deepest of
+/// several.
+pub(super) fn find_penetration<const D: usize>(corners: &[Vector3; 3], lines: &[PoleLine]) -> Option<TipPenetration> {
+    let penetrations = lines.iter().filter_map(|line| intersect_facet::<D>(corners, &line.end, &line.inner));
     penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
 }
 
 /// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
-pub(super) fn find_tip_contact<const D: usize>(
-    corners: &[Vector3; 3],
-    size: f64,
+pub(super) fn find_tip_contact(
+    candidate: &FacetCandidate,
     rigid: &RigidBody,
     state: &BodyState,
 ) -> Option<TipPenetration> {
-    let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
-    find_penetration::<D>(corners, rigid, state).filter(is_deep)
+    let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, candidate.greatest_size, rigid, state);
+    candidate.penetration.filter(is_deep)
 }
 
 /// Returns the depth behind a facet at which a pole of the body is met, m. A sharp pole, into which a ball of half

@@ -87,7 +87,7 @@ pub(super) fn assemble<const D: usize, P: Potential<D>>(
         clock: MeshClock::new(origin, (step, longest), state.position.len()),
         batch_travel: BatchTravel::default(),
         separation: None,
-        contact: ContactDetection::new(neighbours, gel.surface.nodes.len()),
+        contact: ContactDetection::new(neighbours, &gel.surface),
         workspace: Workspace::new(state.position.len(), gel.surface.nodes.len(), layout.n_groups()),
         model: DiscreteModel {
             gel: Arc::new(gel),

@@ -2,7 +2,7 @@
 
 use super::StepError;
 use super::surface_at_tick::SurfaceAtTick;
-use crate::contact::{BodyState, FacetCandidate, RigidBody, facet_corners, find_deepest_point, find_penetration};
+use crate::contact::{BodyState, FacetCandidate, RigidBody};
 use crate::fem::Potential;
 use crate::geometry::SignedDistance as _;
 use crate::math::Vector3;
@@ -50,12 +50,12 @@ impl<const D: usize, P: Potential<D>> StretchCheck<'_, D, P> {
 
     /// Returns the stretch of a facet over a body, or the leak.
     fn check_facet(&self, candidate: &FacetCandidate) -> Result<SurfaceStretch, StepError> {
-        let FacetCandidate { body, facet, least_size: size, .. } = *candidate;
-        let (corners, (rigid, at)) = (facet_corners(&self.surface, facet), self.surface.bodies().get(body));
+        let FacetCandidate { body, facet, least_size: size, ref corners, .. } = *candidate;
+        let (rigid, at) = self.surface.bodies().get(body);
         let unit = size.min(rigid.shape.inner_radius());
         let threshold = if self.can_be_distorted { DISTORTED_DEPTH } else { LEAK_DEPTH };
-        let deep = find_deepest_point::<D>(&corners, threshold * unit, |p| rigid.gap(at, p)).map(|deep| deep.point);
-        let pierced = find_penetration::<D>(&corners, rigid, at).map(|tip| tip.point);
+        let deep = candidate.deepest_point::<D>(threshold * unit, rigid, at).map(|deep| deep.point);
+        let pierced = candidate.penetration.map(|tip| tip.point);
         for point in deep.into_iter().chain(pierced) {
             let depth = -rigid.gap(at, &point).distance;
             if depth > LEAK_DEPTH * unit {
@@ -63,7 +63,7 @@ impl<const D: usize, P: Potential<D>> StretchCheck<'_, D, P> {
                 return Err(StepError::Leak { body, element, time: self.surface.time(), depth, at: point.into() });
             }
         }
-        let is_distorted = deep.is_some() || self.is_long(&corners, rigid, at);
+        let is_distorted = deep.is_some() || self.is_long(corners, rigid, at);
         Ok(if is_distorted && self.can_be_distorted { SurfaceStretch::Distorted } else { SurfaceStretch::Little })
     }
 

@@ -76,6 +76,14 @@ impl ProfilePiece {
         }
     }
 
+    /// Signed distance from the whole line or circle, m.
+    pub fn distance(&self, p: &ProfilePoint) -> f64 {
+        match self.curve {
+            PieceCurve::Line { normal } => normal.dot(&(p - self.start)),
+            PieceCurve::Circle { centre, radius } => (p - centre).norm() - radius,
+        }
+    }
+
     /// Returns true if the point of the line or circle nearest to `p` belongs to the piece.
     pub fn faces(&self, p: &ProfilePoint) -> bool {
         match self.curve {

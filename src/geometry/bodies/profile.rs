@@ -83,12 +83,14 @@ impl ProfileBody {
 
     /// φ and ∇φ in the half-plane: those of the nearest piece that faces the point, or of the nearest corner.
     fn nearest(&self, p: &ProfilePoint) -> ProfileGap {
-        let facing = self.pieces.iter().filter(|piece| piece.faces(p)).map(|piece| piece.gap(p));
-        let nearer =
-            |best: ProfileGap, gap: ProfileGap| if gap.distance.abs() < best.distance.abs() { gap } else { best };
-        let none = ProfileGap { distance: f64::INFINITY, normal: ProfilePoint::zeros() };
-        let best = facing.fold(none, nearer);
-        self.corners.iter().map(|corner| corner.gap(p)).fold(best, nearer)
+        let facing = self.pieces.iter().filter(|piece| piece.faces(p));
+        let piece = least_by(facing, |piece| piece.distance(p).abs());
+        let corner = least_by(self.corners.iter(), |corner| (p - corner.at).norm_squared());
+        let (corner, square) = corner.expect("the tip is a corner");
+        match piece {
+            Some((piece, distance)) if distance <= square.sqrt() => piece.gap(p),
+            _ => corner.gap(p),
+        }
     }
 
     /// Greatest depth, m, by ternary search along the axis: the deepest point is on the axis, where the depth of a
@@ -102,6 +104,15 @@ impl ProfileBody {
         }
         depth(0.5 * (low + high))
     }
+}
+
+/// First of these items with the least value, and its value.
+fn least_by<T>(items: impl Iterator<Item = T>, value: impl Fn(&T) -> f64) -> Option<(T, f64)> {
+    let valued = items.map(|item| {
+        let of = value(&item);
+        (item, of)
+    });
+    valued.reduce(|least, next| if next.1 < least.1 { next } else { least })
 }
 
 impl ProfileCorner {
