@@ -50,14 +50,15 @@ impl<const D: usize, P: Potential<D>> ImpulsePhase<'_, D, P> {
         let own = self.self_contacts.iter().flat_map(SelfContact::carriers).map(|(node, _)| node);
         let own = own.filter(|node| active.has(node.index()));
         let loaded = self.facet_loads.iter().flat_map(|load| load.nodes[..D].iter().copied());
+        let mut nodes: Vec<NodeId> = touching.chain(symmetric).chain(own).chain(loaded).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
         let impulse_node = |node: NodeId| {
             let (a, kicked) = (node.index(), velocity[node.index()]);
             ImpulseNode { node, before: if active.has(a) { before[a] } else { kicked }, kicked }
         };
         self.impulse_nodes.clear();
-        self.impulse_nodes.extend(touching.chain(symmetric).chain(own).chain(loaded).map(impulse_node));
-        self.impulse_nodes.sort_unstable_by_key(|impulse_node| impulse_node.node);
-        self.impulse_nodes.dedup_by_key(|impulse_node| impulse_node.node);
+        self.impulse_nodes.extend(nodes.into_iter().map(impulse_node));
     }
 
     /// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.

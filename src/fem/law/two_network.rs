@@ -316,7 +316,9 @@ impl<const D: usize, V: Number> NetworkForces<D, V> {
         let mut after = damage;
         if let Some(law) = gel.damage().filter(|_| elapsed > 0.0) {
             let critical = law.critical_stretch();
-            let above = elastic.eigenvalue_bound() - critical * critical;
+            // What is broken does not break again; its stretch is not asked for.
+            let unbroken = -(damage - 1.0);
+            let above = unbroken.choose(elastic.eigenvalue_bound() - critical * critical, -unbroken);
             if above.any_positive() {
                 let stretch = elastic.greatest_eigenvalue().root();
                 after = at.above_floor.choose(above.choose(law.after_step(damage, stretch, elapsed), damage), damage);
