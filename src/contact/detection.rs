@@ -5,7 +5,7 @@ use super::facet_candidate::{BodyOfSearch, FacetCandidate, NearFacet};
 use super::neighbour_list::{NeighbourList, STRETCH};
 use super::point::{ContactCarriers, ContactPoint, TickBodies};
 use super::surface::{ContactSurface, SurfaceNode, SurfaceView};
-use super::tip::{TipPenetration, find_tip_contact, pole_lines};
+use super::tip::{TipPenetration, pole_lines};
 use super::tolerance::{ContactTolerances, TOUCH_TOLERANCE};
 use super::{BodyState, RigidBody};
 use crate::geometry::{Gap, SignedDistance as _};
@@ -213,7 +213,8 @@ fn facet_contact<const D: usize>(
     let FacetCandidate { body, facet, greatest_size: size, .. } = *candidate;
     let nodes = &surface.surface().facets[facet.index()][..D];
     let (rigid, at) = bodies.get(body);
-    let (point, weights, gap) = if let Some(tip) = find_tip_contact(candidate, rigid, at) {
+    let tip = candidate.penetration.filter(|tip| tip.is_deep(size, rigid, at));
+    let (point, weights, gap) = if let Some(tip) = tip {
         let TipPenetration { point, weights, gap, .. } = tip;
         (point, weights, gap)
     } else {

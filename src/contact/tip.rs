@@ -3,7 +3,7 @@
 
 use super::facet::outward_normal;
 use super::tolerance::SLOP;
-use super::{BodyState, FacetCandidate, RigidBody};
+use super::{BodyState, RigidBody};
 use crate::geometry::{Gap, SharpEnd, SignedDistance as _};
 use crate::math::Vector3;
 
@@ -56,14 +56,11 @@ pub(super) fn find_penetration<const D: usize>(corners: &[Vector3; 3], lines: &[
     penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
 }
 
-/// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
-pub(super) fn find_tip_contact(
-    candidate: &FacetCandidate,
-    rigid: &RigidBody,
-    state: &BodyState,
-) -> Option<TipPenetration> {
-    let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, candidate.greatest_size, rigid, state);
-    candidate.penetration.filter(is_deep)
+impl TipPenetration {
+    /// Returns true if the pole is behind a facet of this size, m, by more than its bluntness allows.
+    pub(super) fn is_deep(&self, size: f64, rigid: &RigidBody, state: &BodyState) -> bool {
+        -self.gap.distance > least_depth(self, size, rigid, state)
+    }
 }
 
 /// Returns the depth behind a facet at which a pole of the body is met, m. A sharp pole, into which a ball of half

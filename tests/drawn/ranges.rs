@@ -2,6 +2,9 @@
 //!
 //! Written down before the first of them was run.
 
+#[path = "wide.rs"]
+pub mod wide;
+
 use super::random::Random;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
@@ -82,7 +85,7 @@ impl Class {
 }
 
 /// What is drawn first and what other lengths are measured in.
-struct Frame {
+pub struct Frame {
     class: Class,
     radius: f64,
     /// Half of the width and the height of the gel, m.
@@ -109,11 +112,18 @@ pub fn text(seed: u64) -> String {
     let height = rounded(radius * wide * between(&mut random, HEIGHT));
     let speed = between(&mut random, SPEED);
     let quarter = class == Class::Spatial && random.once_in(4);
-    let frame = Frame { class, radius, half, height, speed, quarter };
+    let mut frame = Frame { class, radius, half, height, speed, quarter };
     let solid = solid(&mut random, &frame);
-    let (gel, shear_speed) = gel(&mut random, &frame);
+    let is_wide = seed >= wide::FIRST;
+    let (gel, shear_speed) = if is_wide {
+        let gel = wide::gel(&mut random, &frame);
+        frame.speed = gel.speed;
+        (gel.text, gel.shear_speed)
+    } else {
+        gel(&mut random, &frame)
+    };
     let way = between(&mut random, WAY) * height;
-    let end = rounded((way / speed).min(WAVES * height / shear_speed));
+    let end = rounded((way / frame.speed).min(WAVES * height / shear_speed));
     let header = format!(
         "[scene]\nname = \"drawn-{seed}\"\ndimension = \"{}\"\nend_time = {end:e}\ncommunication_step = {:e}\n",
         class.name(),
@@ -121,9 +131,13 @@ pub fn text(seed: u64) -> String {
     );
     let motion = motion(&mut random, &frame);
     let mesh = mesh(&mut random, &frame, solid.inner);
+    let mut others = String::new();
+    if is_wide {
+        others = wide::load(&mut random, end) + &wide::fragment(&mut random, &frame, solid.inner);
+    }
     let at = |height: f64| {
         let place = motion.replace("HEIGHT", &format!("{height:e}"));
-        format!("{header}\n{gel}\n[projectile]\n{}{place}\n{mesh}\n[remesh]\n", solid.text)
+        format!("{header}\n{gel}\n[projectile]\n{}{place}\n{mesh}\n[remesh]\n{others}", solid.text)
     };
     at(touching(&at(1.0)))
 }
@@ -198,14 +212,7 @@ fn gel(random: &mut Random, frame: &Frame) -> (String, f64) {
     let volume = between(random, VOLUME);
     let poisson = 0.5 * (1.0 - 1.0 / volume);
     let bulk = rounded(2.0 / 3.0 * shear * (1.0 + poisson) * volume);
-    let (half, height) = (frame.half, frame.height);
-    let shape = match frame.class {
-        Class::Planar => format!("block.size = [{:e}, {height:e}]", 2.0 * half),
-        Class::Spatial if frame.quarter || random.once_in(2) => {
-            format!("block.size = [{:e}, {:e}, {height:e}]", 2.0 * half, 2.0 * half)
-        }
-        Class::Axisymmetric | Class::Spatial => format!("cylinder = {{ radius = {half:e}, height = {height:e} }}"),
-    };
+    let shape = gel_shape(random, frame);
     let mut text = format!(
         "[gel]\nshape.{shape}\ndensity = {density:e}\nshear_modulus = {shear:e}\nbulk_modulus = {bulk:e}\n{}",
         supports(random, &shape)
@@ -215,6 +222,18 @@ fn gel(random: &mut Random, frame: &Frame) -> (String, f64) {
     }
     text += &if random.once_in(5) { viscous(random, shear) } else { "material = \"neo-hookean\"\n".to_owned() };
     (text, (shear / density).sqrt())
+}
+
+/// The shape of the gel.
+fn gel_shape(random: &mut Random, frame: &Frame) -> String {
+    let (half, height) = (frame.half, frame.height);
+    match frame.class {
+        Class::Planar => format!("block.size = [{:e}, {height:e}]", 2.0 * half),
+        Class::Spatial if frame.quarter || random.once_in(2) => {
+            format!("block.size = [{:e}, {:e}, {height:e}]", 2.0 * half, 2.0 * half)
+        }
+        Class::Axisymmetric | Class::Spatial => format!("cylinder = {{ radius = {half:e}, height = {height:e} }}"),
+    }
 }
 
 fn supports(random: &mut Random, shape: &str) -> String {

@@ -3,7 +3,10 @@
 use super::ranges::Class;
 use super::ride::Ride;
 
-/// By class, then those that stopped, one by one.
+/// Defect of the energy above which a scene is told by itself.
+const LARGE: f64 = 0.05;
+
+/// By class, then those of a large defect and those that stopped, one by one.
 pub fn print(rides: &[(u64, Ride)]) {
     println!(
         "| space | scenes | reach their end | remeshings | most in one | refused | closure of energy | of momentum | of angular momentum | mass | least J | defect, %: median, worst | remesh, %: median, worst | updates | s |"
@@ -15,6 +18,15 @@ pub fn print(rides: &[(u64, Ride)]) {
         if !of_class.is_empty() {
             println!("| {} | {} |", class.name(), row(&of_class));
         }
+    }
+    for (seed, ride) in rides.iter().filter(|(_, ride)| ride.defect.abs() > LARGE) {
+        let Ride { defect, remesh, least, remeshings, .. } = ride;
+        println!(
+            "\nseed {seed} ({}): defect {:.2} %, of it remeshing {:.2} %, {remeshings} remeshings, least J {least:.3}",
+            Class::of(*seed).name(),
+            100.0 * defect,
+            100.0 * remesh
+        );
     }
     for (seed, ride) in rides.iter().filter(|(_, ride)| ride.stop.is_some()) {
         let Ride { stop, part, remeshings, refused, why, .. } = ride;

@@ -27,6 +27,22 @@ fn every_seed_is_a_scene_of_its_class_within_the_ranges() {
     }
 }
 
+#[test]
+fn every_wide_seed_is_a_scene_of_any_law_with_loads_and_fragments() {
+    let scenes: Vec<_> = (ranges::wide::FIRST..ranges::wide::FIRST + 100)
+        .map(|seed| {
+            let text = ranges::text(seed);
+            scene::read(&text).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{text}"))
+        })
+        .collect();
+    let count = |is: fn(&scene::Scene) -> bool| scenes.iter().filter(|scene| is(scene)).count();
+    assert!(count(|scene| !scene.fragment.is_empty()) > 10 && count(|scene| !scene.load.is_empty()) > 10);
+    for material in ["MooneyRivlin", "Ogden", "TwoNetwork"] {
+        let n = scenes.iter().filter(|scene| format!("{:?}", scene.gel.material) == material).count();
+        assert!(n > 5, "{n} of {material}");
+    }
+}
+
 /// Runs a seed to its end, with books that close.
 #[track_caller]
 fn goes_to_its_end(seed: u64) -> ride::Ride {
