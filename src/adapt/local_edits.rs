@@ -1,5 +1,5 @@
-//! Remeshing by local operations: those of a gel without history variables keep its rest map, those of a gel that flows
-//! are performed in its present shape, and its history is transferred.
+//! Remeshing by local operations: those of a gel without history variables keep its rest map, the rest positions X that
+//! the nodes carry; those of a gel that flows are judged in its present configuration, and its history is transferred.
 
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
 use super::candidate::{CandidateMesh, NewMesh, RemeshInput, clear_of_bodies, transfer_to};
@@ -10,16 +10,18 @@ use super::sizes::BodySizes;
 use crate::fem::Potential;
 use crate::mesh::{ElementId, Mesh, boundary_from_neighbours, signed_volume};
 use crate::remesh::operations::{
-    EditCounts, EditLimits, EditScene, EditSource, EditableMesh, EditedMesh, RestMap, improve,
+    EditCounts, EditLimits, EditScene, EditSource, EditableMesh, EditedMesh, ReferenceConfiguration, improve,
 };
 use crate::remesh::{self, AcceptanceLimits, ConservationDefects, ConservedTotals, MeshCorrespondence, ProposedMesh};
 use crate::state::MeshInstance;
 
-/// Hindrance that local operations may leave of a gel that flows; beyond it a mesh in the plane or about an axis is immersed. A gel
-/// with a rest map would lose it then, so there only an inverted element is reason enough: a short step costs little, as it is local.
+/// Hindrance that local operations may leave of a gel that flows; beyond it a mesh in the plane or about an axis is
+/// immersed. A gel with a rest map would lose it then, so there only an inverted element is reason enough: a short step
+/// costs little, as it is local.
 const SUFFICIENT_HINDRANCE: f64 = 8.0;
-/// Relative change of the area or volume of a gel that flows by the operations of one remeshing: each may smooth the surface.
-/// With 1e-4 two of seven balls of 1500 to 2500 m/s on coarse meshes diverged on the meshes that took their place.
+/// Relative change of the area or volume of a gel that flows by the operations of one remeshing: each may smooth the
+/// surface. With 1e-4 two of seven balls of 1500 to 2500 m/s on coarse meshes diverged on the meshes that took their
+/// place.
 const EDITED_MEASURE: f64 = 1e-3;
 
 /// Mesh after local operations.
@@ -78,7 +80,7 @@ pub(super) fn edit_mesh<const D: usize>(
         step: steps,
         is_compatible: if flows { vec![true; potential.len()] } else { compatible },
         symmetry: gel.definition.body_symmetry(),
-        rest_map: if flows { RestMap::Present } else { RestMap::Nodes },
+        configuration: if flows { ReferenceConfiguration::Present } else { ReferenceConfiguration::Rest },
     });
     let bodies = gel.active_bodies();
     let sizes = BodySizes::new(&bodies, settings);

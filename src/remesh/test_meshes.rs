@@ -1,7 +1,7 @@
 //! Meshes for the tests of remeshing.
 
 use super::operations::{
-    EditLimits, EditScene, EditSource, EditableMesh, ElementModel, ElementState, RestMap, improve,
+    EditLimits, EditScene, EditSource, EditableMesh, ElementModel, ElementState, ReferenceConfiguration, improve,
 };
 use super::{BodySymmetry, DeformedMesh, ProposedMesh, corner_masses, nodal_masses};
 use crate::math::Vector;
@@ -84,7 +84,7 @@ pub(crate) fn edited<const D: usize>(
         step: vec![1.0; n],
         is_compatible: vec![true; n],
         symmetry,
-        rest_map: RestMap::Present,
+        configuration: ReferenceConfiguration::Present,
     });
     let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size, growth: f64::INFINITY };
     let least = position.iter().map(size).fold(f64::INFINITY, f64::min);

@@ -70,7 +70,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     fn collapse_below(&self, limit: f64, a: NodeId, b: NodeId, part: f64) -> Option<Replacement<D>> {
         let mut operation = self.mesh.collapse(a, b, part)?;
         self.clear(&mut operation);
-        if self.is_lost(&operation) {
+        if self.lacks_surface_origin(&operation) {
             return None;
         }
         let trial = self.mesh.attempt(&operation, self.model, |_| limit)?;

@@ -1,6 +1,6 @@
 //! Performance of an operation: the elements of its cavity are replaced, and its masses and velocities.
 
-use super::editable_mesh::{EditableMesh, RestMap};
+use super::editable_mesh::{EditableMesh, ReferenceConfiguration};
 use super::element_model::ElementState;
 use super::operation::{EditedNode, Operation};
 use super::regrouping::Regrouping;
@@ -11,10 +11,10 @@ use crate::remesh::nodal_fields::corner_masses;
 use std::sync::Arc;
 
 impl<const D: usize> EditableMesh<'_, D> {
-    /// Performs an operation; returns the change of kinetic energy, J, 0 of a gel that flows: its velocities and masses are
-    /// transferred when all operations are done.
+    /// Performs an operation; returns the change of kinetic energy, J, 0 of a gel that flows: its velocities and masses
+    /// are transferred when all operations are done.
     pub(super) fn commit(&mut self, operation: &Operation<D>, states: &[ElementState], regrouping: &Regrouping) -> f64 {
-        let touched = (self.rest_map == RestMap::Nodes).then(|| self.touched(operation));
+        let touched = (self.configuration == ReferenceConfiguration::Rest).then(|| self.touched(operation));
         let before = touched.as_ref().map(|touched| self.motion(touched));
         let whole = operation.old.iter().map(|element| self.mass_of(*element)).sum::<f64>();
         if let Some((node, state)) = operation.node {

@@ -1,7 +1,7 @@
 //! Construction of the operations: split and collapse of an edge, flip, and move of a node, written once for the plane
 //! and for space.
 
-use super::editable_mesh::{EditableMesh, RestMap};
+use super::editable_mesh::{EditableMesh, ReferenceConfiguration};
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::Vector;
 use crate::mesh::{CORNERS, ElementId, NodeId, Simplex};
@@ -53,7 +53,8 @@ impl<const D: usize> EditableMesh<'_, D> {
         let (is_boundary, moves) = (self.is_boundary(a), part > 0.0);
         let [held, held_after] = [a, b].map(|node| self.held[node.index()]);
         // A surface without a rest map may end elsewhere at the axis or at a plane of symmetry.
-        let is_freer = self.rest_map == RestMap::Present && (0..D).all(|axis| held_after[axis] || !held[axis]);
+        let is_freer =
+            self.configuration == ReferenceConfiguration::Present && (0..D).all(|axis| held_after[axis] || !held[axis]);
         if is_boundary && !((is_freer || held == held_after) && self.is_boundary_edge(a, b)) {
             return None;
         }

@@ -1,6 +1,6 @@
 //! Rules of the lengths of edges, by what the gel remembers of its shape.
 
-use super::editable_mesh::RestMap;
+use super::editable_mesh::ReferenceConfiguration;
 
 /// Lengths at which edges are split and collapsed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub(super) struct EdgeRules {
 
 impl EdgeRules {
     /// Rules of a gel with a rest map: few edges are split, so that collapses do not undo them, and none for being short.
-    const REMEMBERED: Self = Self {
+    const REST: Self = Self {
         long: 1.6,
         longest: f64::INFINITY,
         short: 0.0,
@@ -38,7 +38,7 @@ impl EdgeRules {
 
     /// Rules of a gel that flows: edges follow the target lengths everywhere. A split of the surface at a body that is pushed out
     /// of it flattens the elements beneath, and the operations after it mend these.
-    const FLOWING: Self = Self {
+    const PRESENT: Self = Self {
         long: 1.4,
         longest: 1.4,
         short: 0.9,
@@ -50,10 +50,10 @@ impl EdgeRules {
     };
 
     /// Rules for these rest positions.
-    pub fn of(rest_map: RestMap) -> Self {
-        match rest_map {
-            RestMap::Nodes => Self::REMEMBERED,
-            RestMap::Present => Self::FLOWING,
+    pub fn of(configuration: ReferenceConfiguration) -> Self {
+        match configuration {
+            ReferenceConfiguration::Rest => Self::REST,
+            ReferenceConfiguration::Present => Self::PRESENT,
         }
     }
 }

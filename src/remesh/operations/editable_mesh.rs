@@ -46,15 +46,18 @@ pub struct EditableMesh<'a, const D: usize> {
     /// Elements of the first mesh that each element made since replaces, ascending: one list for all of an operation.
     pub(super) made_of: Vec<Arc<[ElementId]>>,
     pub(super) symmetry: BodySymmetry,
-    pub(super) rest_map: RestMap,
+    pub(super) configuration: ReferenceConfiguration,
 }
 
-/// Rest positions on which operations are judged.
+/// Configuration of the gel in which operations are judged: the positions that stand for X in F = ∂x/∂X.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RestMap {
-    /// Rest positions of the nodes: the surface at rest stays as it is.
-    Nodes,
-    /// Present positions, of a gel that flows: its surface may be smoothed a little.
+pub enum ReferenceConfiguration {
+    /// Rest positions that the nodes carry, of a gel without history variables: operations keep its surface at rest,
+    /// and are accepted by their change of stored energy.
+    Rest,
+    /// Present positions of the nodes, of a gel that flows: one with history variables, or an elastic one that an
+    /// immersed mesh has given rest shapes by element. Its stress does not follow from rest positions of nodes: no
+    /// energy is compared, and the surface may be smoothed a little.
     Present,
 }
 
@@ -80,8 +83,8 @@ pub struct EditSource<'a, const D: usize> {
     pub is_compatible: Vec<bool>,
     /// Symmetry of the body.
     pub symmetry: BodySymmetry,
-    /// Rest positions on which operations are judged.
-    pub rest_map: RestMap,
+    /// Configuration in which operations are judged.
+    pub configuration: ReferenceConfiguration,
 }
 
 /// Mesh after its operations, numbered anew: kept nodes and elements first, in their old order.
@@ -116,7 +119,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
     #[must_use]
     pub fn new(gel: EditSource<'a, D>) -> Self {
         let EditSource { mesh, incidence, patches, position, velocity, mass, corner_mass, .. } = gel;
-        let rest = if gel.rest_map == RestMap::Nodes { &mesh.rest } else { position };
+        let rest = if gel.configuration == ReferenceConfiguration::Rest { &mesh.rest } else { position };
         let mut is_boundary = vec![false; mesh.rest.len()];
         mesh.facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| is_boundary[node.index()] = true);
         let origin = |i: usize| NodeOrigin::Kept(NodeId(i as u32));
@@ -142,7 +145,7 @@ impl<'a, const D: usize> EditableMesh<'a, D> {
             n_first: mesh.elements.len(),
             made_of: vec![],
             symmetry: gel.symmetry,
-            rest_map: gel.rest_map,
+            configuration: gel.configuration,
         }
     }
 

@@ -9,7 +9,7 @@
 
 use super::edge_rules::EdgeRules;
 use super::edit_scene::EditScene;
-use super::editable_mesh::{EditableMesh, RestMap};
+use super::editable_mesh::{EditableMesh, ReferenceConfiguration};
 use super::element_model::ElementModel;
 use super::nodal_sizes::NodalSizes;
 use super::operation::{EditedNode, Operation, OperationKind};
@@ -75,7 +75,7 @@ pub fn improve<const D: usize>(
     bad: Vec<ElementId>,
 ) -> EditCounts {
     let n_first = mesh.n_elements();
-    let rules = EdgeRules::of(mesh.rest_map);
+    let rules = EdgeRules::of(mesh.configuration);
     let sizes = NodalSizes::new(scene, mesh.nodes.len());
     let mut improver = Improver { mesh, model, scene, limits, rules, sizes, counts: EditCounts::default() };
     improver.split_long_edges();
@@ -212,7 +212,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     fn consider(&self, operation: Option<Operation<D>>, hindrance: f64, best: &mut Option<(f64, Replacement<D>)>) {
         let Some(mut operation) = operation else { return };
         self.clear(&mut operation);
-        if self.is_lost(&operation) {
+        if self.lacks_surface_origin(&operation) {
             return;
         }
         // A change of energy only adds to the score; every cavity of an inverted element has infinite hindrance.
@@ -236,9 +236,9 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
     /// Change of stored energy by an operation, J, which is 0 of a gel that flows; `None` if it is infinite, or a patch of the
     /// cavity has an element with a rest shape of its own.
     pub(super) fn change_of_energy(&self, operation: &Operation<D>, trial: &Trial) -> Option<f64> {
-        match self.mesh.rest_map {
-            RestMap::Present => Some(0.0),
-            RestMap::Nodes => Some(self.mesh.regroup(operation, &trial.states, self.model)?.energy),
+        match self.mesh.configuration {
+            ReferenceConfiguration::Present => Some(0.0),
+            ReferenceConfiguration::Rest => Some(self.mesh.regroup(operation, &trial.states, self.model)?.energy),
         }
     }
 
@@ -263,16 +263,16 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
         if let Some((_, state)) = operation.node.as_mut().filter(|_| is_surface) {
             let cleared = (self.scene.cleared)(&state.position);
             state.position = if part == 1.0 { cleared } else { state.position + (cleared - state.position) * part };
-            if self.mesh.rest_map == RestMap::Present {
+            if self.mesh.configuration == ReferenceConfiguration::Present {
                 state.rest = state.position;
             }
         }
     }
 
     /// Returns true if an operation makes a surface node of which nobody could tell where it was.
-    pub(super) fn is_lost(&self, operation: &Operation<D>) -> bool {
+    pub(super) fn lacks_surface_origin(&self, operation: &Operation<D>) -> bool {
         let is_inside = |(_, state): &(NodeId, EditedNode<D>)| state.origin == NodeOrigin::Inside;
-        self.mesh.rest_map == RestMap::Present
+        self.mesh.configuration == ReferenceConfiguration::Present
             && operation.node.as_ref().is_some_and(is_inside)
             && self.is_of_surface(operation)
     }

@@ -65,7 +65,7 @@ impl<const D: usize, M: ElementModel<D>> Improver<'_, '_, '_, D, M> {
             return None;
         }
         let operation = self.mesh.split(a, b);
-        if self.is_lost(&operation) {
+        if self.lacks_surface_origin(&operation) {
             return None;
         }
         let is_surface = self.mesh.is_boundary_edge(a, b);

@@ -1,7 +1,7 @@
-//! F-bar patches of a cavity: those that lose an element are grouped anew, with the elements that an operation makes, and
-//! all others stay. Grouping the whole mesh anew would change the mean J of patches far from any operation.
+//! F-bar patches of a cavity: those that lose an element are grouped anew, with the elements that an operation makes,
+//! and all others stay. Grouping the whole mesh anew would change the mean J of patches far from any operation.
 
-use super::editable_mesh::{EditableMesh, RestMap};
+use super::editable_mesh::{EditableMesh, ReferenceConfiguration};
 use super::element_model::{ElementModel, ElementState};
 use super::operation::{Operation, OperationKind};
 use crate::math::Vector;
@@ -37,8 +37,8 @@ fn energy_of<const D: usize>(states: impl Iterator<Item = ElementState>, model: 
 }
 
 impl<const D: usize> EditableMesh<'_, D> {
-    /// Groups the cavity of an operation anew, by the states of the elements that it makes; `None` if a patch of the cavity
-    /// has an element with a rest shape of its own, or if the energy is infinite.
+    /// Groups the cavity of an operation anew, by the states of the elements that it makes; `None` if a patch of the
+    /// cavity has an element with a rest shape of its own, or if the energy is infinite.
     pub(super) fn regroup(
         &self,
         operation: &Operation<D>,
@@ -57,7 +57,7 @@ impl<const D: usize> EditableMesh<'_, D> {
         } else {
             self.new_patches(operation, &touched)
         };
-        if self.rest_map == RestMap::Present {
+        if self.configuration == ReferenceConfiguration::Present {
             return Some(Regrouping { patches, energy: 0.0 });
         }
         let stored = |elements: &[ElementId]| energy_of(elements.iter().map(|e| self.state(*e, model)), model);

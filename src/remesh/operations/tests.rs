@@ -5,7 +5,7 @@ use super::element_model::{ElementModel, ElementState};
 use super::improvement::edges_of;
 use super::nodal_sizes::NodalSizes;
 use super::operation::Operation;
-use super::{EditLimits, EditScene, EditSource, RestMap, improve};
+use super::{EditLimits, EditScene, EditSource, ReferenceConfiguration, improve};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{
     BlockSpec, CORNERS, CellSplit, ElementId, ElementPatches, FaceConstraint, HeldFace, Mesh, NodeId, NodeIncidence,
@@ -15,8 +15,8 @@ use crate::remesh::test_bodies::TestRandom;
 use crate::remesh::test_meshes::FlowingShapes;
 use crate::remesh::{BodySymmetry, ConservedTotals, corner_masses, nodal_masses};
 
-/// Elements of ψ = ½ (|F|² − D − 2 ln J) + 5 (J̄ − 1)², in units of the shear modulus, with J̄ of their patch; the hindrance is the frequency of the
-/// least height over a limit.
+/// Elements of ψ = ½ (|F|² − D − 2 ln J) + 5 (J̄ − 1)², in units of the shear modulus, with J̄ of their patch; the
+/// hindrance is the frequency of the least height over a limit.
 #[derive(Clone, Copy)]
 struct Solid {
     symmetry: BodySymmetry,
@@ -112,10 +112,10 @@ impl<const D: usize> Body<D> {
     }
 
     fn editable(&self) -> EditableMesh<'_, D> {
-        self.editable_on(RestMap::Nodes)
+        self.editable_in(ReferenceConfiguration::Rest)
     }
 
-    fn editable_on(&self, rest_map: RestMap) -> EditableMesh<'_, D> {
+    fn editable_in(&self, configuration: ReferenceConfiguration) -> EditableMesh<'_, D> {
         let n = self.mesh.elements.len();
         EditableMesh::new(EditSource {
             mesh: &self.mesh,
@@ -128,7 +128,7 @@ impl<const D: usize> Body<D> {
             step: vec![1.0; n],
             is_compatible: vec![true; n],
             symmetry: self.solid.symmetry,
-            rest_map,
+            configuration,
         })
     }
 }
@@ -253,11 +253,12 @@ fn upright(points: &[Vector<3>], mut elements: Vec<[NodeId; 4]>) -> Vec<[NodeId;
     elements
 }
 
-/// The collapse of an edge of a neck would close it: the triangle of its ends and the third corner is a loop on the surface.
+/// The collapse of an edge of a neck would close it: the triangle of its ends and the third corner is a loop on the
+/// surface.
 #[test]
 fn a_collapse_does_not_close_a_neck() {
     let body = Body::at_rest(necked(0.01));
-    let mesh = body.editable_on(RestMap::Present);
+    let mesh = body.editable_in(ReferenceConfiguration::Present);
     let measure = |all: &[[NodeId; 4]]| all.iter().map(|nodes| signed_volume(&body.mesh.rest, nodes)).sum::<f64>();
     let collapse = mesh.collapse(NodeId(3), NodeId(4), 0.0).unwrap();
     let old: Vec<_> = collapse.old.iter().map(|element| body.mesh.elements[element.index()]).collect();
@@ -267,11 +268,12 @@ fn a_collapse_does_not_close_a_neck() {
     let block = Body::<3>::new(BodySymmetry::Spatial, false, &mut TestRandom::new(15));
     let at = |x: [f64; 3]| block.mesh.rest.iter().position(|p| (p - Vector::<3>::from(x)).norm() < 1e-9).unwrap();
     let [a, b] = [[0.5, 0.5, 1.0], [0.5, 0.75, 1.0]].map(|x| NodeId(at(x) as u32));
-    let mesh = block.editable_on(RestMap::Present);
+    let mesh = block.editable_in(ReferenceConfiguration::Present);
     assert!(mesh.keeps_topology(&mesh.collapse(a, b, 0.0).unwrap()));
 }
 
-/// Gel that touches itself along an edge stays so: a collapse of the edge would part it, and a split make one node of two.
+/// Gel that touches itself along an edge stays so: a collapse of the edge would part it, and a split make one node of
+/// two.
 #[test]
 fn an_edge_along_which_gel_touches_itself_stays() {
     let points =
@@ -279,7 +281,7 @@ fn an_edge_along_which_gel_touches_itself_stays() {
     let points: Vec<_> = points.into_iter().map(Vector::<3>::from).collect();
     let elements = upright(&points, [[0, 1, 2, 3], [0, 1, 4, 5]].map(|nodes| nodes.map(NodeId)).to_vec());
     let body = Body::at_rest(Mesh::new(points, elements));
-    let mesh = body.editable_on(RestMap::Present);
+    let mesh = body.editable_in(ReferenceConfiguration::Present);
     let [a, b] = [NodeId(0), NodeId(1)];
     assert!(!mesh.keeps_topology(&mesh.collapse(b, a, 0.0).unwrap()));
     assert!(!mesh.keeps_topology(&mesh.split(a, b)));
@@ -296,7 +298,7 @@ fn a_flip_of_the_surface_makes_no_edge_that_is_there() {
     let keeps = |elements: Vec<[u32; 4]>| {
         let elements = upright(&points, elements.iter().map(|nodes| nodes.map(NodeId)).collect());
         let body = Body::at_rest(Mesh::new(points.clone(), elements));
-        let mesh = body.editable_on(RestMap::Present);
+        let mesh = body.editable_in(ReferenceConfiguration::Present);
         mesh.keeps_topology(&mesh.remove_edge(NodeId(0), NodeId(1), NodeId(3)))
     };
     assert_eq!([keeps(pair.clone()), keeps([pair, other].concat())], [true, false]);
@@ -396,12 +398,12 @@ fn nodal_sizes_bound_the_relative_length_of_each_edge() {
     }
 }
 
-/// A gel that flows follows the target lengths, finer and coarser; each new element lies over the old ones that it names, and
-/// each node where its origin says.
+/// A gel that flows follows the target lengths, finer and coarser; each new element lies over the old ones that it
+/// names, and each node where its origin says.
 fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
     let mut random = TestRandom::new(13);
     let body = Body::<D>::new(symmetry, false, &mut random);
-    let mut mesh = body.editable_on(RestMap::Present);
+    let mut mesh = body.editable_in(ReferenceConfiguration::Present);
     let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| size, growth: 0.0 };
     let limits = EditLimits { energy: 1.0, usual: size, least: size };
     let counts = improve(&mut mesh, &FlowingShapes, &scene, &limits, vec![]);
@@ -430,8 +432,8 @@ fn check_target_lengths<const D: usize>(symmetry: BodySymmetry, size: f64) {
     assert!(n_made * 10 > made * 9, "{n_made} of {made}");
     for (x, origin) in new.position.iter().zip(&new.origin) {
         let Some(parents) = origin.parents() else { continue };
-        let told: Vector<D> = parents.iter().map(|(node, weight)| body.position[node.index()] * *weight).sum();
-        assert!((told - x).norm() < 1e-12, "{origin:?}");
+        let interpolated: Vector<D> = parents.iter().map(|(node, weight)| body.position[node.index()] * *weight).sum();
+        assert!((interpolated - x).norm() < 1e-12, "{origin:?}");
     }
 }
 
@@ -458,7 +460,7 @@ fn inverted_elements_of_a_gel_that_flows_are_remade() {
         .collect();
     let is_inverted = |x: &[Vector<2>], nodes: &&[NodeId; 4]| signed_volume(x, nodes) <= 0.0;
     assert_eq!(body.mesh.elements.iter().filter(|nodes| is_inverted(&body.position, nodes)).count(), 1);
-    let mut edited = body.editable_on(RestMap::Present);
+    let mut edited = body.editable_in(ReferenceConfiguration::Present);
     let scene = EditScene { gap: &|_| 1.0, cleared: &|x| *x, size: &|_| 0.25, growth: 0.0 };
     let limits = EditLimits { energy: 1.0, usual: 0.25, least: 0.25 };
     let bad = edited.present().collect();

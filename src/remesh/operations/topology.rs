@@ -1,15 +1,15 @@
 //! Topology of a gel whose surface may be smoothed: operations on it must not join or part what they move.
 
-use super::editable_mesh::{EditableMesh, RestMap};
+use super::editable_mesh::{EditableMesh, ReferenceConfiguration};
 use super::operation::{Operation, OperationKind};
 use crate::mesh::NodeId;
 
 impl<const D: usize> EditableMesh<'_, D> {
-    /// Returns true if an operation keeps the topology of the gel. Elements that are positive and fill the same gel exactly
-    /// do; of a surface that may be smoothed, collapses and flips are looked at. An edge where erosion has left gel that only
-    /// touches itself stays as it is: its node would be two on both sides of the contact.
+    /// Returns true if an operation keeps the topology of the gel. Elements that are positive and fill the same gel
+    /// exactly do; of a surface that may be smoothed, collapses and flips are checked. An edge where erosion has left
+    /// gel that only touches itself stays as it is: its node would be two on both sides of the contact.
     pub(super) fn keeps_topology(&self, operation: &Operation<D>) -> bool {
-        if self.rest_map == RestMap::Nodes || !self.changes_surface(operation) {
+        if self.configuration == ReferenceConfiguration::Rest || !self.changes_surface(operation) {
             return true;
         }
         let [a, b] = operation.parents;

@@ -1,6 +1,6 @@
 //! Trial of an operation: whether it is legal, and the elements that it would make.
 
-use super::editable_mesh::{EditableMesh, RestMap};
+use super::editable_mesh::{EditableMesh, ReferenceConfiguration};
 use super::element_model::{ElementModel, ElementState};
 use super::operation::{EditedNode, Operation, OperationKind};
 use crate::math::Vector;
@@ -93,11 +93,11 @@ impl<const D: usize> EditableMesh<'_, D> {
             signed_volume(&self.places(&self.elements[element.index()], operation, false)[0], &CORNERS)
         };
         let before: f64 = operation.old.iter().map(rest).sum();
-        let change = match self.rest_map {
-            RestMap::Present if !self.changes_surface(operation) => ROUNDING,
-            RestMap::Present if operation.kind == OperationKind::Split => CLEARED,
-            RestMap::Present => smoothing().max(ROUNDING),
-            RestMap::Nodes => ROUNDING,
+        let change = match self.configuration {
+            ReferenceConfiguration::Present if !self.changes_surface(operation) => ROUNDING,
+            ReferenceConfiguration::Present if operation.kind == OperationKind::Split => CLEARED,
+            ReferenceConfiguration::Present => smoothing().max(ROUNDING),
+            ReferenceConfiguration::Rest => ROUNDING,
         };
         (volume - before).abs() <= change * before
     }
