@@ -11,7 +11,7 @@ use crate::fem::{HistoryVariables, Potential, ReferenceShape, Section};
 use crate::math::Vector;
 use crate::mesh::{ElementId, ElementPatches};
 
-/// Rest shapes of the new elements whose nodes' rest positions do not give them.
+/// Rest shapes of the incompatible elements: those that differ from the shape of their nodes' rest positions.
 type RestShapes<const D: usize> = Vec<(ElementId, ReferenceShape<D>)>;
 
 /// Rest shapes of the incompatible elements of a new mesh, and the history variables of all; `None` if an element has
@@ -38,8 +38,8 @@ fn inherited_shapes<const D: usize>(
 ) -> Option<RestShapes<D>> {
     let mut all = vec![];
     let stays = stays(past.potential.patches(), patches, new.same);
-    let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
-    for (element, same) in again {
+    let unchanged = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
+    for (element, same) in unchanged {
         // Elements unchanged *and* in an unchanged patch keep their reference.
         let share = if stays[element.index()] { 1.0 } else { past.shares[same.element.index()] };
         if share != 1.0 || !past.potential.is_compatible(same.element) {
@@ -48,26 +48,26 @@ fn inherited_shapes<const D: usize>(
     }
     let strains = SourceStrains::of(past, position, new.sources);
     let rests = rests(past, position, new);
-    let is_there = |element: ElementId| rests[element.index()] > 0.0;
-    for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
+    let has_sources = |element: ElementId| rests[element.index()] > 0.0;
+    for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| has_sources(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
-        let [told, now] = [new.rest, new.position].map(|x| ReferenceShape::of(x, nodes));
-        let mean = StateAverage::of(past, &strains, sources, rests[element.index()]);
-        if !mean.is_told(&told, &now) {
-            all.push((element, mean.made(&told, &now)?));
+        let [nodal, present] = [new.rest, new.position].map(|x| ReferenceShape::of(x, nodes));
+        let average = StateAverage::of(past, &strains, sources, rests[element.index()]);
+        if !average.is_compatible(&nodal, &present) {
+            all.push((element, average.required_reference(&nodal, &present)?));
         }
     }
     // Elements without sources are at rest in their current shape.
     for (element, nodes) in
-        (0..).map(ElementId).zip(new.elements).filter(|(e, _)| new.same[e.index()].is_none() && !is_there(*e))
+        (0..).map(ElementId).zip(new.elements).filter(|(e, _)| new.same[e.index()].is_none() && !has_sources(*e))
     {
         all.push((element, ReferenceShape::of(new.position, nodes)));
     }
     all.sort_by_key(|(element, _)| *element);
     // A ring needs a positive radius.
     let is_ring = past.potential.section() == Section::Axisymmetric;
-    let stands = |(_, reference): &(ElementId, ReferenceShape<D>)| !is_ring || reference.radius > 0.0;
-    all.iter().all(stands).then_some(all)
+    let is_valid = |(_, reference): &(ElementId, ReferenceShape<D>)| !is_ring || reference.radius > 0.0;
+    all.iter().all(is_valid).then_some(all)
 }
 
 #[cfg(test)]
@@ -121,15 +121,15 @@ pub(super) mod tests {
             rule: ElasticAverage::default(),
         };
         let (references, recalled) = inherited(&past, &position, &new, &ElementPatches::alone(n)).unwrap();
-        let turned: Vec<_> =
+        let inverted: Vec<_> =
             (0..n).filter(|e| measure(&ReferenceShape::of(&position, &elements[*e]).edges) < 0.0).collect();
-        assert_eq!(turned.len(), 1);
+        assert_eq!(inverted.len(), 1);
         for (element, reference) in references {
             let e = element.index();
-            let was = simplices.reference(element);
-            assert_eq!(reference.edges == was.edges, turned.contains(&e), "{e}");
+            let before = simplices.reference(element);
+            assert_eq!(reference.edges == before.edges, inverted.contains(&e), "{e}");
             assert!(
-                (measure(&reference.edges) - measure(&was.edges)).abs() < 1e-14
+                (measure(&reference.edges) - measure(&before.edges)).abs() < 1e-14
                     && recalled[2 * e].damage == memory[2 * e].damage
             );
         }
@@ -163,8 +163,8 @@ pub(super) mod tests {
             };
             let (references, recalled) = inherited(&past, &position, &new, &ElementPatches::alone(4)).unwrap();
             let (_, own) = references.iter().find(|(element, _)| element.index() == 0).unwrap();
-            let now = ReferenceShape::of(&position, &elements[0]);
-            assert!(own.edges == now.edges && own.radius == now.radius, "{section:?}: {own:?}");
+            let present = ReferenceShape::of(&position, &elements[0]);
+            assert!(own.edges == present.edges && own.radius == present.radius, "{section:?}: {own:?}");
             let expected = HistoryVariables { jacobian: 1.0, ..HistoryVariables::default() };
             assert!(recalled.is_empty() || recalled[..2] == [expected; 2], "{section:?}: {:?}", recalled[0]);
         }

@@ -1,5 +1,5 @@
 //! Transfer of the history of a two-network gel to a new mesh (method 4.6): spatial tensors b̄ are averaged, and
-//! pulled back to the reference of each new element.
+//! pulled back to the reference shape of each new element.
 
 use super::patch_volume_share::stays;
 use super::rest_volumes::{rest_of, rests};
@@ -14,15 +14,16 @@ use crate::remesh::{OverlapSource, UnchangedElement};
 
 /// Most networks: the elastic one and the branches.
 const MOST_NETWORKS: usize = 1 + TwoNetwork::MOST_BRANCHES;
-/// Part of the elastic network that is left, below which its rest state is free: it stores nothing.
+/// Part 1 − d of the elastic network that is intact, below which its rest state is free: it stores nothing.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Least number of old elements whose states a thread finds, and number of new elements whose history it makes at once.
+/// Least number of old elements whose states a thread finds.
 const OLD_ELEMENTS: usize = 32;
+/// Number of new elements whose history a thread finds at once.
 const NEW_ELEMENTS: usize = 256;
 
 /// New elements with their rest shapes, and their history variables.
 pub(super) struct NetworkHistory<const D: usize> {
-    /// Rest shapes of the elements whose nodes' rest positions do not give them, in order.
+    /// Rest shapes of the incompatible elements, which differ from the shape of their nodes' rest positions, in order.
     pub references: Vec<(ElementId, ReferenceShape<D>)>,
     /// Records of all elements.
     pub memory: Vec<HistoryVariables<D>>,
@@ -43,7 +44,7 @@ struct NetworkTransfer<'a, const D: usize> {
     rule: ElasticAverage,
 }
 
-/// States of the old elements of which new ones are made.
+/// States of the old elements that are sources of new ones.
 struct SourceStates<const D: usize> {
     /// Elements, ascending.
     elements: Vec<ElementId>,
@@ -51,11 +52,11 @@ struct SourceStates<const D: usize> {
     states: Vec<Option<SpatialState<D>>>,
 }
 
-/// New elements, and what is known of them.
+/// New elements, with the states of their sources and their measures at rest.
 struct NewElements<'a, const D: usize> {
     mesh: &'a TargetMesh<'a, D>,
     sources: SourceStates<D>,
-    /// True for elements that stay, in a patch that stays.
+    /// True for unchanged elements in an unchanged patch.
     stays: Vec<bool>,
     /// Measures at rest of the elements.
     rests: Vec<f64>,
@@ -70,9 +71,9 @@ impl<const D: usize> SourceStates<D> {
 
 /// Transfers the history of a two-network gel; `None` if an element has no valid rest shape.
 ///
-/// Elements unchanged in an unchanged patch keep their reference. Another unchanged element keeps b̄ and its damage, and
-/// takes the J of its patch. A new element gets the mean b̄ of its sources, and its damage by mass. References other
-/// than those of the nodes are the present shape, scaled to the rest measure.
+/// Elements unchanged in an unchanged patch keep their reference. Another unchanged element keeps b̄ and its damage,
+/// and takes the J of its patch. A new element gets the mean b̄ of its sources, and its damage by mass. References
+/// other than those of the nodes are the present shape, scaled to the rest measure.
 pub(super) fn inherit_networks<const D: usize>(
     gel: &TwoNetwork,
     past: &SourceMesh<'_, D>,
@@ -109,8 +110,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         SourceStates { elements, states }
     }
 
-    /// Makes the records of the new elements from a number on, as many as `memory` holds; returns the rest shapes that
-    /// the nodes do not give, `None` if an element has no valid one.
+    /// Fills the records of the new elements from number `first` on, as many as `memory` has room for; returns the rest
+    /// shapes of the incompatible ones, `None` if an element has no valid one.
     fn inherit(
         &self,
         new: &NewElements<'_, D>,
@@ -123,20 +124,20 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let mut sources = sources[begin..].chunk_by(|a, b| a.new == b.new).peekable();
         for (e, records) in (first..).zip(memory.chunks_mut(self.gel.records())) {
             let (element, rest) = (ElementId(e as u32), new.rests[e]);
-            let now = ReferenceShape::of(position, &elements[e]);
+            let present = ReferenceShape::of(position, &elements[e]);
             let own = sources.next_if(|sources| sources[0].new == element).unwrap_or_default();
             let stays = same[e].is_some_and(|same| new.stays[e] || self.past.shares[same.element.index()] == 1.0);
             let reference = match same[e] {
-                Some(same) if stays => self.keep(same, 1.0, &now, records),
-                Some(same) => self.take_patch_volume(same, &now, records),
-                None if rest > 0.0 => self.rebase(&self.blend(own, &new.sources, rest), rest, &now, records),
-                None => now,
+                Some(same) if stays => self.keep(same, 1.0, &present, records),
+                Some(same) => self.take_patch_volume(same, &present, records),
+                None if rest > 0.0 => self.rebase(&self.blend(own, &new.sources, rest), rest, &present, records),
+                None => present,
             };
             if self.is_ring() && reference.radius <= 0.0 {
                 return None;
             }
-            let is_given = stays && same[e].is_some_and(|same| self.past.potential.is_compatible(same.element));
-            if !is_given {
+            let is_compatible = stays && same[e].is_some_and(|same| self.past.potential.is_compatible(same.element));
+            if !is_compatible {
                 references.push((element, reference));
             }
         }
@@ -155,7 +156,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         &self,
         same: UnchangedElement,
         part: f64,
-        now: &ReferenceShape<D>,
+        present: &ReferenceShape<D>,
         records: &mut [HistoryVariables<D>],
     ) -> ReferenceShape<D> {
         let reference = self.past.kept_reference(same).scaled(part);
@@ -163,7 +164,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         if part == 1.0 {
             return reference;
         }
-        if let Some(at) = self.deformation(&reference, now) {
+        if let Some(at) = self.deformation(&reference, present) {
             let tensors = self.spatial_tensors(&at, records);
             self.note_tick(&at, &tensors, records);
         }
@@ -174,13 +175,13 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     fn take_patch_volume(
         &self,
         same: UnchangedElement,
-        now: &ReferenceShape<D>,
+        present: &ReferenceShape<D>,
         records: &mut [HistoryVariables<D>],
     ) -> ReferenceShape<D> {
         let share = self.past.shares[same.element.index()];
         match self.state(same.element) {
-            Some(state) => self.rebase(&state, self.past.rest(same.element) * share, now, records),
-            None => self.keep(same, share, now, records),
+            Some(state) => self.rebase(&state, self.past.rest(same.element) * share, present, records),
+            None => self.keep(same, share, present, records),
         }
     }
 
@@ -259,11 +260,11 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         &self,
         state: &SpatialState<D>,
         rest: f64,
-        now: &ReferenceShape<D>,
+        present: &ReferenceShape<D>,
         records: &mut [HistoryVariables<D>],
     ) -> ReferenceShape<D> {
-        let reference = now.scaled(rest / now.size(self.is_ring()));
-        let Some(at) = self.deformation(&reference, now) else { return reference };
+        let reference = present.scaled(rest / present.size(self.is_ring()));
+        let Some(at) = self.deformation(&reference, present) else { return reference };
         let tensors = state.networks.map(|network| network.tensor);
         let first = self.gel.first_branch();
         for (k, tensor) in tensors.iter().enumerate().take(1 + self.gel.branches().len()) {
@@ -296,11 +297,11 @@ impl<const D: usize> NetworkTransfer<'_, D> {
     fn deformation(
         &self,
         reference: &ReferenceShape<D>,
-        now: &ReferenceShape<D>,
+        present: &ReferenceShape<D>,
     ) -> Option<IsochoricDeformation<D, f64>> {
         let whole = det(&reference.edges);
-        let f = now.edges * (cofactor(&reference.edges).transpose() / whole);
-        let out = if self.is_ring() { now.radius / reference.radius } else { 1.0 };
+        let f = present.edges * (cofactor(&reference.edges).transpose() / whole);
+        let out = if self.is_ring() { present.radius / reference.radius } else { 1.0 };
         let det_f = det(&f);
         (whole > 0.0 && det_f > 0.0 && out > 0.0).then(|| IsochoricDeformation::new(&array::rows(&f), out, det_f))
     }
@@ -363,7 +364,7 @@ mod tests {
             let memory: Vec<_> = (0..4).flat_map(records).collect();
             let birth = instance(mesh.clone(), &position, 1.0);
             let before = states(&old, &birth, &memory);
-            // Two elements stay in other patches, two are made anew, each of one old element.
+            // Two elements are unchanged in other patches, two are new, each with one old element as source.
             let same = [Some(0), Some(1), None, None].map(|e| e.map(|e| UnchangedElement::in_order(ElementId(e))));
             let whole = |e: u32| OverlapSource { new: ElementId(e), old: ElementId(e), mass: 1.0, part: 1.0 };
             let past = SourceMesh::new(&old, &birth, &memory, &position);
@@ -374,10 +375,10 @@ mod tests {
             let alone = ElementPatches::alone(4);
             let NetworkHistory { references, memory } =
                 inherit_networks(&gel(), &past, &position, &new, &alone).expect("all rest shapes are valid");
-            let made =
+            let transferred =
                 Simplices::in_patches(&mesh, alone, (Material::from(gel()), section)).with_references(&references);
             assert_eq!(references.len(), 4);
-            for (found, before) in states(&made, &birth, &memory).iter().zip(&before) {
+            for (found, before) in states(&transferred, &birth, &memory).iter().zip(&before) {
                 assert!((found.damage - before.damage).abs() < 1e-15);
                 for (found, before) in found.networks.iter().zip(&before.networks) {
                     let off = found.tensor.combined(1.0, &before.tensor, -1.0);

@@ -280,15 +280,16 @@ fn check_own<const D: usize>(section: Section, mesher: TestMesher<D>, is_cut: bo
     // Deformations by the nodes: none; larger than that of the elements, along the same axes; and along others.
     let ring = section == Section::Axisymmetric;
     let other = Tensor::<D>::from_fn(|i, j| if i == j { [0.7, 1.3, 1.1][i] } else { 0.0 });
-    for said in [Tensor::<D>::identity(), f * f.transpose() * f, other] {
+    for nodal in [Tensor::<D>::identity(), f * f.transpose() * f, other] {
         let out = if ring { f[(0, 0)] } else { out };
-        let gel = TestGel::new(n, section, |x| said * x).with_own_references(&f);
+        let gel = TestGel::new(n, section, |x| nodal * x).with_own_references(&f);
         assert!(gel.unevenness(&f, out) < 1e-12);
         for PatchErrors { uneven, force, own, change } in patch_test(&gel, 1.0 / n as f64, &f, out, mesher) {
             println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
-            // Rest volume is kept: where cutting takes the tip of a sharp corner, the rest of the gel is stretched less.
+            // Rest volume is kept: where cutting takes the tip of a sharp corner, the rest of the gel is stretched
+            // less.
             let bound = if is_cut { 1e-12 + change } else { 1e-12 };
-            assert!(uneven < bound && own > 0, "{uneven:e}, where nodes say {said}");
+            assert!(uneven < bound && own > 0, "{uneven:e}, with the nodal deformation {nodal}");
         }
     }
 }
@@ -392,9 +393,9 @@ fn ten_round_trips_conserve_mass_and_momenta_and_lose_the_measured_energy() {
     check_trips(&space, &SPACE);
 }
 
-/// Measured figures: of operations in the plane, of the immersed method, and of operations in space. A finer mesh has less
-/// kinetic energy of the same waves: most of the change, and reversible. The irreversible part is the loss of stored energy
-/// by averaging, 0.057, 0.039 and 0.16 % each time.
+/// Measured figures: of operations in the plane, of the immersed method, and of operations in space. A finer mesh has
+/// less kinetic energy of the same waves: most of the change, and reversible. The irreversible part is the loss of
+/// stored energy by averaging, 0.057, 0.039 and 0.16 % each time.
 const PLANE: MeasuredChanges = [[5.308e-3, 1.102e-3], [1.240e-5, 5.740e-4]];
 const IMMERSED: MeasuredChanges = [[1.107e-2, 1.367e-3], [2.283e-5, 3.896e-4]];
 const SPACE: MeasuredChanges = [[1.051e-3, 1.884e-3], [1.997e-5, 1.587e-3]];

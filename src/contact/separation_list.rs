@@ -4,14 +4,14 @@
 //! well-separated pair decomposition (Callahan & Kosaraju 1995). A pair cannot meet as long as its proof holds:
 //!
 //! - *Far* clusters are apart by a fraction of their extent. They are proved by the distance of their boxes.
-//! - *Near* leaves whose normals all lie within a right angle of each other face the same way (Volino & Magnenat-Thalmann
-//!   1994). They are proved by the cones of their normals.
+//! - *Near* leaves whose normals all lie within a right angle of each other face the same way (Volino &
+//!   Magnenat-Thalmann 1994). They are proved by the cones of their normals.
 //! - Other near leaves are looked at node by facet once: those near contact are listed as close pairs, and the least
-//!   distance of the others is the room of the two leaves. It is used up by the displacements of one leaf relative to the
-//!   other.
+//!   distance of the others is the room of the two leaves. It is used up by the displacements of one leaf relative to
+//!   the other.
 //!
-//! A proof is looked at again when the nodes of one side have travelled half of what it allows. No result depends on the
-//! list: a node and a facet that it omits are out of reach, or do not face each other.
+//! A proof is looked at again when the nodes of one side have travelled half of what it allows. No result depends on
+//! the list: a node and a facet that it omits are out of reach, or do not face each other.
 
 use super::close_pairs::{ClosePair, CloseSearch, FacetBall};
 use super::cluster_tree::ClusterTree;
@@ -151,33 +151,33 @@ impl<const D: usize> SeparationList<D> {
     #[inline]
     pub fn update(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
         if self.monitor.has_alarm(at.travel) {
-            self.look_at_due(at);
+            self.look_at_exhausted(at);
         }
     }
 
-    /// Looks at the pairs of the sets that have used up what they are allowed.
-    fn look_at_due(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
+    /// Measures the exhausted sets, and proves their pairs anew.
+    fn look_at_exhausted(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
         self.look += 1;
-        let mut due = std::mem::take(&mut self.failed);
-        due.clear();
-        self.monitor.append_due(at.travel, &mut due);
-        for set in &due {
+        let mut exhausted = std::mem::take(&mut self.failed);
+        exhausted.clear();
+        self.monitor.append_exhausted(at.travel, &mut exhausted);
+        for set in &exhausted {
             self.measure(at, *set as usize);
         }
-        self.failed = due;
+        self.failed = exhausted;
         self.settle_all(at);
         self.monitor.reset_alarms(at.travel);
     }
 
-    /// Measures a set, unless this look has done so: the box of its cluster, the displacements of its leaf or the normals
-    /// around it.
+    /// Measures a set, unless this look has done so: the box of its cluster, the displacements of its leaf or the
+    /// normals around it.
     fn measure(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, set: usize) {
         let last = std::mem::replace(&mut self.looks[set], self.look);
         if last == self.look {
             return;
         }
         let cluster = cluster_of(set);
-        self.monitor.begin(set, at.travel);
+        self.monitor.restart(set, at.travel);
         match ProofKind::of(set) {
             ProofKind::Far => {
                 let mut bounds = BoundingBox::NONE;
@@ -189,7 +189,7 @@ impl<const D: usize> SeparationList<D> {
             ProofKind::Near => self.leaves.measure(cluster, at),
             ProofKind::Aligned => {
                 self.guard.measure(&self.tree, cluster, at, last == 0);
-                self.monitor.allow(set, self.guard.travel_left(cluster));
+                self.monitor.limit_travel(set, self.guard.travel_left(cluster));
                 if self.guard.chord_left(cluster) > LEAST_CHORD {
                     return;
                 }
@@ -198,7 +198,7 @@ impl<const D: usize> SeparationList<D> {
         self.unsettled.push(set as u32);
     }
 
-    /// Renews what the pairs of all unsettled sets allow them to travel, and the proofs that have failed.
+    /// Renews the travel bounds of all unsettled sets from the proofs of their pairs, and the proofs that have failed.
     fn settle_all(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>) {
         while let Some(set) = self.unsettled.pop() {
             self.settle(at, set as usize);
@@ -209,7 +209,7 @@ impl<const D: usize> SeparationList<D> {
     fn settle(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, set: usize) {
         if let ProofKind::Aligned = ProofKind::of(set) {
             self.guard.measure(&self.tree, cluster_of(set), at, true);
-            self.monitor.begin(set, at.travel);
+            self.monitor.restart(set, at.travel);
         }
         let mut failed = std::mem::take(&mut self.failed);
         failed.clear();
@@ -261,18 +261,19 @@ impl<const D: usize> SeparationList<D> {
             }
             PairProof::Aligned => return self.allow_aligned(at, clusters),
         };
-        let [of_a, of_b] = [self.monitor.since_measured(a, at.travel), self.monitor.since_measured(b, at.travel)];
+        let [of_a, of_b] =
+            [self.monitor.travel_since_measured(a, at.travel), self.monitor.travel_since_measured(b, at.travel)];
         let room = room - of_a - of_b;
         let is_proved = room > least_room;
         if is_proved {
-            self.monitor.allow(a, of_a + 0.5 * room);
-            self.monitor.allow(b, of_b + 0.5 * room);
+            self.monitor.limit_travel(a, of_a + 0.5 * room);
+            self.monitor.limit_travel(b, of_b + 0.5 * room);
         }
         is_proved
     }
 
-    /// Allows the normals of both leaves half of the chord that is left until they can be at a right angle; returns false
-    /// if there is too little.
+    /// Allows the normals of both leaves half of the chord that is left until they can be at a right angle; returns
+    /// false if there is too little.
     fn allow_aligned(&mut self, at: &SurfaceMotion<'_, impl NodePlaces<D>>, leaves: [usize; 2]) -> bool {
         let sets = leaves.map(|leaf| ProofKind::Aligned.set(leaf));
         for set in sets {
@@ -283,7 +284,7 @@ impl<const D: usize> SeparationList<D> {
         if is_proved {
             for (set, leaf) in sets.into_iter().zip(leaves) {
                 self.guard.limit(leaf, 0.5 * room);
-                self.monitor.allow(set, self.guard.travel_left(leaf));
+                self.monitor.limit_travel(set, self.guard.travel_left(leaf));
             }
         }
         is_proved
@@ -374,7 +375,7 @@ impl<const D: usize> SeparationList<D> {
         let mut pair = self.pairs.first(set);
         while pair != END {
             let sets = self.pairs.sets(pair);
-            let travel = sets.map(|set| self.monitor.since_measured(set, at.travel));
+            let travel = sets.map(|set| self.monitor.travel_since_measured(set, at.travel));
             if let PairProof::Near(proof) = self.pairs.known_mut(pair) {
                 proof.room -= self.leaves.relative_since(sets.map(cluster_of), &proof.since) + travel[0] + travel[1];
             }
@@ -384,7 +385,7 @@ impl<const D: usize> SeparationList<D> {
         let mut pair = self.pairs.first(set);
         while pair != END {
             let sets = self.pairs.sets(pair);
-            let travel = sets.map(|set| self.monitor.since_measured(set, at.travel));
+            let travel = sets.map(|set| self.monitor.travel_since_measured(set, at.travel));
             let margin = Vector::<D>::repeat(travel[0] + travel[1]);
             let BoundingBox { low, high } = self.leaves.relative(sets.map(cluster_of));
             if let PairProof::Near(proof) = self.pairs.known_mut(pair) {

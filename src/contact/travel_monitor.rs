@@ -1,66 +1,109 @@
-//! Monitor of travel: it tells when the nodes of a set have travelled as far as the set is allowed since it was measured.
+//! Monitor of travel: tells which sets of nodes may have travelled farther than they are allowed since their
+//! measurement.
+//!
+//! A *set* is the nodes of one side of a separation proof ([`super::separation_list`]). The proof holds until a node of
+//! the set has travelled farther than a bound, as the distances in a Verlet list hold until an atom has crossed the
+//! skin (Verlet 1967). At most ticks no set is exhausted. To see that, the monitor looks at batches of nodes, not at
+//! sets.
+//!
+//! [`BatchTravel`] gives the travel s_b of each batch b of 32 consecutive nodes, a sum of greatest speed times step. It
+//! bounds the displacement of every node of the batch, and never falls. A set k that was measured at the travels s_b⁰
+//! and may travel by a_k since is exhausted as soon as
+//!
+//! ```text
+//!   max over b of k  (s_b − s_b⁰) > a_k      or, for one of its batches,      s_b > s_b⁰ + a_k =: limit of k in b
+//! ```
+//!
+//! Each batch has an *alarm* at the least limit of its sets. Only a batch that has passed its alarm makes the monitor
+//! look at the sets of this batch:
+//!
+//! ```text
+//!   travel of batch b
+//!     │ ─────────────────────────────────────  limit of set 2
+//!     │                              ▗▄▀
+//!     │ ───────────────────────────▄▀────────  limit of set 1 = alarm of b
+//!     │                      ▗▄▄▄▀▀  ↑
+//!     │                 ▗▄▀▀▘        set 1 is exhausted and measured again; the alarm rises to its next least limit
+//!     │  ▗▄▄▄▄▄▄▄▄▄▄▄▄▄▀▘
+//!     └──────────────────────────────────────▶ time
+//! ```
+//!
+//! A bound that falls lowers the alarms of its batches at once. A measurement raises limits, but leaves alarms: one
+//! that is too low costs a look, and is then reset. No alarm is ever above a limit of its sets, so no exhausted set is
+//! missed.
 
 use super::batch_travel::BatchTravel;
 use crate::mesh::NodeId;
 use std::ops::Range;
 
 /// Monitor of the travel of sets of nodes. The travel of a node is bounded by that of its batch.
+///
+/// An *entry* is one batch of one set. The entries of all sets stand in one list, set by set.
 #[derive(Debug)]
 pub(super) struct TravelMonitor {
-    /// Range of each set in the lists of its batches.
-    ranges: Vec<Range<usize>>,
-    /// Batches of each set.
+    /// Range of each set in the list of entries.
+    entries: Vec<Range<usize>>,
+    /// Batch of each entry.
     batches: Vec<u32>,
-    /// Travel of each batch of each set when the set was measured, m.
+    /// Travel s_b⁰ of the batch of each entry when its set was measured, m.
     measured: Vec<f64>,
-    /// Travel since that each set is allowed, m.
-    allowed: Vec<f64>,
-    /// Travel of each batch at which a set has used up what it is allowed, m.
+    /// Bound a_k of the travel of each set since its measurement, m.
+    bounds: Vec<f64>,
+    /// Travel of each batch from which on one of its sets may be exhausted, m: at most the least limit of these.
     alarms: Vec<f64>,
-    /// Sets with nodes of each batch, with the place of the batch in their lists.
-    of_batch: Vec<Vec<[u32; 2]>>,
+    /// Entries of each batch.
+    of_batch: Vec<Vec<SetEntry>>,
+}
+
+/// Entry of a set in the list of entries.
+#[derive(Debug, Clone, Copy)]
+struct SetEntry {
+    set: u32,
+    entry: u32,
 }
 
 impl TravelMonitor {
-    /// Creates the monitor of sets of nodes that have travelled this far, m; they are allowed any travel.
+    /// Creates the monitor of sets of nodes, measured at these travels of the batches, m, without a bound.
     pub fn new<'a>(sets: impl Iterator<Item = &'a [NodeId]>, travel: &[f64]) -> Self {
-        let (mut ranges, mut batches, mut of_batch) = (vec![], vec![], vec![vec![]; travel.len()]);
+        let (mut entries, mut batches, mut of_batch) = (vec![], vec![], vec![vec![]; travel.len()]);
         for (set, nodes) in (0..).zip(sets) {
             let first = batches.len();
             let mut own: Vec<u32> = nodes.iter().map(|node| BatchTravel::batch_of(*node) as u32).collect();
             own.sort_unstable();
             own.dedup();
             batches.append(&mut own);
-            (first..batches.len()).for_each(|at| of_batch[batches[at] as usize].push([set, at as u32]));
-            ranges.push(first..batches.len());
+            for entry in first..batches.len() {
+                of_batch[batches[entry] as usize].push(SetEntry { set, entry: entry as u32 });
+            }
+            entries.push(first..batches.len());
         }
         Self {
             measured: batches.iter().map(|batch| travel[*batch as usize]).collect(),
-            allowed: vec![f64::INFINITY; ranges.len()],
+            bounds: vec![f64::INFINITY; entries.len()],
             alarms: vec![f64::INFINITY; travel.len()],
-            ranges,
+            entries,
             batches,
             of_batch,
         }
     }
 
-    /// Returns true if a set has used up its travel.
+    /// Returns true if a batch has passed its alarm, so that a set may be exhausted.
     #[inline]
     pub fn has_alarm(&self, travel: &[f64]) -> bool {
         self.alarms.iter().zip(travel).any(|(alarm, travel)| exceeds(*travel, *alarm))
     }
 
-    /// Appends the sets that have used up their travel.
-    pub fn append_due(&self, travel: &[f64], due: &mut Vec<u32>) {
+    /// Appends the exhausted sets, those with several batches perhaps more than once.
+    pub fn append_exhausted(&self, travel: &[f64], exhausted: &mut Vec<u32>) {
         for (batch, travel) in
             travel.iter().enumerate().filter(|(batch, travel)| exceeds(**travel, self.alarms[*batch]))
         {
-            let is_due = |at: &&[u32; 2]| exceeds(*travel, self.limit(**at));
-            due.extend(self.of_batch[batch].iter().filter(is_due).map(|[set, _]| *set));
+            let is_exhausted = |at: &&SetEntry| exceeds(*travel, self.limit(**at));
+            exhausted.extend(self.of_batch[batch].iter().filter(is_exhausted).map(|at| at.set));
         }
     }
 
-    /// Sets the alarms of the batches that have passed theirs.
+    /// Resets the alarms that have been passed to the least limit of the sets of their batch.
     pub fn reset_alarms(&mut self, travel: &[f64]) {
         for (batch, travel) in travel.iter().enumerate() {
             if exceeds(*travel, self.alarms[batch]) {
@@ -70,43 +113,43 @@ impl TravelMonitor {
         }
     }
 
-    /// Returns the travel of a batch at which a set has used up what it is allowed, m.
-    fn limit(&self, [set, at]: [u32; 2]) -> f64 {
-        self.measured[at as usize] + self.allowed[set as usize]
+    /// Returns the limit s_b⁰ + a_k of a set in one of its batches, m.
+    fn limit(&self, at: SetEntry) -> f64 {
+        self.measured[at.entry as usize] + self.bounds[at.set as usize]
     }
 
-    /// Begins the travel of a measured set anew; it is allowed any travel until it is told otherwise.
-    pub fn begin(&mut self, set: usize, travel: &[f64]) {
-        for at in self.ranges[set].clone() {
-            self.measured[at] = travel[self.batches[at] as usize];
+    /// Starts the travel of a set anew at its measurement, s_b⁰ = s_b, without a bound until [`Self::limit_travel`].
+    pub fn restart(&mut self, set: usize, travel: &[f64]) {
+        for entry in self.entries[set].clone() {
+            self.measured[entry] = travel[self.batches[entry] as usize];
         }
-        self.allowed[set] = f64::INFINITY;
+        self.bounds[set] = f64::INFINITY;
     }
 
-    /// Returns the greatest travel of a node of a set since the set was measured, m.
+    /// Returns the greatest travel max (s_b − s_b⁰) of a set since its measurement, m.
     #[inline]
-    pub fn since_measured(&self, set: usize, travel: &[f64]) -> f64 {
-        let (range, mut most) = (self.ranges[set].clone(), 0.0_f64);
+    pub fn travel_since_measured(&self, set: usize, travel: &[f64]) -> f64 {
+        let (range, mut most) = (self.entries[set].clone(), 0.0_f64);
         for (batch, measured) in self.batches[range.clone()].iter().zip(&self.measured[range]) {
             most = most.max(travel[*batch as usize] - measured);
         }
         most
     }
 
-    /// Limits the travel of a set since it was measured, m.
+    /// Limits the travel of a set since its measurement, m; the least of all bounds since then counts.
     #[inline]
-    pub fn allow(&mut self, set: usize, travel: f64) {
-        if travel < self.allowed[set] {
-            self.allowed[set] = travel;
-            for at in self.ranges[set].clone() {
-                let alarm = &mut self.alarms[self.batches[at] as usize];
-                *alarm = alarm.min(self.measured[at] + travel);
+    pub fn limit_travel(&mut self, set: usize, bound: f64) {
+        if bound < self.bounds[set] {
+            self.bounds[set] = bound;
+            for entry in self.entries[set].clone() {
+                let alarm = &mut self.alarms[self.batches[entry] as usize];
+                *alarm = alarm.min(self.measured[entry] + bound);
             }
         }
     }
 }
 
-/// Returns true if a travel exceeds a limit; what is not a number does.
+/// Returns true if a travel exceeds a limit, or if one of them is not a number: the set is then looked at.
 #[inline]
 fn exceeds(travel: f64, limit: f64) -> bool {
     let is_within = travel <= limit;
