@@ -52,7 +52,7 @@ impl<const D: usize> EditableMesh<'_, D> {
     pub(super) fn collapse(&self, a: NodeId, b: NodeId, part: f64) -> Option<Operation<D>> {
         let (is_boundary, moves) = (self.is_boundary(a), part > 0.0);
         let [held, held_after] = [a, b].map(|node| self.held[node.index()]);
-        // A surface without a rest map may end elsewhere at the axis or at a plane of symmetry.
+        // A surface without a shape at rest may end elsewhere at the axis or at a plane of symmetry.
         let is_freer =
             self.configuration == ReferenceConfiguration::Present && (0..D).all(|axis| held_after[axis] || !held[axis]);
         if is_boundary && !((is_freer || held == held_after) && self.is_boundary_edge(a, b)) {
@@ -120,7 +120,7 @@ impl<const D: usize> EditableMesh<'_, D> {
 
     /// Fields at a rest position in the elements around a node.
     fn interpolated(&self, node: NodeId, rest: &Vector<D>) -> Option<EditedNode<D>> {
-        /// Least weight of a point that counts as inside, for rounding.
+        /// Least weight of a point that counts as inside, for rounding. Assumed, not measured.
         const OUTSIDE: f64 = -1e-9;
         let weights = |element: &ElementId| {
             let corners: Vec<Vector<D>> = self.corners(*element).iter().map(|n| self.nodes[n.index()].rest).collect();

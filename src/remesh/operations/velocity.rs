@@ -1,5 +1,5 @@
-//! Velocities after an operation: momentum by a uniform shift, angular momentum by a rotation, and kinetic energy by one
-//! factor on the velocities relative to both.
+//! Velocities after an operation: momentum by a uniform shift, angular momentum by a rotation, and kinetic energy by
+//! one factor on the velocities relative to both.
 
 use super::editable_mesh::EditableMesh;
 use crate::math::Vector;
@@ -7,7 +7,8 @@ use crate::mesh::NodeId;
 use crate::remesh::BodySymmetry;
 use crate::remesh::conservation::{ConservedTotals, NodeGroup};
 
-/// Greatest factor on the relative velocities, and the inverse of the least.
+/// Greatest factor on the relative velocities, and the inverse of the least. The prototype's value
+/// ([`super::improvement`]); assumed, not measured.
 const MAX_FACTOR: f64 = 1.5;
 
 impl<const D: usize> EditableMesh<'_, D> {
@@ -22,8 +23,8 @@ impl<const D: usize> EditableMesh<'_, D> {
     }
 }
 
-/// Gives the nodes of a cavity the momentum, the angular momentum and the kinetic energy that they had `before`; returns
-/// the change of kinetic energy that remains, J. Held nodes keep their velocity in held directions.
+/// Gives the nodes of a cavity the momentum, the angular momentum and the kinetic energy that they had `before`;
+/// returns the change of kinetic energy that remains, J. Held nodes keep their velocity in held directions.
 pub(super) fn keep_motion<const D: usize>(
     mesh: &mut EditableMesh<'_, D>,
     touched: &[NodeId],
