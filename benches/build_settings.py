@@ -1,8 +1,9 @@
-"""Table of whole runs and builds by setting of the optimizer: `python benches/build_settings.py [--rounds N] [NAME=GELFMU ...]`.
+"""Table of runs and builds by setting of the optimizer: `python benches/build_settings.py [--rounds N] [NAME=GELFMU ...]`.
 
 A program is built for each setting in `target/build-settings`, or given by its path. Runs of the settings follow each
 other within a round, so that a machine that becomes slower slows all of them; of the rounds the least CPU seconds count.
-Runs of one scene must end with the same digest.
+Runs of one scene must end with the same digest. With `--whole` programs are compared by whole shots with two threads,
+CPU and wall seconds; those of other bits are marked.
 """
 
 import argparse
@@ -29,7 +30,15 @@ RUNS = {
     "recovered shape, first 0.3 ms": ["{recovered}", "--set", "scene.end_time=3e-4"],
     "sphere-block": ["sphere-block"],
 }
-SHOTS = {"shot": "9mm-fmj", "recovered": "45acp-230-xtp-recovered"}
+WHOLE_RUNS = {
+    "9 mm at draft": ["{shot}", "--fidelity", "draft"],
+    "9 mm at coarse, first 1 ms": ["{shot}", "--fidelity", "coarse", "--set", "scene.end_time=1e-3"],
+    "M80 at coarse, to its neck (0.2 ms)": ["{rifle}", "--fidelity", "coarse", "--set", "scene.end_time=2e-4"],
+    "fbi-bb-3d": ["fbi-bb-3d"],
+    "recovered shape at standard": ["{recovered}", "--fidelity", "standard"],
+    "fbi-bb": ["fbi-bb"],
+}
+SHOTS = {"shot": "9mm-fmj", "recovered": "45acp-230-xtp-recovered", "rifle": "762-m80"}
 
 
 def cpu_seconds(command, **options):
@@ -53,18 +62,35 @@ def build(name):
     return folder / "release" / "gelfmu"
 
 
-def measure(program, arguments, scenes, folder):
-    """Runs a scene once with one thread and returns its digest and CPU seconds."""
-    arguments = [argument.format(**scenes) for argument in arguments]
-    options = ["--threads", "1", "--no-frames", "--no-report", "--force", "--quiet", "--json", "--out", folder]
-    output, cpu, _ = cpu_seconds([program, "run", *arguments, *options])
-    return json.loads(output)["digest"], cpu
+def measure(program, arguments, threads):
+    """Runs a scene once and returns its digest with its CPU and wall seconds."""
+    options = ["--threads", str(threads), "--no-frames", "--no-report", "--force", "--quiet", "--json"]
+    with tempfile.TemporaryDirectory() as folder:
+        output, cpu, wall = cpu_seconds([program, "run", *arguments, *options, "--out", Path(folder) / "run"])
+    return json.loads(output)["digest"], cpu, wall
+
+
+def compare(name, arguments, programs, options):
+    """Returns the row of a run: of each program the least CPU seconds of the rounds, with `--whole` those of both times."""
+    least, digests = {}, set()
+    for _ in range(options.rounds):
+        for program, path in programs.items():
+            digest, *seconds = measure(path, arguments, 2 if options.whole else 1)
+            digests.add(digest)
+            least[program] = [min(pair) for pair in zip(seconds, least.get(program, seconds), strict=True)]
+    if len(digests) != 1 and not options.whole:
+        sys.exit(f"{name}: found {len(digests)} digests, expected one")
+    if options.whole:
+        cells = [f"{cpu:.1f}, {wall:.1f}" for cpu, wall in least.values()]
+        return [name, *cells, "the same" if len(digests) == 1 else "others"]
+    return [name, *(f"{cpu:.2f}" for cpu, _ in least.values())]
 
 
 def main():
     """Prints the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--whole", action="store_true", help="whole shots with two threads")
     parser.add_argument("programs", nargs="*", metavar="NAME=GELFMU")
     options = parser.parse_args()
     given = dict(program.split("=", 1) for program in options.programs)
@@ -74,17 +100,10 @@ def main():
         for key, projectile in SHOTS.items():
             first = next(iter(programs.values()))
             subprocess.run([first, "new", "--projectile", projectile, "--out", scenes[key], "--quiet"], check=True)
-        print("run | " + " | ".join(programs), flush=True)
-        for run, arguments in RUNS.items():
-            least, digests = dict.fromkeys(programs, float("inf")), set()
-            for _ in range(options.rounds):
-                for name, program in programs.items():
-                    digest, cpu = measure(program, arguments, scenes, Path(folder) / "run")
-                    digests.add(digest)
-                    least[name] = min(least[name], cpu)
-            if len(digests) != 1:
-                sys.exit(f"{run}: found {len(digests)} digests, expected one")
-            print(f"{run} | " + " | ".join(f"{cpu:.2f}" for cpu in least.values()), flush=True)
+        print(" | ".join(["run", *programs, *(["bits"] if options.whole else [])]), flush=True)
+        for name, arguments in (WHOLE_RUNS if options.whole else RUNS).items():
+            arguments = [argument.format(**scenes) for argument in arguments]
+            print(" | ".join(compare(name, arguments, programs, options)), flush=True)
 
 
 if __name__ == "__main__":

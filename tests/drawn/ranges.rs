@@ -133,7 +133,7 @@ pub fn text(seed: u64) -> String {
     let mesh = mesh(&mut random, &frame, solid.inner);
     let mut others = String::new();
     if is_wide {
-        others = wide::load(&mut random, end) + &wide::fragment(&mut random, &frame, solid.inner);
+        others = wide::load(&mut random, &frame, end) + &wide::fragment(&mut random, &frame, solid.inner);
     }
     let at = |height: f64| {
         let place = motion.replace("HEIGHT", &format!("{height:e}"));

@@ -64,9 +64,9 @@ pub fn gel(random: &mut Random, frame: &Frame) -> WideGel {
     WideGel { text, shear_speed, speed: frame.speed }
 }
 
-/// Draws a pressure on the face that is hit, reached in a quarter of the run, in a third of the scenes.
-pub fn load(random: &mut Random, end: f64) -> String {
-    if !random.once_in(3) {
+/// Draws a pressure on the face that is hit, reached in a quarter of the run, in a third of the scenes of whole gels.
+pub fn load(random: &mut Random, frame: &Frame, end: f64) -> String {
+    if frame.quarter || !random.once_in(3) {
         return String::new();
     }
     let pressure = PRESSURE * SHEAR[0] * either_way(random);

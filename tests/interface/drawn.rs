@@ -29,12 +29,11 @@ fn every_seed_is_a_scene_of_its_class_within_the_ranges() {
 
 #[test]
 fn every_wide_seed_is_a_scene_of_any_law_with_loads_and_fragments() {
-    let scenes: Vec<_> = (ranges::wide::FIRST..ranges::wide::FIRST + 100)
-        .map(|seed| {
-            let text = ranges::text(seed);
-            scene::read(&text).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{text}"))
-        })
-        .collect();
+    let read = |seed| {
+        let text = ranges::text(seed);
+        scene::read(&text).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{text}"))
+    };
+    let scenes: Vec<_> = (ranges::wide::FIRST..ranges::wide::FIRST + 300).map(read).collect();
     let count = |is: fn(&scene::Scene) -> bool| scenes.iter().filter(|scene| is(scene)).count();
     assert!(count(|scene| !scene.fragment.is_empty()) > 10 && count(|scene| !scene.load.is_empty()) > 10);
     for material in ["MooneyRivlin", "Ogden", "TwoNetwork"] {
