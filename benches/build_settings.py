@@ -1,4 +1,4 @@
-"""Table of runs and builds by setting of the optimizer: `python benches/build_settings.py [--rounds N] [NAME=GELFMU ...]`.
+"""Table of runs by setting of the optimizer: `python benches/build_settings.py [--rounds N] [NAME=GELFMU ...]`.
 
 A program is built for each setting in `target/build-settings`, or given by its path. Runs of the settings follow each
 other within a round, so that a machine that becomes slower slows all of them; of the rounds the least CPU seconds count.
@@ -31,12 +31,11 @@ RUNS = {
     "sphere-block": ["sphere-block"],
 }
 WHOLE_RUNS = {
-    "9 mm at draft": ["{shot}", "--fidelity", "draft"],
-    "9 mm at coarse, first 1 ms": ["{shot}", "--fidelity", "coarse", "--set", "scene.end_time=1e-3"],
-    "M80 at coarse, to its neck (0.2 ms)": ["{rifle}", "--fidelity", "coarse", "--set", "scene.end_time=2e-4"],
-    "fbi-bb-3d": ["fbi-bb-3d"],
-    "recovered shape at standard": ["{recovered}", "--fidelity", "standard"],
     "fbi-bb": ["fbi-bb"],
+    "recovered shape at standard": ["{recovered}", "--fidelity", "standard"],
+    "9 mm at draft": ["{shot}", "--fidelity", "draft"],
+    "fbi-bb-3d": ["fbi-bb-3d"],
+    "M80 at coarse, to its neck (0.2 ms)": ["{rifle}", "--fidelity", "coarse", "--set", "scene.end_time=2e-4"],
 }
 SHOTS = {"shot": "9mm-fmj", "recovered": "45acp-230-xtp-recovered", "rifle": "762-m80"}
 
@@ -64,14 +63,14 @@ def build(name):
 
 def measure(program, arguments, threads):
     """Runs a scene once and returns its digest with its CPU and wall seconds."""
-    options = ["--threads", str(threads), "--no-frames", "--no-report", "--force", "--quiet", "--json"]
+    options = ["--direct", "--threads", str(threads), "--no-frames", "--no-report", "--force", "--quiet", "--json"]
     with tempfile.TemporaryDirectory() as folder:
         output, cpu, wall = cpu_seconds([program, "run", *arguments, *options, "--out", Path(folder) / "run"])
     return json.loads(output)["digest"], cpu, wall
 
 
 def compare(name, arguments, programs, options):
-    """Returns the row of a run: of each program the least CPU seconds of the rounds, with `--whole` those of both times."""
+    """Returns the row of a run: the least CPU seconds of each program, with `--whole` the least wall seconds, too."""
     least, digests = {}, set()
     for _ in range(options.rounds):
         for program, path in programs.items():

@@ -29,7 +29,7 @@
 //!      ⟨F⟩                                         nodal F    if that has enough distortion
 //!      ⟨F⟩                                       ⟨F⟩⟨F⟩ᵀ⟨F⟩   otherwise: stretches cubed, same axes
 //!    R(⟨F⟩)                                          ⟨F⟩      sources rotated against each other: mean almost flat
-//!   R(nodal F)                                     nodal F    mean inverted; without an upright nodal F undistorted
+//!   R(nodal F)                                     nodal F    mean inverted; else undistorted, F = 1
 //! ```
 //!
 //! R is the rotation of the polar decomposition F = VR. In the plane the stretch λ out of it, in a ring around the

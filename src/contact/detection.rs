@@ -35,8 +35,9 @@ pub(crate) struct ContactDetection {
     /// Gap φ and normal n of each queried node to each body, if it is active.
     gaps: Vec<Option<Gap>>,
     n_bodies: usize,
-    /// Facets at queried nodes near a body, and for each facet its index among them, counted from 1, or 0.
+    /// Facets at queried nodes near a body.
     near: Vec<NearFacet>,
+    /// Index of each facet in `near`, counted from 1, while these are found; else 0.
     near_index: Vec<u32>,
 }
 
@@ -122,6 +123,9 @@ impl ContactDetection {
         self.facets.clear();
         for (index, (rigid, at)) in bodies.rigid.iter().zip(bodies.at).enumerate() {
             self.find_near_facets(surface, index);
+            if self.near.is_empty() {
+                continue;
+            }
             let body = BodyOfSearch { index, rigid, at, poles: pole_lines(rigid, at) };
             let candidate =
                 |near: &NearFacet| FacetCandidate::new::<D>(near, facet_corners(surface, near.facet), &body);

@@ -56,8 +56,8 @@ pub(super) fn centroid<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
     point_at::<D>(corners, &middle_weights::<D>())
 }
 
-/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from the centroid, where
-/// φ and n are `middle`.
+/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from the centroid,
+/// where φ and n are `middle`.
 ///
 /// φ of a convex body is convex along the facet, and bounded below by φ(x) + min_i n·(x_i − x). Where the bound is
 /// not deeper than allowed, one query at the centroid is enough. For a body that is not convex the deepest queried

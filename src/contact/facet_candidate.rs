@@ -15,7 +15,7 @@ pub(crate) struct FacetCandidate {
     /// Least and greatest size of its nodes near the body, m.
     pub least_size: f64,
     pub greatest_size: f64,
-    /// Positions of its corners, m.
+    /// Positions of its corners before the impulses of the tick, m.
     pub corners: [Vector3; 3],
     /// φ and n at its centroid.
     middle: Gap,
@@ -41,16 +41,16 @@ pub(super) struct BodyOfSearch<'a> {
 }
 
 impl FacetCandidate {
-    /// Creates the candidate of a facet with its corners at these positions, m; `None` if the body is farther from its nodes
-    /// than the facet is long.
+    /// Creates the candidate of a facet with its corners at these positions, m; `None` if the body is at least as far
+    /// from its nodes as the facet is long.
     pub(super) fn new<const D: usize>(
         near: &NearFacet,
         corners: [Vector3; 3],
         body: &BodyOfSearch<'_>,
     ) -> Option<Self> {
         let NearFacet { facet, distance, least_size, greatest_size } = *near;
-        let is_longer = |i: usize| (corners[(i + 1) % D] - corners[i]).norm_squared() > distance * distance;
-        (distance <= 0.0 || (0..D).any(is_longer)).then(|| Self {
+        let is_longer = |i: usize| (corners[(i + 1) % D] - corners[i]).norm() > distance;
+        (distance < 0.0 || (0..D).any(is_longer)).then(|| Self {
             body: body.index,
             facet,
             least_size,

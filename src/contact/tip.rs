@@ -49,8 +49,8 @@ pub(super) fn pole_lines(rigid: &RigidBody, state: &BodyState) -> Vec<PoleLine> 
     rigid.shape.poles().iter().map(line).collect()
 }
 
-/// Finds where a line from a pole of a body inwards leaves the gel through a facet with these corners, m; the deepest of
-/// several.
+/// Finds where a line from a pole of a body inwards leaves the gel through a facet with these corners, m; the deepest
+/// of several.
 pub(super) fn find_penetration<const D: usize>(corners: &[Vector3; 3], lines: &[PoleLine]) -> Option<TipPenetration> {
     let penetrations = lines.iter().filter_map(|line| intersect_facet::<D>(corners, &line.end, &line.inner));
     penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))

@@ -54,7 +54,7 @@ impl<const D: usize, P: Potential<D>> ContactPhase<'_, D, P> {
         let Self { ref surface, ref ticks, surface_stars, tolerances, points, records, .. } = self;
         let DiscreteModel { settings, grid, .. } = surface.model;
         for point in points {
-            let step = grid.time(shortest_step_around(surface, ticks, surface_stars, point.nodes[0]) as Tick);
+            let step = grid.time(shortest_step_around(surface, ticks, surface_stars, point.nodes[0]));
             let (rigid, at) = surface.bodies().get(point.body);
             point.lead = point.lead_velocity(rigid, at, step);
             let greatest_approach = records[point.body].approach;
@@ -94,19 +94,19 @@ fn add_symmetry_contacts<const D: usize, P: Potential<D>>(
     contacts.extend(symmetry_contacts(surface, at, surface.model.gel.mirrored, time_ahead));
 }
 
-/// Returns the shortest present step of the elements of a surface node, ticks.
+/// Returns the shortest present step of the elements of a surface node, ticks: every group has one after the
+/// first choice of steps, before contact.
 fn shortest_step_around<const D: usize, P: Potential<D>>(
     surface: &SurfaceAtTick<'_, D, P>,
     ticks: &GroupTicks<'_>,
     stars: &[NodeStar],
     node: NodeId,
-) -> f64 {
+) -> Tick {
     let DiscreteModel { gel, layout, .. } = surface.model;
     let cached = gel.surface.of[node.index()].map(|surface| &stars[surface as usize].groups);
     let cached = cached.map_or(&[] as &[u32], Vec::as_slice);
     // A corner of a facet that no body is close to has no cached groups.
     let star = if cached.is_empty() { gel.star.of(node) } else { &[] };
     let groups = cached.iter().map(|group| *group as usize).chain(star.iter().map(|element| layout.group(*element)));
-    let steps = groups.map(|group| ticks.clocks[group].step).filter(|step| *step > 0);
-    steps.map(|step| step as f64).fold(f64::INFINITY, f64::min)
+    groups.map(|group| ticks.clocks[group].step).filter(|step| *step > 0).min().unwrap_or(1)
 }

@@ -28,7 +28,7 @@ pub(super) struct SurfaceStretches {
 /// Check of the stretch: reads the surface and the facets near bodies.
 pub(super) struct StretchCheck<'a, const D: usize, P> {
     pub surface: SurfaceAtTick<'a, D, P>,
-    /// Facets between a node and a body, with the least size of their nodes.
+    /// Facets that reach to a body, as found at this tick.
     pub facets: &'a [FacetCandidate],
     pub can_be_distorted: bool,
     /// Greatest edge of a facet that touches a body, m.

@@ -11,7 +11,7 @@ use ballistic_gel::math::Vector3;
 use ballistic_gel::scene;
 use std::fmt::Write;
 
-/// The seeds; each is a scene.
+/// The seeds; each is a scene. Those from [`wide::FIRST`] on are drawn more widely.
 pub const SEEDS: std::ops::RangeInclusive<u64> = 1..=200;
 /// Of twenty seeds in a row the first twelve are in the plane, the next five about an axis, the last three in space.
 const CLASSES: [(Class, u64); 3] = [(Class::Planar, 12), (Class::Axisymmetric, 5), (Class::Spatial, 3)];

@@ -3,7 +3,7 @@
 use super::ranges::Class;
 use super::ride::Ride;
 
-/// Defect of the energy above which a scene is told by itself.
+/// Defect of the energy above which a scene is listed by itself.
 const LARGE: f64 = 0.05;
 
 /// By class, then those of a large defect and those that stopped, one by one.
@@ -19,7 +19,7 @@ pub fn print(rides: &[(u64, Ride)]) {
             println!("| {} | {} |", class.name(), row(&of_class));
         }
     }
-    for (seed, ride) in rides.iter().filter(|(_, ride)| ride.defect.abs() > LARGE) {
+    for (seed, ride) in rides.iter().filter(|(_, ride)| !(ride.defect.abs() <= LARGE)) {
         let Ride { defect, remesh, least, remeshings, .. } = ride;
         println!(
             "\nseed {seed} ({}): defect {:.2} %, of it remeshing {:.2} %, {remeshings} remeshings, least J {least:.3}",

@@ -1,6 +1,6 @@
 //! Wide draws: gels of every law up to the speeds of bullets, pressures on the face that is hit, and fragments.
 //!
-//! Written down before the first of them was run.
+//! Ranges were written down before the first of them was run.
 
 use super::{BODY, Class, Frame, GEL, SHEAR, VOLUME, between, either_way, gel_shape, rounded, supports, unit, viscous};
 use crate::random::Random;
@@ -15,10 +15,11 @@ const PRESETS: [(&str, f64); 3] = [("gelatin-10", 4.4), ("gelatin-20", 6.0), ("s
 /// C₂/C₁ of Mooney and Rivlin, and exponents of Ogden.
 const SECOND: [f64; 2] = [0.01, 0.3];
 const EXPONENT: [f64; 2] = [2.0, 6.0];
-/// Radius of a fragment, in that of the greatest ball inside the body, and its place, in halves of the width of the gel.
+/// Radius of a fragment, in that of the greatest ball inside the body, and its place, in halves of the width of the
+/// gel.
 const FRAGMENT: [f64; 2] = [0.85, 1.2];
 const ASIDE: f64 = 0.6;
-/// Pressure on a face, in shear moduli of a soft gel.
+/// Greatest pressure or pull on a face, in shear moduli of a soft gel.
 const PRESSURE: f64 = 0.2;
 
 /// Gel of a wide draw: its table, the speed of its shear waves and that of the body, m/s.

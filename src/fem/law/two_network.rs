@@ -318,7 +318,8 @@ impl<const D: usize, V: Number> NetworkForces<D, V> {
             let critical = law.critical_stretch();
             // What is broken does not break again; its stretch is not asked for.
             let unbroken = -(damage - 1.0);
-            let above = unbroken.choose(elastic.eigenvalue_bound() - critical * critical, -unbroken);
+            let excess = elastic.eigenvalue_bound() - critical * critical;
+            let above = unbroken.choose(excess, damage.constant(0.0));
             if above.any_positive() {
                 let stretch = elastic.greatest_eigenvalue().root();
                 after = at.above_floor.choose(above.choose(law.after_step(damage, stretch, elapsed), damage), damage);
