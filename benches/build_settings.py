@@ -1,8 +1,8 @@
 """Table of runs by setting of the optimizer: `python benches/build_settings.py [--rounds N] [NAME=GELFMU ...]`.
 
 A program is built for each setting in `target/build-settings`, or given by its path. Runs of the settings follow each
-other within a round, so that a machine that becomes slower slows all of them; of the rounds the least CPU seconds count.
-Runs of one scene must end with the same digest. With `--whole` programs are compared by whole shots with two threads,
+other within a round, so that a machine that becomes slower slows all of them; of the rounds the least CPU seconds
+count. Runs of one scene must end with the same digest. With `--whole` programs are compared by whole shots with two threads,
 CPU and wall seconds; those of other bits are marked.
 """
 
@@ -22,7 +22,8 @@ SETTINGS = {
     "sixteen units, optimized between them": {"LTO": "false", "CODEGEN_UNITS": "16"},
     "one unit": {"LTO": "false", "CODEGEN_UNITS": "1"},
 }
-# Arguments of `gelfmu run` by name of the run; {shot} is the scene of a 9 mm bullet, {recovered} that of a recovered one.
+# Arguments of `gelfmu run` by name of the run; {shot} is the scene of a 9 mm bullet, {recovered} that of a recovered
+# one, {rifle} that of an M80.
 RUNS = {
     "9 mm at draft, first 0.1 ms": ["{shot}", "--fidelity", "draft", "--set", "scene.end_time=1e-4"],
     "fbi-bb-3d, first 0.04 ms": ["fbi-bb-3d", "--set", "scene.end_time=4e-5"],
