@@ -19,7 +19,7 @@ pub fn print(rides: &[(u64, Ride)]) {
             println!("| {} | {} |", class.name(), row(&of_class));
         }
     }
-    for (seed, ride) in rides.iter().filter(|(_, ride)| !(ride.defect.abs() <= LARGE)) {
+    for (seed, ride) in rides.iter().filter(|(_, ride)| ride.defect.is_nan() || ride.defect.abs() > LARGE) {
         let Ride { defect, remesh, least, remeshings, .. } = ride;
         println!(
             "\nseed {seed} ({}): defect {:.2} %, of it remeshing {:.2} %, {remeshings} remeshings, least J {least:.3}",
