@@ -2,8 +2,8 @@
 
 A program is built for each setting in `target/build-settings`, or given by its path. Runs of the settings follow each
 other within a round, so that a machine that becomes slower slows all of them; of the rounds the least CPU seconds
-count. Runs of one scene must end with the same digest. With `--whole` programs are compared by whole shots with two threads,
-CPU and wall seconds; those of other bits are marked.
+count. Runs of one scene must end with the same digest. With `--whole` programs are compared by whole shots with two
+threads, by CPU and wall seconds; those of other digests, which the format of a summary changes, too, are marked.
 """
 
 import argparse
@@ -36,7 +36,7 @@ WHOLE_RUNS = {
     "recovered shape at standard": ["{recovered}", "--fidelity", "standard"],
     "9 mm at draft": ["{shot}", "--fidelity", "draft"],
     "fbi-bb-3d": ["fbi-bb-3d"],
-    "M80 at coarse, to its neck (0.2 ms)": ["{rifle}", "--fidelity", "coarse", "--set", "scene.end_time=2e-4"],
+    "M80 at coarse, first 0.2 ms": ["{rifle}", "--fidelity", "coarse", "--set", "scene.end_time=2e-4"],
 }
 SHOTS = {"shot": "9mm-fmj", "recovered": "45acp-230-xtp-recovered", "rifle": "762-m80"}
 
@@ -100,7 +100,7 @@ def main():
         for key, projectile in SHOTS.items():
             first = next(iter(programs.values()))
             subprocess.run([first, "new", "--projectile", projectile, "--out", scenes[key], "--quiet"], check=True)
-        print(" | ".join(["run", *programs, *(["bits"] if options.whole else [])]), flush=True)
+        print(" | ".join(["run", *programs, *(["digests"] if options.whole else [])]), flush=True)
         for name, arguments in (WHOLE_RUNS if options.whole else RUNS).items():
             arguments = [argument.format(**scenes) for argument in arguments]
             print(" | ".join(compare(name, arguments, programs, options)), flush=True)

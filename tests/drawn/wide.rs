@@ -10,7 +10,7 @@ use std::fmt::Write;
 pub const FIRST: u64 = 1001;
 /// Speed at a gel that flows, m/s; at an elastic one it is that of the narrow draws.
 const FAST: [f64; 2] = [20.0, 400.0];
-/// Presets, with the speed of their shear waves, m/s.
+/// Presets, with the speed by which the time of a run is limited, m/s; that of their shear waves is 4.3 to 4.8 m/s.
 const PRESETS: [(&str, f64); 3] = [("gelatin-10", 4.4), ("gelatin-20", 6.0), ("synthetic-clear", 4.4)];
 /// C₂/C₁ of Mooney and Rivlin, and exponents of Ogden.
 const SECOND: [f64; 2] = [0.01, 0.3];
@@ -22,7 +22,7 @@ const ASIDE: f64 = 0.6;
 /// Greatest pressure or pull on a face, in shear moduli of a soft gel.
 const PRESSURE: f64 = 0.2;
 
-/// Gel of a wide draw: its table, the speed of its shear waves and that of the body, m/s.
+/// Gel of a wide draw: its table, the speed that limits the time of a run and that of the body, m/s.
 pub struct WideGel {
     pub text: String,
     pub shear_speed: f64,
