@@ -64,16 +64,16 @@ impl ProfilePiece {
 
     /// Signed distance from the whole line or circle, and its normal at the point nearest to `p`.
     pub fn gap(&self, p: &ProfilePoint) -> ProfileGap {
-        match self.curve {
-            PieceCurve::Line { normal } => ProfileGap { distance: normal.dot(&(p - self.start)), normal },
+        let normal = match self.curve {
+            PieceCurve::Line { normal } => normal,
             PieceCurve::Circle { centre, radius } => {
                 let arm = p - centre;
                 let length = arm.norm();
                 // At the centre all directions are equivalent: take that of the start.
-                let normal = if length > 0.0 { arm / length } else { (self.start - centre) / radius };
-                ProfileGap { distance: length - radius, normal }
+                if length > 0.0 { arm / length } else { (self.start - centre) / radius }
             }
-        }
+        };
+        ProfileGap { distance: self.distance(p), normal }
     }
 
     /// Signed distance from the whole line or circle, m.
