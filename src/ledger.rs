@@ -35,6 +35,9 @@ pub struct EnergyAccounts {
     pub integration: f64,
     /// Work of external force and torque, and of a prescribed motion.
     pub external: f64,
+    /// Work of the surface of an expanding body as it moves in the frame of the body, and the change of its energy of
+    /// rotation by its inertia.
+    pub expansion: f64,
     /// Jumps of the projectile's kinetic energy made by the importer.
     pub importer: f64,
     /// Changes of kinetic and stored energy by remeshing, with what was returned.
@@ -119,11 +122,11 @@ impl EnergyAccounts {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
-    /// Returns the initial energy and the external work since, |E₀| + |external| + |load| + |air|, J: the scale of
-    /// an imbalance. Accounts are net: energy put in and taken back does not count.
+    /// Returns the initial energy and the external work since, |E₀| + |external| + |load| + |air| + |expansion|, J: the
+    /// scale of an imbalance. Accounts are net: energy put in and taken back does not count.
     #[must_use]
     pub fn scale_of_work(&self, initial: f64) -> f64 {
-        initial.abs() + self.external.abs() + self.load.abs() + self.air.abs()
+        initial.abs() + self.external.abs() + self.load.abs() + self.air.abs() + self.expansion.abs()
     }
 
     /// Returns [`Self::scale_of_work`] with the jumps made by the importer, which no method answers for, J: an upper bound
@@ -143,9 +146,9 @@ impl EnergyAccounts {
     }
 
     /// Returns all accounts, J.
-    fn accounts(&self) -> [f64; 15] {
+    fn accounts(&self) -> [f64; 16] {
         let Self { contact, self_contact, friction, contact_bias, integration, external, importer, .. } = *self;
-        let Self { remesh, load, air, damping, bulk_viscous, viscous, eroded, damage, .. } = *self;
+        let Self { remesh, load, air, damping, bulk_viscous, viscous, eroded, damage, expansion, .. } = *self;
         [
             contact,
             self_contact,
@@ -162,6 +165,7 @@ impl EnergyAccounts {
             viscous,
             eroded,
             damage,
+            expansion,
         ]
     }
 }

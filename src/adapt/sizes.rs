@@ -92,7 +92,7 @@ fn displacement<const D: usize>(moved: &DeformedMesh<'_, D>) -> Vec<Vector<D>> {
 fn axial_ends(bodies: &[(&RigidBody, BodyState)]) -> Vec<Vector3> {
     let of = |(body, at): &(&RigidBody, BodyState)| -> Vec<Vector3> {
         let place = |pole: &SharpEnd| at.position + at.orientation.transform_vector(&pole.end);
-        body.shape.poles().iter().map(place).collect()
+        body.poles(at).iter().map(place).collect()
     };
     bodies.iter().flat_map(of).collect()
 }

@@ -1,8 +1,9 @@
 //! Rigid body: shape, mass and inertia, and the directions in which it moves.
 
-use super::{BodyState, Wrench};
-use crate::geometry::{Gap, ShapeGeometry, SignedDistance};
+use super::{BodyState, ExpansionLaw, ShapeMotion, Wrench};
+use crate::geometry::{Gap, ShapeGeometry, SharpEnd, SignedDistance};
 use crate::math::{Tensor3, Vector, Vector3};
+use std::borrow::Cow;
 
 /// Motion of a body: fixed, prescribed or free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,6 +57,18 @@ fn is_isotropic(inertia: &Tensor3) -> bool {
     *inertia == Tensor3::identity() * inertia[(0, 0)]
 }
 
+/// Returns D A D of a tensor and a diagonal.
+fn scaled_by(tensor: &Tensor3, diagonal: &Vector3) -> Tensor3 {
+    tensor.component_mul(&(diagonal * diagonal.transpose()))
+}
+
+/// Returns √ of the ratios of the principal inertias of a homogeneous expanding body, opened to unopened.
+fn inertia_growth(shape: &ShapeGeometry) -> Option<Vector3> {
+    let ShapeGeometry::Expanding(expanding) = shape else { return None };
+    let [unopened, opened] = expanding.forms().map(|form| form.specific_inertia().map(|inertia| inertia.diagonal()));
+    Some(opened?.component_div(&unopened?).map(f64::sqrt))
+}
+
 /// Sets the components that are not kept to zero.
 fn mask_components(v: &Vector3, keep: [bool; 3]) -> Vector3 {
     Vector3::from_fn(|i, _| if keep[i] { v[i] } else { 0.0 })
@@ -78,6 +91,11 @@ pub struct RigidBody {
     pub inverse_inertia: Tensor3,
     /// 1/I of a body with an isotropic inertia tensor, 1/(kg·m²).
     isotropic: Option<f64>,
+    /// Law by which an expanding body opens; absent if the importer prescribes its opening.
+    pub expansion: Option<ExpansionLaw>,
+    /// d of an expanding body, √ of the ratios of its principal inertias, opened to unopened: I(e) = D I_b D with
+    /// D = 1 + e (diag d − 1), as lengths grow in proportion to the opening.
+    inertia_growth: Option<Vector3>,
 }
 
 impl RigidBody {
@@ -90,7 +108,15 @@ impl RigidBody {
         assert!(mass > 0.0, "the mass of a moving body must be positive");
         let inverse_inertia = inertia.cholesky().expect("an inertia tensor is positive definite").inverse();
         let isotropic = is_isotropic(&inertia).then_some(inverse_inertia[(0, 0)]);
-        Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
+        let inertia_growth = inertia_growth(&shape);
+        let isotropic = isotropic.filter(|_| inertia_growth.is_none());
+        Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic, expansion: None, inertia_growth }
+    }
+
+    /// Returns the body with a law of expansion.
+    #[must_use]
+    pub fn with_expansion(self, expansion: Option<ExpansionLaw>) -> Self {
+        Self { expansion, ..self }
     }
 
     /// Creates a fixed body.
@@ -98,11 +124,12 @@ impl RigidBody {
     pub fn fixed(shape: ShapeGeometry, freedom: FreeDirections) -> Self {
         let (inertia, inverse_inertia) = (Tensor3::identity(), Tensor3::zeros());
         let (motion, mass, isotropic) = (BodyMotion::Fixed, f64::INFINITY, Some(0.0));
-        Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
+        let (expansion, inertia_growth) = (None, None);
+        Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic, expansion, inertia_growth }
     }
 
     /// Returns true if a state is admissible for this body: in its plane or on its axis, with a unit quaternion, and
-    /// with a bulge only in a dome.
+    /// with a changing shape only in a dome or an expanding body.
     #[must_use]
     pub fn is_admissible(&self, state: &BodyState) -> bool {
         /// Tolerance of the norm of a quaternion: rounding over a long run.
@@ -116,7 +143,11 @@ impl RigidBody {
             && about.into_iter().all(|v| self.freedom.rotation(v) == *v)
             && self.freedom.turns(turned) == turned
             && (q.norm() - 1.0).abs() <= NORM_TOLERANCE
-            && state.bulge.is_some() == matches!(self.shape, ShapeGeometry::Dome(_))
+            && match &self.shape {
+                ShapeGeometry::Dome(_) => state.shape_motion.is_some_and(|shape| shape.bulge().is_some()),
+                ShapeGeometry::Expanding(_) => state.shape_motion.is_some_and(|shape| shape.expansion().is_some()),
+                _ => state.shape_motion.is_none(),
+            }
     }
 
     /// Returns φ and n at a world point.
@@ -128,19 +159,37 @@ impl RigidBody {
             return sphere.gap(&away);
         }
         let local = state.orientation.inverse_transform_vector(&away);
-        let gap = match &state.bulge {
-            Some(bulge) => bulge.dome().gap(&local),
-            None => self.shape.gap(&local),
+        let gap = match (&self.shape, &state.shape_motion) {
+            (_, Some(ShapeMotion::Bulge(bulge))) => bulge.dome().gap(&local),
+            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => shape.gap(at.opening, &local),
+            _ => self.shape.gap(&local),
         };
         Gap { distance: gap.distance, normal: state.orientation.transform_vector(&gap.normal) }
     }
 
-    /// Returns the normal velocity of the surface at a world point per rate of height and base radius of a dome, m/s
-    /// per m/s; zero for any other body.
+    /// Returns the normal velocity of the surface at a world point per rate of each coordinate of the shape: height and
+    /// base radius of a dome, m/s per m/s, or opening of an expanding body, m; zero for any other body.
     #[must_use]
     pub fn growth(&self, state: &BodyState, point: &Vector3) -> Vector<2> {
         let local = || state.orientation.inverse_transform_vector(&(point - state.position));
-        state.bulge.map_or_else(Vector::<2>::zeros, |bulge| -Vector::<2>::from(bulge.dome().growth(&local())))
+        match (&self.shape, &state.shape_motion) {
+            (_, Some(ShapeMotion::Bulge(bulge))) => -Vector::<2>::from(bulge.dome().growth(&local())),
+            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => {
+                Vector::<2>::new(shape.growth(at.opening, &local()), 0.0)
+            }
+            _ => Vector::<2>::zeros(),
+        }
+    }
+
+    /// Returns the ends of the body, in its frame, that may be sharper than the mesh.
+    #[must_use]
+    pub fn poles(&self, state: &BodyState) -> Cow<'_, [SharpEnd]> {
+        match (&self.shape, &state.shape_motion) {
+            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => {
+                Cow::Owned(shape.poles(at.opening).to_vec())
+            }
+            _ => Cow::Borrowed(self.shape.poles()),
+        }
     }
 
     /// Returns the depth of the foremost point below z = 0 of the frame of the state, m.
@@ -160,9 +209,10 @@ impl RigidBody {
     #[must_use]
     pub fn reach(&self, state: &BodyState, direction: &Vector3) -> f64 {
         let local = state.orientation.inverse_transform_vector(direction);
-        match &state.bulge {
-            Some(bulge) => bulge.dome().reach(&local),
-            None => self.shape.reach(&local),
+        match (&self.shape, &state.shape_motion) {
+            (_, Some(ShapeMotion::Bulge(bulge))) => bulge.dome().reach(&local),
+            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => shape.reach(at.opening, &local),
+            _ => self.shape.reach(&local),
         }
     }
 
@@ -184,7 +234,36 @@ impl RigidBody {
             return angular_momentum * inverse;
         }
         let local = state.orientation.inverse_transform_vector(angular_momentum);
-        state.orientation.transform_vector(&(self.inverse_inertia * local))
+        let spin = match self.inertia_scale(state) {
+            Some(scale) => (self.inverse_inertia * local.component_div(&scale)).component_div(&scale),
+            None => self.inverse_inertia * local,
+        };
+        state.orientation.transform_vector(&spin)
+    }
+
+    /// Returns the diagonal of D, by which the opening scales the inertia; `None` for a body that does not expand.
+    fn inertia_scale(&self, state: &BodyState) -> Option<Vector3> {
+        let (growth, at) = self.inertia_growth.zip(state.shape_motion.as_ref().and_then(ShapeMotion::expansion))?;
+        Some(growth.map(|d| 1.0 + at.opening * (d - 1.0)))
+    }
+
+    /// Returns true if the shape of the body can open.
+    #[must_use]
+    pub fn is_expanding(&self) -> bool {
+        matches!(self.shape, ShapeGeometry::Expanding(_))
+    }
+
+    /// Returns the inertia about the centre of mass in the frame of the body, kg·m².
+    #[must_use]
+    pub fn inertia_at(&self, state: &BodyState) -> Tensor3 {
+        self.inertia_scale(state).map_or(self.inertia, |scale| scaled_by(&self.inertia, &scale))
+    }
+
+    /// Returns an upper bound of the norm of I_b⁻¹ at any opening, 1/(kg·m²).
+    #[must_use]
+    pub fn greatest_inverse_inertia(&self) -> f64 {
+        let least_scale = self.inertia_growth.map_or(1.0, |growth| growth.min().min(1.0));
+        self.inverse_inertia.norm() / (least_scale * least_scale)
     }
 
     /// Returns I⁻¹ in the world frame, 1/(kg·m²).
@@ -194,14 +273,18 @@ impl RigidBody {
             return Tensor3::identity() * inverse;
         }
         let turn = state.orientation.to_rotation_matrix();
-        turn.matrix() * self.inverse_inertia * turn.matrix().transpose()
+        let inverse = match self.inertia_scale(state) {
+            Some(scale) => scaled_by(&self.inverse_inertia, &scale.map(f64::recip)),
+            None => self.inverse_inertia,
+        };
+        turn.matrix() * inverse * turn.matrix().transpose()
     }
 
     /// Returns I ω in the world frame, N·m·s.
     #[must_use]
     pub fn angular_momentum(&self, state: &BodyState, angular_velocity: &Vector3) -> Vector3 {
         let local = state.orientation.inverse_transform_vector(angular_velocity);
-        state.orientation.transform_vector(&(self.inertia * local))
+        state.orientation.transform_vector(&(self.inertia_at(state) * local))
     }
 
     /// Returns the angular velocity ω, rad/s.

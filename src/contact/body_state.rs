@@ -1,6 +1,6 @@
 //! State of a rigid body at its last event, with the wrench that acts from then on.
 
-use super::DomeMotion;
+use super::ShapeMotion;
 use crate::math::Vector3;
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
@@ -41,8 +41,8 @@ pub struct BodyState {
     pub angular_momentum: Vector3,
     /// Wrench from the event on.
     pub wrench: Wrench,
-    /// Height and base radius of a dome; `None` for any other body.
-    pub bulge: Option<DomeMotion>,
+    /// Shape of a dome or an expanding body; `None` for any other body.
+    pub shape_motion: Option<ShapeMotion>,
     /// True if the body takes part; an inactive body stays at its place, touches nothing and is not in the ledger.
     pub active: bool,
 }
@@ -58,18 +58,18 @@ impl BodyState {
             orientation: UnitQuaternion::identity(),
             angular_momentum: Vector3::zeros(),
             wrench: Wrench::default(),
-            bulge: None,
+            shape_motion: None,
             active: true,
         }
     }
 
-    /// Returns true if all numbers are finite and a bulge, if any, is a dome.
+    /// Returns true if all numbers are finite and a changing shape, if any, is one of the body.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let Wrench { force, torque, force_rate, torque_rate } = &self.wrench;
         let vectors = [&self.position, &self.velocity, &self.angular_momentum, force, torque, force_rate, torque_rate];
         let turned = self.orientation.coords.iter().chain([&self.time]);
         vectors.into_iter().flat_map(|vector| vector.iter()).chain(turned).all(|x| x.is_finite())
-            && self.bulge.is_none_or(|bulge| bulge.check().is_ok())
+            && self.shape_motion.is_none_or(|shape| shape.check().is_ok())
     }
 }

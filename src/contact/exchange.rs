@@ -14,8 +14,9 @@ pub struct ImpulseExchange {
     pub angular_impulse: Vector3,
     /// S = Σ Jₖ (t_end − tₖ), N·s².
     pub impulse_moment: Vector3,
-    /// Σ Jₖ·∂x/∂h and Σ Jₖ·∂x/∂a, the impulses that work on height and base radius of a dome, N·s.
-    pub bulge_impulse: Vector<2>,
+    /// Σ Jₖ·∂x/∂q, the impulses that work on the coordinates q of the shape: height and base radius of a dome, N·s, or
+    /// opening of an expanding body, N·m·s.
+    pub shape_impulse: Vector<2>,
     /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J. For a prescribed motion V₁ = V₀ +
     /// J/M and Ω₁ = Ω₀ + I⁻¹A: the effect of the impulse on the importer's body.
     pub energy_residual: f64,

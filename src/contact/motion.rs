@@ -12,6 +12,8 @@ pub struct WrenchWork {
     pub work: f64,
     /// Energy error of the orientation step, J.
     pub defect: f64,
+    /// Change of the energy of rotation by the change of the inertia of an expanding body, J.
+    pub expansion: f64,
     /// Momentum given by the wrench, N·s.
     pub momentum: Vector3,
     /// Angular momentum about the origin given by the wrench, N·m·s.
@@ -23,6 +25,7 @@ impl WrenchWork {
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.energy.external += self.work;
         ledger.energy.integration += self.defect;
+        ledger.energy.expansion += self.expansion;
         ledger.momentum.external += self.momentum;
         ledger.angular_momentum.external += self.angular_momentum;
     }
@@ -40,7 +43,7 @@ impl BodyState {
         if h == 0.0 || !self.active {
             return next;
         }
-        next.bulge = self.bulge.map(|bulge| bulge.after(h));
+        next.shape_motion = self.shape_motion.map(|shape| shape.after(h));
         if body.motion == BodyMotion::Fixed {
             return next;
         }
@@ -83,7 +86,10 @@ impl BodyState {
             return WrenchWork::default();
         }
         let (l0, l1) = (self.angular_momentum, next.angular_momentum);
-        let (w0, w1) = (body.angular_velocity(self), body.angular_velocity(next));
+        // ω₁ with the inertia at the first event: the change of the inertia is an account of its own.
+        let unchanged = BodyState { shape_motion: self.shape_motion, ..*next };
+        let (w0, w1) = (body.angular_velocity(self), body.angular_velocity(&unchanged));
+        let expansion = (body.angular_velocity(next) - w1).dot(&l1) / 2.0;
         // ½(L₁·ω₁ − L₀·ω₀) = ΔL·(ω₀ + ω₁)/2 + (L₀·ω₁ − L₁·ω₀)/2: the work of the torque and what the midpoint rule adds.
         let turning = (l1 - l0).dot(&(w0 + w1)) / 2.0;
         let defect = (l0.dot(&w1) - l1.dot(&w0)) / 2.0;
@@ -96,6 +102,7 @@ impl BodyState {
         WrenchWork {
             work: self.force_work(body, h) + turning,
             defect,
+            expansion,
             momentum,
             angular_momentum: angular + self.moment_of_force(body, h),
         }

@@ -7,7 +7,7 @@
 //! skips the facets around a node, and the distortion check of elements whose nodes have not moved far enough.
 
 use super::surface::ContactSurface;
-use super::{BodyState, RigidBody};
+use super::{BodyState, RigidBody, ShapeMotion};
 use crate::math::{SUM_BLOCK, Vector3, least};
 use crate::mesh::NodeId;
 
@@ -189,8 +189,8 @@ impl NeighbourList {
     /// Returns the greatest travel of a point of a body near the surface, m: |R − R′| ≤ 2 |q − q′| for rotations.
     fn displacement(&self, was: &BodyState, now: &BodyState) -> f64 {
         let rotation = 2.0 * (now.orientation.quaternion() - was.orientation.quaternion()).norm();
-        let growth = match (&was.bulge, &now.bulge) {
-            (Some(was), Some(now)) => (now.size - was.size).abs().sum(),
+        let growth = match (&was.shape_motion, &now.shape_motion) {
+            (Some(was), Some(now)) => was.greatest_distance(now),
             _ => 0.0,
         };
         (now.position - was.position).norm()
@@ -208,7 +208,7 @@ impl NeighbourList {
     pub fn reach(&self, bodies: &[RigidBody], horizon: f64) -> f64 {
         let approach = |(body, at): (&RigidBody, &BodyState)| {
             let (growth_speed, growth_acceleration) =
-                at.bulge.map_or((0.0, 0.0), |bulge| (bulge.max_speed(), bulge.max_acceleration()));
+                at.shape_motion.map_or((0.0, 0.0), |shape| (shape.max_speed(), shape.max_acceleration()));
             let acceleration = at.wrench.force.norm() / body.mass + growth_acceleration;
             at.velocity.norm()
                 + body.angular_velocity(at).norm() * self.greatest_distance(at)
@@ -317,11 +317,11 @@ impl NeighbourList {
         let acceleration = (wrench.force.norm() + wrench.force_rate.norm() * h) / body.mass;
         let angular_momentum_bound =
             at.angular_momentum.norm() + (wrench.torque.norm() + wrench.torque_rate.norm() * h) * h;
-        let growth = at.bulge.map_or(0.0, |bulge| bulge.max_speed() * h + 0.5 * bulge.max_acceleration() * h * h);
+        let growth = |shape: ShapeMotion| shape.max_speed() * h + 0.5 * shape.max_acceleration() * h * h;
         let translation = at.velocity.norm() * h + 0.5 * acceleration * h * h;
         translation
-            + body.inverse_inertia.norm() * angular_momentum_bound * h * (self.greatest_distance(at) + translation)
-            + growth
+            + body.greatest_inverse_inertia() * angular_momentum_bound * h * (self.greatest_distance(at) + translation)
+            + at.shape_motion.map_or(0.0, growth)
     }
 }
 

@@ -50,9 +50,10 @@ pub(crate) struct ContactPoint<const D: usize> {
     pub point: Vector3,
     /// K = Σ w² n·P n/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
     pub compliance: f64,
-    /// ∂x/∂h and ∂x/∂a, normal velocity of a dome's surface per rate of its height and base radius.
+    /// Normal velocity of the surface per rate of each coordinate of the shape: height and base radius of a dome, or
+    /// opening of an expanding body.
     pub growth: Vector<2>,
-    /// Velocity of the body's surface point due to the growth of a dome, m/s.
+    /// Velocity of the body's surface point due to the motion of its shape, m/s.
     pub swell: Vector3,
     /// Relative velocity before the tick, m/s; u⁻ is its normal part.
     pub before: Vector3,
@@ -131,7 +132,7 @@ impl<const D: usize> ContactPoint<D> {
         nodes[..own.len()].copy_from_slice(own);
         let (rigid, at) = bodies.get(body);
         let growth = rigid.growth(at, &point);
-        let speed = at.bulge.map_or(0.0, |bulge| growth.dot(&bulge.rate));
+        let speed = at.shape_motion.map_or(0.0, |shape| growth.dot(&shape.rate()));
         let mut touch = Self {
             body,
             nodes,
@@ -181,7 +182,7 @@ impl<const D: usize> ContactPoint<D> {
     /// means.
     pub(crate) fn lead_velocity(&self, rigid: &RigidBody, at: &BodyState, step: f64) -> f64 {
         let pull = rigid.freedom.translation(&at.wrench.force) / rigid.mass;
-        let swelling = at.bulge.map_or(0.0, |bulge| self.growth.dot(&bulge.acceleration));
+        let swelling = at.shape_motion.map_or(0.0, |shape| self.growth.dot(&shape.acceleration()));
         (0.5 * step * (self.normal.dot(&pull) + swelling)).max(0.0)
     }
 

@@ -46,7 +46,7 @@ pub(super) struct PoleLine {
 pub(super) fn pole_lines(rigid: &RigidBody, state: &BodyState) -> Vec<PoleLine> {
     let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
     let line = |pole: &SharpEnd| PoleLine { end: to_world(&pole.end), inner: to_world(&pole.inner) };
-    rigid.shape.poles().iter().map(line).collect()
+    rigid.poles(state).iter().map(line).collect()
 }
 
 /// Finds where a line from a pole of a body inwards leaves the gel through a facet with these corners, m; the deepest

@@ -7,7 +7,7 @@ use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Input, Source, VARIABLES, variable_of};
 use crate::math::Vector3;
 use crate::scene::{Dimension, body_name};
-use crate::simulation::{CouplingMode, StepInputs};
+use crate::simulation::{CouplingMode, ShapeMotion, StepInputs};
 use serde::{Deserialize, Serialize};
 
 /// Tolerance of a component relative to the longest component, for the round-off of an importer that rotates vectors.
@@ -152,19 +152,17 @@ impl BodyInputs<'_> {
             | Input::ProjectileBulgeRadius
             | Input::ProjectileBulgeHeightRate
             | Input::ProjectileBulgeRadiusRate => self.copy_bulge(input, to)?,
+            Input::ProjectilePrescribedExpansion | Input::ProjectilePrescribedExpansionRate => {
+                self.copy_expansion(input, to)?;
+            }
         }
         Ok(())
     }
 
     fn copy_bulge(&self, input: Input, to: &mut StepInputs) -> Result<(), CallError> {
         let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
-        let Some(bulge) = &mut to.bulge else {
-            let (name, expected) = (|| self.scalar(input).name(), "0: the shape of the body is no dome");
-            return match (value, rate) {
-                (0.0, 0.0) => Ok(()),
-                (0.0, rate) => Err(CallError::value(format!("derivative of {}", name()), rate, expected)),
-                (value, _) => Err(CallError::value(name(), value, expected)),
-            };
+        let Some(ShapeMotion::Bulge(bulge)) = &mut to.shape_motion else {
+            return self.expect_zero(input, "0: the shape of the body is no dome");
         };
         match input {
             Input::ProjectileBulgeHeight => bulge.size[0] = value,
@@ -175,9 +173,34 @@ impl BodyInputs<'_> {
         Ok(())
     }
 
+    /// Copies the opening of an expanding body or its rate; the body opens or closes until its end.
+    fn copy_expansion(&self, input: Input, to: &mut StepInputs) -> Result<(), CallError> {
+        let Some(ShapeMotion::Expansion(expansion)) = &mut to.shape_motion else {
+            return self.expect_zero(input, "0: the body does not expand");
+        };
+        let value = self.vector(input)[0];
+        if input == Input::ProjectilePrescribedExpansion {
+            expansion.opening = value;
+        } else {
+            (expansion.rate, expansion.end) = (value, if value < 0.0 { 0.0 } else { 1.0 });
+        }
+        Ok(())
+    }
+
+    /// Refuses a value of an input that the body does not have, or a derivative of it.
+    fn expect_zero(&self, input: Input, expected: &str) -> Result<(), CallError> {
+        let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
+        let name = || self.scalar(input).name();
+        match (value, rate) {
+            (0.0, 0.0) => Ok(()),
+            (0.0, rate) => Err(CallError::value(format!("derivative of {}", name()), rate, expected)),
+            (value, _) => Err(CallError::value(name(), value, expected)),
+        }
+    }
+
     /// Refuses an invalid dome at the start or at the end of the step.
     fn check_bulge(&self, inputs: &StepInputs, duration: f64) -> Result<(), CallError> {
-        let Some(bulge) = inputs.bulge else { return Ok(()) };
+        let Some(ShapeMotion::Bulge(bulge)) = inputs.shape_motion else { return Ok(()) };
         for (when, at) in [("start", bulge), ("end", bulge.after(duration))] {
             if let Err(expected) = at.check() {
                 let [height, radius] = at.size.into();
@@ -339,7 +362,7 @@ fn inputs_read_in(mode: CouplingMode) -> impl Iterator<Item = Input> {
     let read = move |input: &Input| match input_group(*input) {
         InputGroup::Motion => mode != CouplingMode::Integrated,
         InputGroup::Wrench => mode != CouplingMode::Prescribed,
-        InputGroup::Activity | InputGroup::Bulge => true,
+        InputGroup::Activity | InputGroup::Shape => true,
     };
     all_inputs().filter(read)
 }

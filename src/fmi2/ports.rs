@@ -25,7 +25,15 @@ pub struct VariablePorts {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct BodyPorts {
     is_dome: bool,
+    is_expanding: bool,
+    /// True for an expanding body whose opening the importer prescribes.
+    is_opened_by_importer: bool,
     is_fixed: bool,
+}
+
+impl BodyPorts {
+    /// Ports of a body with every variable.
+    const ALL: Self = Self { is_dome: true, is_expanding: true, is_opened_by_importer: true, is_fixed: false };
 }
 
 impl VariablePorts {
@@ -33,8 +41,12 @@ impl VariablePorts {
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let bodies = (0..scene.n_bodies()).map(|body| scene.body(body));
-        let bodies = bodies
-            .map(|body| BodyPorts { is_dome: matches!(body.shape, BodyShape::Dome { .. }), is_fixed: body.fixed });
+        let bodies = bodies.map(|body| BodyPorts {
+            is_dome: matches!(body.shape, BodyShape::Dome { .. }),
+            is_expanding: body.expansion.is_some(),
+            is_opened_by_importer: body.expansion.is_some_and(|expansion| expansion.is_prescribed()),
+            is_fixed: body.fixed,
+        });
         Self {
             dimension: scene.freedom(),
             bodies: bodies.collect(),
@@ -50,7 +62,7 @@ impl VariablePorts {
     pub fn all() -> Self {
         Self {
             dimension: Dimension::Spatial,
-            bodies: vec![BodyPorts { is_dome: true, is_fixed: false }; 1 + MOST_FRAGMENTS],
+            bodies: vec![BodyPorts::ALL; 1 + MOST_FRAGMENTS],
             sensors: MOST_SENSORS,
             has_preset: true,
             has_networks: true,
@@ -90,11 +102,15 @@ impl VariablePorts {
             Source::Input(input) => match input_group(input) {
                 InputGroup::Motion | InputGroup::Wrench => !ports.is_fixed && self.is_free(input, component),
                 InputGroup::Activity => true,
-                InputGroup::Bulge => ports.is_dome,
+                InputGroup::Shape if is_expansion(input) => ports.is_opened_by_importer,
+                InputGroup::Shape => ports.is_dome,
             },
             Source::Observed(Observed::ContactBulgeHeightImpulse | Observed::ContactBulgeRadiusImpulse) => {
                 ports.is_dome
             }
+            Source::Observed(Observed::ProjectileExpansion | Observed::ContactExpansionImpulse) => ports.is_expanding,
+            Source::Observed(Observed::EnergyExpansion) => self.bodies.iter().any(|body| body.is_expanding),
+            Source::Scene if variable.name.starts_with("projectile.expansion_") => ports.is_expanding,
             Source::Scene => self.include_parameter(variable),
             Source::Setting(_) | Source::Observed(_) => true,
         }
@@ -152,8 +168,13 @@ pub(super) enum InputGroup {
     Wrench,
     /// Activity.
     Activity,
-    /// Size of the bulge of a dome, and its rates.
-    Bulge,
+    /// Shape of a dome or an expanding body, and its rates.
+    Shape,
+}
+
+/// Returns true for the opening of an expanding body or its rate.
+fn is_expansion(input: Input) -> bool {
+    matches!(input, Input::ProjectilePrescribedExpansion | Input::ProjectilePrescribedExpansionRate)
 }
 
 /// Returns the group of an input.
@@ -168,7 +189,9 @@ pub(super) fn input_group(input: Input) -> InputGroup {
         Input::ProjectileBulgeHeight
         | Input::ProjectileBulgeRadius
         | Input::ProjectileBulgeHeightRate
-        | Input::ProjectileBulgeRadiusRate => InputGroup::Bulge,
+        | Input::ProjectileBulgeRadiusRate
+        | Input::ProjectilePrescribedExpansion
+        | Input::ProjectilePrescribedExpansionRate => InputGroup::Shape,
     }
 }
 

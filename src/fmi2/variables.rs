@@ -9,7 +9,7 @@ use super::parameters::RunSettings;
 use super::scalar::{ScalarValues, ScalarVariable};
 use super::table::{Kind, Observed, Source};
 use crate::math::Vector3;
-use crate::simulation::{ContactReport, ImpulseExchange};
+use crate::simulation::{ContactReport, EnergyReport, ImpulseExchange};
 
 /// Value of an observed variable.
 enum ObservedValue {
@@ -228,16 +228,30 @@ fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
     if matches!(observed, Observed::ProjectileExitTime) { exit.time } else { exit.residual_energy }
 }
 
-/// Returns the work of the contact with bodies, or of the gel with itself, J.
-fn contact_work(observed: Observed, model: &mut BuiltModel) -> f64 {
-    let energy = &model.books().energy;
-    if matches!(observed, Observed::EnergyContact) { energy.contact } else { energy.self_contact }
-}
-
-/// Returns the energy that remeshing took, or what of it was returned, J.
-fn remesh_energy(observed: Observed, model: &mut BuiltModel) -> f64 {
-    let energy = &model.books().energy;
-    if matches!(observed, Observed::EnergyRemesh) { energy.remesh } else { energy.remesh_returned }
+/// Returns an energy account, J; the imbalance if it is none of the others.
+fn energy_account(observed: Observed, energy: &EnergyReport) -> f64 {
+    match observed {
+        Observed::EnergyKinetic => energy.kinetic,
+        Observed::EnergyElastic => energy.elastic,
+        Observed::EnergyContact => energy.contact,
+        Observed::EnergySelfContact => energy.self_contact,
+        Observed::EnergyRemesh => energy.remesh,
+        Observed::EnergyRemeshReturned => energy.remesh_returned,
+        Observed::EnergyFriction => energy.friction,
+        Observed::EnergyContactBias => energy.contact_bias,
+        Observed::EnergyIntegration => energy.integration,
+        Observed::EnergyExternal => energy.external,
+        Observed::EnergyExpansion => energy.expansion,
+        Observed::EnergyImporter => energy.importer,
+        Observed::EnergyLoad => energy.load,
+        Observed::EnergyAir => energy.air,
+        Observed::EnergyDamping => energy.damping,
+        Observed::EnergyBulkViscous => energy.bulk_viscous,
+        Observed::EnergyViscous => energy.viscous,
+        Observed::EnergyEroded => energy.eroded,
+        Observed::EnergyDamage => energy.damage,
+        _ => energy.imbalance,
+    }
 }
 
 /// Returns the diameter of the cavity, m, or its depth, m.
@@ -252,9 +266,9 @@ fn block_vector(observed: Observed, model: &BuiltModel) -> Vector3 {
     if matches!(observed, Observed::BlockDisplacement) { block.displacement } else { block.velocity }
 }
 
-/// Returns the impulse on the height or on the base radius of a dome, N·s.
-fn bulge_impulse(observed: Observed, exchange: ImpulseExchange) -> ObservedValue {
-    scalar(exchange.bulge_impulse[usize::from(matches!(observed, Observed::ContactBulgeRadiusImpulse))])
+/// Returns the impulse on height or base radius of a dome, N·s, or on the opening of an expanding body, N·m·s.
+fn shape_impulse(observed: Observed, exchange: ImpulseExchange) -> ObservedValue {
+    scalar(exchange.shape_impulse[usize::from(matches!(observed, Observed::ContactBulgeRadiusImpulse))])
 }
 
 /// Returns the recommended communication step, or the least without chatter, s.
@@ -294,7 +308,10 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::ContactPenetration => scalar(model.contact(body).penetration),
         Observed::ContactStiffness => scalar(model.contact(body).stiffness),
         Observed::ContactImpedance => scalar(model.contact(body).impedance),
-        Observed::ContactBulgeHeightImpulse | Observed::ContactBulgeRadiusImpulse => bulge_impulse(observed, exchange),
+        Observed::ContactBulgeHeightImpulse
+        | Observed::ContactBulgeRadiusImpulse
+        | Observed::ContactExpansionImpulse => shape_impulse(observed, exchange),
+        Observed::ProjectileExpansion => scalar(model.simulation.expansion(body)),
         Observed::ProjectilePredictedPosition => vector(model.simulation.kinematics(body).position),
         Observed::ProjectilePredictedVelocity => vector(model.simulation.kinematics(body).velocity),
         Observed::ProjectilePredictedOrientation => real(&model.simulation.kinematics(body).orientation),
@@ -312,23 +329,26 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::SensorPressure => scalar(model.sensor(body).pressure),
         Observed::SensorDisplacement => vector(model.sensor(body).displacement),
         Observed::SensorVelocity => vector(model.sensor(body).velocity),
-        Observed::EnergyKinetic => scalar(model.books().energy.kinetic),
-        Observed::EnergyElastic => scalar(model.books().energy.elastic),
-        Observed::EnergyContact | Observed::EnergySelfContact => scalar(contact_work(observed, model)),
-        Observed::EnergyRemesh | Observed::EnergyRemeshReturned => scalar(remesh_energy(observed, model)),
-        Observed::EnergyFriction => scalar(model.books().energy.friction),
-        Observed::EnergyContactBias => scalar(model.books().energy.contact_bias),
-        Observed::EnergyIntegration => scalar(model.books().energy.integration),
-        Observed::EnergyExternal => scalar(model.books().energy.external),
-        Observed::EnergyImporter => scalar(model.books().energy.importer),
-        Observed::EnergyLoad => scalar(model.books().energy.load),
-        Observed::EnergyAir => scalar(model.books().energy.air),
-        Observed::EnergyDamping => scalar(model.books().energy.damping),
-        Observed::EnergyBulkViscous => scalar(model.books().energy.bulk_viscous),
-        Observed::EnergyViscous => scalar(model.books().energy.viscous),
-        Observed::EnergyEroded => scalar(model.books().energy.eroded),
-        Observed::EnergyDamage => scalar(model.books().energy.damage),
-        Observed::EnergyImbalance => scalar(model.books().energy.imbalance),
+        Observed::EnergyKinetic
+        | Observed::EnergyElastic
+        | Observed::EnergyContact
+        | Observed::EnergySelfContact
+        | Observed::EnergyRemesh
+        | Observed::EnergyRemeshReturned
+        | Observed::EnergyFriction
+        | Observed::EnergyContactBias
+        | Observed::EnergyIntegration
+        | Observed::EnergyExternal
+        | Observed::EnergyExpansion
+        | Observed::EnergyImporter
+        | Observed::EnergyLoad
+        | Observed::EnergyAir
+        | Observed::EnergyDamping
+        | Observed::EnergyBulkViscous
+        | Observed::EnergyViscous
+        | Observed::EnergyEroded
+        | Observed::EnergyDamage
+        | Observed::EnergyImbalance => scalar(energy_account(observed, &model.books().energy)),
         Observed::MomentumImbalance => vector(model.books().momentum_imbalance),
         Observed::AngularMomentumImbalance => vector(model.books().angular_momentum_imbalance),
         Observed::CostElementUpdates => scalar(model.simulation.updates()),

@@ -9,7 +9,7 @@ mod signed_distance;
 mod spatial;
 mod trimesh;
 
-pub use bodies::{Dome, HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, Sphere};
+pub use bodies::{Dome, ExpandingProfile, HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, Sphere};
 pub use shape::ShapeGeometry;
 pub use signed_distance::{Gap, SharpEnd, SignedDistance};
 pub(crate) use spatial::{

@@ -1,6 +1,6 @@
 //! Shape of a rigid body: one of the bodies with a signed distance.
 
-use super::bodies::{Dome, HalfSpace, ProfileBody, RoundedCuboid, Sphere};
+use super::bodies::{Dome, ExpandingProfile, HalfSpace, ProfileBody, RoundedCuboid, Sphere};
 use super::signed_distance::{Gap, SharpEnd, SignedDistance};
 use super::trimesh::TriangulatedBody;
 use crate::math::{Tensor3, Vector3};
@@ -13,6 +13,8 @@ pub enum ShapeGeometry {
     Sphere(Sphere),
     /// Convex body with a profile about an axis.
     Profile(Arc<ProfileBody>),
+    /// Profile body that expands; as a body without motion of its surface it is unopened.
+    Expanding(Arc<ExpandingProfile>),
     /// Cuboid with rounded edges.
     Plate(RoundedCuboid),
     /// Body bounded by a closed triangulated surface.
@@ -29,6 +31,7 @@ impl ShapeGeometry {
     pub fn poles(&self) -> &[SharpEnd] {
         match self {
             Self::Profile(profile) => profile.poles(),
+            Self::Expanding(expanding) => expanding.forms()[0].poles(),
             Self::Solid(solid) => solid.tips(),
             Self::Sphere(_) | Self::Plate(_) | Self::HalfSpace(_) | Self::Dome(_) => &[],
         }
@@ -45,6 +48,7 @@ impl ShapeGeometry {
         match self {
             Self::Sphere(sphere) => sphere,
             Self::Profile(profile) => &**profile,
+            Self::Expanding(expanding) => expanding.forms()[0],
             Self::Plate(plate) => plate,
             Self::Solid(solid) => &**solid,
             Self::HalfSpace(half_space) => half_space,

@@ -28,7 +28,7 @@ pub(super) fn check<const D: usize, P: Potential<D>>(
     }
     if !system.model.bodies.iter().zip(&state.bodies).all(|(body, its)| body.is_admissible(its)) {
         return Err(
-            "a body is off its plane or axis, its quaternion is not of norm 1, or it has a bulge without a dome",
+            "a body is off its plane or axis, its quaternion is not of norm 1, or its shape is not one of the body",
         );
     }
     let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);

@@ -4,7 +4,7 @@ use super::ExitRule;
 use super::bodies::rebase_body;
 use super::kick_sums::ConstraintReaction;
 use super::surface_at_tick::SurfaceAtTick;
-use crate::contact::{BodyMotion, BodyState, ContactPoint, ImpulseExchange, SelfContact, SymmetryContact};
+use crate::contact::{BodyMotion, BodyState, ContactPoint, ImpulseExchange, SelfContact, ShapeMotion, SymmetryContact};
 use crate::fem::Potential;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
@@ -36,6 +36,7 @@ impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
             rebase_body(&self.surface.model.bodies[body], &mut self.bodies[body], self.ledger, time);
             self.bodies[body] = self.bodies_after[body];
             self.record_impulse(body, impulse, time);
+            self.open(body, time);
         }
     }
 
@@ -51,7 +52,7 @@ impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
             let mean_velocity = (rigid.velocity_at(was, &touch.point) + rigid.velocity_at(now, &touch.point)) / 2.0;
             exchange.angular_impulse += rigid.freedom.rotation(&arm.cross(&body_impulse));
             // The whole normal impulse, with the part across the axis that a ring of an axisymmetric gel exerts.
-            exchange.bulge_impulse -= touch.growth * touch.impulse;
+            exchange.shape_impulse -= touch.growth * touch.impulse;
             exchange.energy_residual -= body_impulse.dot(&mean_velocity);
             record.work += body_impulse.dot(&mean_velocity);
             if touch.n_nodes == 1 {
@@ -61,6 +62,16 @@ impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
             }
             Some(sum.unwrap_or_else(Vector3::zeros) + body_impulse)
         })
+    }
+
+    /// Lets an expanding body open as the stagnation pressure at its velocity relative to the block demands.
+    fn open(&mut self, body: usize, time: f64) {
+        let (model, at) = (self.surface.model, &mut self.bodies[body]);
+        let Some(law) = &model.bodies[body].expansion else { return };
+        let block = model.frame.motion(&self.record.outside, time);
+        if let Some(ShapeMotion::Expansion(motion)) = &mut at.shape_motion {
+            *motion = law.opened_by_impulse(motion, &(at.velocity - block.velocity));
+        }
     }
 
     /// Records an impulse on a body: its sum, direction and time, the depth and the window of the peak force.
@@ -92,7 +103,7 @@ impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
 
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, without its part Σ J b that removes penetration;
     /// that part; and the work of friction, Σ Jₜ·(u⁻ + u⁺)/2. Also posts the work of the support of a body that is
-    /// not free and of a growing dome.
+    /// not free, of a growing dome and of an expanding body.
     pub fn post_work(mut self) {
         let (model, nodes, mut reaction) = (self.surface.model, self.surface.nodes, ConstraintReaction::default());
         for touch in self.points.iter().filter(|touch| touch.impulse > 0.0) {
@@ -105,7 +116,9 @@ impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
             self.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;
             self.ledger.energy.contact_bias += removal;
             self.ledger.energy.friction += touch.drag.dot(&mean);
-            self.ledger.energy.external += touch.push().dot(&touch.swell);
+            let energy = &mut self.ledger.energy;
+            let surface_work = if rigid.is_expanding() { &mut energy.expansion } else { &mut energy.external };
+            *surface_work += touch.push().dot(&touch.swell);
             for (node, w) in touch.carriers() {
                 let (at, push) = (embed(&nodes.position[node.index()]), touch.push() * w);
                 reaction.add(&model.gel.free(node.index()), model.freedom(), at, push);

@@ -119,7 +119,7 @@ fn path_limit<const D: usize, P: Potential<D>>(
     let relative_velocity: Vector3 = v - if is_sphere { body.velocity } else { rigid.velocity_at(body, &x) };
     let end_time = horizon * grid.time(1);
     let (growth_speed, growth_acceleration) =
-        body.bulge.map_or((0.0, 0.0), |bulge| (bulge.max_speed(), bulge.max_acceleration()));
+        body.shape_motion.map_or((0.0, 0.0), |shape| (shape.max_speed(), shape.max_acceleration()));
     let half_acceleration = 0.5 * (body.wrench.force.norm() / rigid.mass + growth_acceleration);
     let speed = relative_velocity.norm() + 2.0 * half_acceleration * end_time + growth_speed;
     let allowed = (MAX_DEPTH * at.size).max(EXTRA_DEPTH * at.size - gap.distance);

@@ -25,7 +25,7 @@ pub(super) fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], seria
 type AccountEntry = (&'static str, fn(&EnergyReport) -> f64, &'static str);
 
 /// Energy accounts in the order of the report.
-const ACCOUNTS: [AccountEntry; 21] = [
+const ACCOUNTS: [AccountEntry; 22] = [
     ("initial", |energy| energy.initial, "total energy at the start"),
     ("kinetic", |energy| energy.kinetic, "kinetic energy of gel and bodies"),
     ("projectile", |energy| energy.projectile, "kinetic energy of projectile and fragments (part of kinetic)"),
@@ -41,6 +41,7 @@ const ACCOUNTS: [AccountEntry; 21] = [
     ("integration", |energy| energy.integration, "trapezoidal residual of the time integration"),
     ("external", |energy| energy.external, "work of external forces and of a prescribed motion"),
     ("importer", |energy| energy.importer, "energy of state jumps of the bodies made by the importer"),
+    ("expansion", |energy| energy.expansion, "work of the surface of an expanding body against the gel"),
     ("remesh", |energy| energy.remesh, "change of kinetic and stored energy by new meshes"),
     (
         "remesh_returned",

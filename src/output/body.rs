@@ -4,7 +4,7 @@ use super::bounds::AxisAlignedBox;
 use crate::geometry::{Dome, ShapeGeometry, TriangulatedBody as TriangleBody};
 use crate::math::Vector3;
 use crate::scene::Scene;
-use crate::simulation::{BodyPose, MeshFrame};
+use crate::simulation::{BodyPose, MeshFrame, ShapeMotion};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{PI, TAU};
 
@@ -35,14 +35,16 @@ pub(super) fn body_surface(shape: &ShapeGeometry, place: &BodyPose, scenery: &Ax
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let drawn = |profile: &[(f64, f64)]| transformed(surface_of_revolution(profile), turn, to);
-    let solid = match (shape, &place.bulge) {
-        (_, Some(bulge)) => drawn(&dome_profile(&bulge.dome(), scenery)),
+    let turn_of_segment = TAU / SEGMENTS as f64;
+    let solid = match (shape, &place.shape_motion) {
+        (_, Some(ShapeMotion::Bulge(bulge))) => drawn(&dome_profile(&bulge.dome(), scenery)),
+        (ShapeGeometry::Expanding(shape), at) => drawn(&shape.polyline(opening_of(at.as_ref()), turn_of_segment)),
         (ShapeGeometry::Sphere(sphere), _) => drawn(&sphere_profile(sphere.radius)),
-        (ShapeGeometry::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
+        (ShapeGeometry::Profile(profile), _) => drawn(&profile.polyline(turn_of_segment)),
         (ShapeGeometry::Plate(rounded), _) => transformed(cuboid(rounded.size()), turn, to),
         (ShapeGeometry::Solid(solid), _) => transformed(mesh_surface(solid), turn, to),
         (ShapeGeometry::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
-        (ShapeGeometry::Dome(dome), None) => drawn(&dome_profile(dome, scenery)),
+        (ShapeGeometry::Dome(dome), _) => drawn(&dome_profile(dome, scenery)),
     };
     let bounded = !matches!(shape, ShapeGeometry::HalfSpace(_) | ShapeGeometry::Dome(_));
     BodySurface { bounded, velocity: place.kinematics.velocity, ..solid }
@@ -55,14 +57,19 @@ pub(super) fn visible_box(shape: &ShapeGeometry, place: &BodyPose, scenery: &Axi
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let on_plane = |n: Vector3| scenery.corners().map(move |p| p - n * (p - to).dot(&n));
-    match (shape, &place.bulge) {
+    match (shape, &place.shape_motion) {
         (ShapeGeometry::HalfSpace(half_space), _) => AxisAlignedBox::around(on_plane(half_space.normal())),
-        (ShapeGeometry::Dome(_), Some(bulge)) => {
+        (ShapeGeometry::Dome(_), Some(ShapeMotion::Bulge(bulge))) => {
             let apex = to - turn * Vector3::z() * bulge.dome().height();
             AxisAlignedBox::around(on_plane(turn * Vector3::z()).chain([apex]))
         }
         _ => AxisAlignedBox::around(body_surface(shape, place, scenery).points),
     }
+}
+
+/// Returns the opening of an expanding body.
+fn opening_of(motion: Option<&ShapeMotion>) -> f64 {
+    motion.and_then(ShapeMotion::expansion).map_or(0.0, |at| at.opening)
 }
 
 /// Returns the profile (r, z) of a dome's cap and of the plate behind the cap. The plate ends a little beyond the
@@ -160,7 +167,7 @@ mod tests {
     fn at(position: Vector3) -> BodyPose {
         let [velocity, angular_velocity] = [Vector3::zeros(); 2];
         let kinematics = BodyKinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity };
-        BodyPose { kinematics, bulge: None, active: true }
+        BodyPose { kinematics, shape_motion: None, active: true }
     }
 
     fn volume(solid: &BodySurface) -> f64 {

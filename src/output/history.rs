@@ -4,7 +4,7 @@ use super::files::{OutputError, format_cell, parse_cell, with_path};
 #[cfg(feature = "cli")]
 use super::reading::{MOST_RESULT_BYTES, read_limited_text};
 use crate::scene::Scene;
-use crate::simulation::{BlockMotion, BodyReport, Observation, SensorReport};
+use crate::simulation::{BlockMotion, BodyReport, Observation, SensorReport, ShapeMotion};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Column of the table: name with unit, and value.
 type HistoryColumn = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [HistoryColumn; 69] = [
+const COLUMNS: [HistoryColumn; 71] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -29,6 +29,7 @@ const COLUMNS: [HistoryColumn; 69] = [
     ("angular_velocity_z_rad_per_s", |o| o.projectile().kinematics.angular_velocity.z),
     ("yaw_rad", |o| o.projectile().kinematics.yaw_from(&o.block.velocity)),
     ("depth_m", |o| o.projectile().depth),
+    ("expansion", |o| o.projectile().expansion()),
     ("impulse_x_N_s", |o| o.projectile().exchange.impulse.x),
     ("impulse_y_N_s", |o| o.projectile().exchange.impulse.y),
     ("impulse_z_N_s", |o| o.projectile().exchange.impulse.z),
@@ -53,6 +54,7 @@ const COLUMNS: [HistoryColumn; 69] = [
     ("energy_integration_J", |o| o.energy.integration),
     ("energy_external_J", |o| o.energy.external),
     ("energy_importer_J", |o| o.energy.importer),
+    ("energy_expansion_J", |o| o.energy.expansion),
     ("energy_remesh_J", |o| o.energy.remesh),
     ("energy_remesh_returned_J", |o| o.energy.remesh_returned),
     ("energy_load_J", |o| o.energy.load),
@@ -87,7 +89,7 @@ const COLUMNS: [HistoryColumn; 69] = [
 /// Column of a fragment, behind [`COLUMNS`]; the name follows `fragment1_`, `fragment2_`, …
 type FragmentColumn = (&'static str, fn(&BodyReport, &BlockMotion) -> f64);
 
-const FRAGMENT_COLUMNS: [FragmentColumn; 23] = [
+const FRAGMENT_COLUMNS: [FragmentColumn; 24] = [
     ("active", |b, _| f64::from(u8::from(b.active))),
     ("position_x_m", |b, _| b.kinematics.position.x),
     ("position_y_m", |b, _| b.kinematics.position.y),
@@ -107,11 +109,22 @@ const FRAGMENT_COLUMNS: [FragmentColumn; 23] = [
     ("impulse_x_N_s", |b, _| b.exchange.impulse.x),
     ("impulse_y_N_s", |b, _| b.exchange.impulse.y),
     ("impulse_z_N_s", |b, _| b.exchange.impulse.z),
-    ("bulge_height_m", |b, _| b.bulge.map_or(0.0, |bulge| bulge.size[0])),
-    ("bulge_radius_m", |b, _| b.bulge.map_or(0.0, |bulge| bulge.size[1])),
-    ("bulge_height_impulse_N_s", |b, _| b.exchange.bulge_impulse[0]),
-    ("bulge_radius_impulse_N_s", |b, _| b.exchange.bulge_impulse[1]),
+    ("bulge_height_m", |b, _| bulge_size(b, 0)),
+    ("bulge_radius_m", |b, _| bulge_size(b, 1)),
+    ("bulge_height_impulse_N_s", |b, _| bulge_impulse(b, 0)),
+    ("bulge_radius_impulse_N_s", |b, _| bulge_impulse(b, 1)),
+    ("expansion", |b, _| b.expansion()),
 ];
+
+/// Returns height or base radius of a dome, m; 0 for any other body.
+fn bulge_size(body: &BodyReport, i: usize) -> f64 {
+    body.shape_motion.as_ref().and_then(ShapeMotion::bulge).map_or(0.0, |bulge| bulge.size[i])
+}
+
+/// Returns the impulse on height or base radius of a dome, N·s; 0 for any other body.
+fn bulge_impulse(body: &BodyReport, i: usize) -> f64 {
+    body.shape_motion.as_ref().and_then(ShapeMotion::bulge).map_or(0.0, |_| body.exchange.shape_impulse[i])
+}
 
 /// Column of a sensor, behind the columns of the fragments; the name follows `sensor1_`, `sensor2_`, …
 type SensorColumn = (&'static str, fn(&SensorReport) -> f64);

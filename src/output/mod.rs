@@ -3,6 +3,8 @@
 mod accounts;
 mod body;
 mod bounds;
+mod exit;
+mod expansion;
 mod files;
 mod folder;
 mod frames;
@@ -33,6 +35,8 @@ use crate::simulation::{MeshFrame, Observation, Simulation};
 use std::path::Path;
 
 pub use accounts::SummaryAccount;
+pub use exit::ExitFigures;
+pub use expansion::ExpansionFigures;
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 #[cfg(feature = "cli")]
@@ -50,7 +54,7 @@ pub use report::{
 #[cfg(feature = "cli")]
 pub use saved_run::SavedRunError;
 pub use sensors::{DentFigures, SensorFigures};
-pub use summary::{DriverInterface, EndCause, ExitFigures, FinalState, RunSummary, SUMMARY_FORMAT, rebound};
+pub use summary::{DriverInterface, EndCause, FinalState, RunSummary, SUMMARY_FORMAT, rebound};
 pub use wound::WoundFigures;
 
 use frames::FrameSeries;

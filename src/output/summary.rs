@@ -1,6 +1,8 @@
 //! `summary.json`: figures of a run under fixed keys.
 
 use super::accounts::{SummaryAccount, as_object, energy_accounts, from_object};
+use super::exit::ExitFigures;
+use super::expansion::ExpansionFigures;
 use super::overlap;
 use super::penetration::PenetrationRecord;
 use super::sensors::SensorFigures;
@@ -175,6 +177,9 @@ pub struct RunSummary {
     /// Figures of the exit at the back face.
     #[serde(flatten)]
     pub exit: ExitFigures,
+    /// Expansion of the projectile.
+    #[serde(flatten)]
+    pub expansion: ExpansionFigures,
     /// Rebound speed relative to the block, against the initial velocity, m/s (method A14); absent during contact and
     /// after a perforation.
     #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "end")))]
@@ -269,41 +274,6 @@ impl KnownErrors {
         let level = scene.fidelity.get(scene.scene.fidelity);
         let class = scene::shot_class(scene, 0);
         Self { expected_error: level.and_then(|level| level.error), model_error: class.map(|class| class.error) }
-    }
-}
-
-/// Exit of the projectile at the back face of the gel, SI. The back face moves with the block; velocity and energies
-/// are those in the inertial frame in which the gel was at rest at the start, as a chronograph measures them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct ExitFigures {
-    /// True if the rear end of the projectile has passed the undisturbed back face of the gel.
-    pub perforated: bool,
-    /// Velocity at the exit, m/s; of a perforation.
-    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "m/s", "x-sampled" = "tick")))]
-    pub exit_velocity: Option<[f64; 3]>,
-    /// Time of the exit, s; of a perforation.
-    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "s", "x-sampled" = "tick")))]
-    pub exit_time: Option<f64>,
-    /// Kinetic energy at the exit, J; of a perforation.
-    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "J", "x-sampled" = "tick")))]
-    pub residual_energy: Option<f64>,
-    /// Energy given to the gel, J, up to the exit if any.
-    #[serde(deserialize_with = "super::numbers::number")]
-    #[cfg_attr(feature = "cli", schemars(extend("x-unit" = "J", "x-sampled" = "end")))]
-    pub energy_deposited: f64,
-}
-
-impl ExitFigures {
-    fn of(projectile: &BodyReport) -> Self {
-        let exit = projectile.exit.as_ref();
-        Self {
-            perforated: exit.is_some(),
-            exit_velocity: exit.map(|exit| exit.velocity.into()),
-            exit_time: exit.map(|exit| exit.time),
-            residual_energy: exit.map(|exit| exit.residual_energy),
-            energy_deposited: projectile.energy_deposited,
-        }
     }
 }
 
@@ -450,6 +420,7 @@ impl RunSummary {
             time_of_peak_depth: contact.peak_depth.1,
             final_depth: depth.min(run.scene.gel.shape.thickness().unwrap_or(f64::INFINITY)),
             exit: ExitFigures::of(ending.observation.projectile()),
+            expansion: ExpansionFigures::of(&run.scene, ending.observation),
             rebound_velocity: rebound(ending.observation, run.impact_velocity()),
             final_velocity: kinematics.velocity.into(),
             contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),

@@ -32,7 +32,7 @@ const LONG: f64 = 1.05;
 /// a² = 2 t √(E'/(π ρ)), a cylinder of radius a in gel that moves out to e times that radius.
 #[must_use]
 pub fn cavity_estimate(scene: &Scene, body: usize) -> Option<f64> {
-    let (projectile, shape) = (scene.body(body), scene.shape(body));
+    let (projectile, shape) = (scene.body(body), scene.shape_in_gel(body));
     let can_flow = scene.gel.material == MaterialModel::TwoNetwork && scene.scene.dimension != Dimension::Planar;
     shape.volume().filter(|_| can_flow && !projectile.fixed && projectile.active)?;
     let speed_squared = approach(scene, projectile).norm_squared();
@@ -56,7 +56,7 @@ pub fn block_doubts(scene: &Scene) -> Vec<String> {
 
 /// Doubt about the way from the path of a body to the nearest side of the gel.
 fn tight_block(scene: &Scene, body: usize) -> Option<String> {
-    let (projectile, shape) = (scene.body(body), scene.shape(body));
+    let (projectile, shape) = (scene.body(body), scene.shape_in_gel(body));
     let (cavity, room) = (cavity_estimate(scene, body)?, room_about_path(scene, projectile)?);
     let (name, millimetres) = (body_name(body), |length: f64| (1e3 * length).round());
     let width = extent_across(projectile, &shape);

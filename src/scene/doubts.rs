@@ -81,7 +81,7 @@ fn greatest_rate(scene: &Scene) -> f64 {
 
 /// Doubts about one body; none about a fixed or inactive body.
 fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
-    let (projectile, shape) = (scene.body(body), scene.shape(body));
+    let (projectile, shape) = (scene.body(body), scene.shape_in_gel(body));
     if projectile.fixed || !projectile.active {
         return vec![];
     }
@@ -89,7 +89,7 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     let has_own_networks = preset_of(scene).is_some_and(|preset| has_networks_of(&scene.gel, preset));
     let all = [
         density(scene, body),
-        not_modelled(projectile).map(|what| format!("{name} is rigid and homogeneous. {what}")),
+        not_modelled(projectile).map(|what| format!("{name} {}. {what}", simplification(projectile))),
         is_turned_away(scene, projectile)
             .then(|| format!("{name}.velocity points away from the gel: the body will not strike it")),
         held_straight(scene, &shape).map(|found| format!("{name}.shape is {found}")),
@@ -98,6 +98,11 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
             .map(|found| format!("{name} {found}")),
     ];
     all.into_iter().flatten().collect()
+}
+
+/// Simplification of a body.
+fn simplification(body: &ProjectileSpec) -> &'static str {
+    if body.expansion.is_some() { "is homogeneous and opens by a law" } else { "is rigid and homogeneous" }
 }
 
 /// Behaviour of a projectile of the library that a rigid body does not have.

@@ -36,6 +36,7 @@ fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
         | BodyShape::Cylinder { .. }
         | BodyShape::Capsule { .. }
         | BodyShape::Bullet(_)
+        | BodyShape::Mushroom(_)
         | BodyShape::Plate { .. }
         | BodyShape::Chisel(_)
         | BodyShape::HalfSpace { .. }
@@ -43,9 +44,12 @@ fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
     }
 }
 
-/// Reads the files that a scene names, and builds the solids that are made of triangles.
+/// Reads the files that a scene names, builds the solids that are made of triangles, and sets the paths of expansions.
 pub(super) fn attach_files(scene: &mut Scene, files: &FileSource<'_>) -> Result<(), SceneError> {
     for (i, body) in scene.bodies_mut().enumerate() {
+        if let Some(expansion) = &mut body.expansion {
+            expansion.set_path(&body.shape);
+        }
         match &mut body.shape {
             BodyShape::Stl(stl) => {
                 let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };

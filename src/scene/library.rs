@@ -1,7 +1,7 @@
 //! Library of projectiles: service and test projectiles as rigid bodies, each value with its source.
 
 use super::quantity::si_text;
-use super::{BodyShape, ProjectileSpec, SceneError};
+use super::{BodyShape, ExpansionSpec, ProjectileSpec, SceneError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -16,6 +16,8 @@ pub enum ProjectileKind {
     Test,
     /// Bullet as it leaves the barrel.
     Service,
+    /// Bullet as it leaves the barrel, which expands in the gel.
+    Expanding,
     /// Expanded bullet in the shape in which it was recovered from the gel.
     Recovered,
 }
@@ -39,6 +41,9 @@ pub struct LibraryProjectile {
     pub inertia: Option<[f64; 6]>,
     /// Shape.
     pub shape: BodyShape,
+    /// Expansion in the gel; a rigid body if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expansion: Option<ExpansionSpec>,
     /// Behaviour of the real projectile that a rigid one does not have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_modelled: Option<String>,
@@ -70,7 +75,7 @@ pub struct LibraryValue {
 }
 
 impl LibraryValue {
-    /// Key of the table of a body that the value belongs to: `mass`, `shape` or `inertia`.
+    /// Key of the table of a body that the value belongs to: `mass`, `shape`, `inertia` or `expansion`.
     #[must_use]
     pub fn quantity(&self) -> &str {
         self.key.split('.').next().unwrap_or_default()
@@ -80,7 +85,7 @@ impl LibraryValue {
 /// Value of a body that differs from that of its projectile of the library.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DifferingValue {
-    /// Key in the table of the body: `mass`, `shape` or `inertia`.
+    /// Key in the table of the body: `mass`, `shape`, `inertia` or `expansion`.
     pub key: &'static str,
     /// Value of the body, and value of the library.
     pub values: [String; 2],
@@ -93,7 +98,7 @@ macro_rules! library {
     };
 }
 
-const LIBRARY: [(&str, &str); 33] = library![
+const LIBRARY: [(&str, &str); 43] = library![
     "bb",
     "sphere-4.8mm",
     "sphere-5.5mm",
@@ -115,6 +120,16 @@ const LIBRARY: [(&str, &str); 33] = library![
     "762x39-m43",
     "545x39-7n6",
     "762-m80",
+    "45acp-230-xtp",
+    "45acp-200-xtp",
+    "45acp-230-black-talon",
+    "45acp-185-remington",
+    "45acp-185-silvertip",
+    "45acp-185-silvertip-later",
+    "38p-158-lswchp",
+    "9mm-147-black-talon",
+    "9mm-115-jhp",
+    "40sw-165-hydra-shok",
     "45acp-230-xtp-recovered",
     "45acp-200-xtp-recovered",
     "45acp-230-black-talon-recovered",
@@ -163,10 +178,13 @@ impl LibraryProjectile {
         if let BodyShape::Chisel(chisel) = &mut projectile.shape {
             chisel.build();
         }
+        if let Some(expansion) = &mut projectile.expansion {
+            expansion.set_path(&projectile.shape);
+        }
         Ok(projectile)
     }
 
-    /// Values of the body: mass, shape, and the inertia if the library has one.
+    /// Values of the body: mass, shape, and the inertia and the expansion if the library has them.
     #[must_use]
     pub fn values(&self) -> Vec<LibraryValue> {
         let text = library().find(|(known, _)| *known == self.name).map_or("", |(_, text)| text);
@@ -177,7 +195,7 @@ impl LibraryProjectile {
             let source = self.source_of(key).unwrap_or_default().to_owned();
             Some(LibraryValue { key: key.to_owned(), value: value.to_owned(), source })
         });
-        values.filter(|value| ["mass", "shape", "inertia"].contains(&value.quantity())).collect()
+        values.filter(|value| ["mass", "shape", "inertia", "expansion"].contains(&value.quantity())).collect()
     }
 
     /// Values of a body that are those of this projectile.
@@ -194,10 +212,16 @@ impl LibraryProjectile {
     pub fn differences(&self, body: &ProjectileSpec) -> Vec<DifferingValue> {
         let mass = body.mass.filter(|mass| *mass != self.mass);
         let mass = mass.map(|mass| ("mass", [format!("{mass:?}"), format!("{:?}", self.mass)]));
-        let shape = (body.shape != self.shape).then(|| ("shape", [shape_text(&body.shape), shape_text(&self.shape)]));
+        let shape = (body.shape != self.shape).then(|| ("shape", [toml_text(&body.shape), toml_text(&self.shape)]));
         let inertia = body.inertia.zip(self.inertia).filter(|(own, known)| own != known);
         let inertia = inertia.map(|(own, known)| ("inertia", [format!("{own:?}"), format!("{known:?}")]));
-        [mass, shape, inertia].into_iter().flatten().map(|(key, values)| DifferingValue { key, values }).collect()
+        let expansion = body.expansion.zip(self.expansion).filter(|(own, known)| own != known);
+        let expansion = expansion.map(|(own, known)| ("expansion", [toml_text(&own), toml_text(&known)]));
+        [mass, shape, inertia, expansion]
+            .into_iter()
+            .flatten()
+            .map(|(key, values)| DifferingValue { key, values })
+            .collect()
     }
 
     /// Source of the value of a key: that of the key, or of the longest beginning of it.
@@ -211,9 +235,9 @@ impl LibraryProjectile {
     }
 }
 
-/// Shape as TOML in one line.
-fn shape_text(shape: &BodyShape) -> String {
-    toml::Value::try_from(shape).map_or_else(|error| error.to_string(), |shape| shape.to_string())
+/// Value of a body as TOML in one line.
+fn toml_text(value: &impl Serialize) -> String {
+    toml::Value::try_from(value).map_or_else(|error| error.to_string(), |value| value.to_string())
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ const NETWORKS: [&str; 4] = ["gel.shear_modulus", "gel.branches", "gel.damage.cr
 pub fn shot_class(scene: &Scene, body: usize) -> Option<&'static ShotClass> {
     let preset = preset_of(scene).filter(|preset| has_networks_of(&scene.gel, *preset))?;
     let projectile = scene.body(body);
-    let shot = ShotFigures::of(scene, projectile, &scene.shape(body))?;
+    let shot = ShotFigures::of(scene, projectile, &scene.shape_in_gel(body))?;
     let is_ball = matches!(projectile.shape, BodyShape::Sphere { .. });
     preset.shots().classes.iter().find(|class| class.is_of_balls == is_ball && class.has(&shot))
 }

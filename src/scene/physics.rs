@@ -103,9 +103,34 @@ fn describe_body(scene: &Scene, i: usize) -> Vec<String> {
     };
     let grows = matches!(body.shape, BodyShape::Dome { .. }).then_some("a dome whose height and radius are inputs");
     let waits = (!body.active).then_some("inactive until it is activated");
-    let lines =
-        [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), describe_balance(scene, i)];
+    let lines = [
+        Some(motion.to_owned()),
+        grows.map(str::to_owned),
+        waits.map(str::to_owned),
+        describe_expansion(scene, i),
+        describe_balance(scene, i),
+    ];
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
+}
+
+/// Describes the expansion of a body.
+fn describe_expansion(scene: &Scene, i: usize) -> Option<String> {
+    let body = scene.body(i);
+    let opened = body.expansion?.opened;
+    let form = format!("{:.2} mm wide and {:.2} mm long", 2e3 * opened.radius, 1e3 * opened.length);
+    let Some(law) = scene.expansion_law(i) else {
+        return Some(format!("expands to a body {form} as the importer prescribes"));
+    };
+    let speed = |pressure: f64| (2.0 * pressure / law.density).sqrt();
+    Some(format!(
+        "expands to a body {form}, from {:.0} m/s ({:.3e} Pa of stagnation pressure) on in part, from {:.0} m/s ({:.3e} Pa) \
+         on completely, along {:.1} mm of path; its surface moves as prescribed, and its work is energy.expansion",
+        speed(law.opening_pressure),
+        law.opening_pressure,
+        speed(law.full_pressure),
+        law.full_pressure,
+        1e3 * law.path
+    ))
 }
 
 /// Describes volume, mass and density of a bounded body; with a tip also the position of the centre of mass.
@@ -113,8 +138,8 @@ fn describe_balance(scene: &Scene, i: usize) -> Option<String> {
     let volume = scene.volume(i)?;
     let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {} kg/m3", fixed(mass / volume, 0)));
     let tip = match scene.shape(i) {
-        ShapeGeometry::Profile(profile) => {
-            format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z)
+        shape @ (ShapeGeometry::Profile(_) | ShapeGeometry::Expanding(_)) => {
+            format!(", centre of mass {:.6} m behind the tip", shape.reach(&-Vector3::z()))
         }
         ShapeGeometry::Solid(solid) if matches!(scene.body(i).shape, BodyShape::Chisel(_)) => {
             format!(", centre of mass {:.6} m behind the front face", solid.reach(&-Vector3::z()))
@@ -251,7 +276,11 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "gravity: none",
         "heat: none",
         scene.gel.cavity.omitted(),
-        "deformation of the bodies: none, they are rigid",
+        if scene.bodies().any(|body| body.expansion.is_some()) {
+            "deformation of the bodies: none but the prescribed expansion, which takes no energy of the body"
+        } else {
+            "deformation of the bodies: none, they are rigid"
+        },
     ];
     off.extend(omitted_self_contact(scene));
     off.extend(omitted_viscosity(scene));

@@ -1,5 +1,6 @@
 //! Tables of a rigid body. The field docs are the descriptions that an editor shows; units are SI.
 
+use super::{ExpansionSpec, MushroomSpec};
 use crate::geometry::{ChiselCylinder, TriangulatedBody};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -22,6 +23,9 @@ pub struct ProjectileSpec {
     /// homogeneous body of the given mass if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<[f64; 6]>,
+    /// Expansion of a bullet; a rigid body if absent. That of the `library` projectile, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expansion: Option<ExpansionSpec>,
     /// Position of the centre of mass at the start, m. The reference point of a half-space is in its plane, that of a
     /// dome is the centre of its base.
     pub position: [f64; 3],
@@ -90,6 +94,8 @@ pub enum BodyShape {
     },
     /// Bullet about the z axis of the body, its nose towards -z: without rotation it flies into the gel nose first.
     Bullet(BulletSpec),
+    /// Mushroom about the z axis of the body, its front towards -z: an expanded bullet as it is recovered.
+    Mushroom(MushroomSpec),
     /// Cuboid along the axes of the body; not in `axisymmetric`.
     Plate {
         /// Edge lengths, m: [x, y, z]; in `planar` y is ignored.

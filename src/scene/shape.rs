@@ -2,10 +2,13 @@
 
 use super::{BodyShape, BulletNose, BulletSpec, Dimension, Scene};
 use crate::geometry::{
-    Dome, HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, ShapeGeometry, Sphere,
+    Dome, ExpandingProfile, HalfSpace, ProfileBody, ProfileOutline, ProfileSweep, RoundedCuboid, ShapeGeometry, Sphere,
 };
 use crate::math::Vector3;
 use std::sync::Arc;
+
+/// Reason why the outline of a mushroom can be rounded.
+const MUSHROOM_HAS_ROOM: &str = "the roundings of the mushroom have room";
 
 impl Scene {
     /// Solid of a body. Its origin is the centre of mass of the homogeneous body, in `planar` that of the section.
@@ -25,7 +28,19 @@ impl Scene {
                 profile(&cylinder(radius, length).rounded(edge_radius).expect("the rims have room"))
             }
             &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
-            BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
+            BodyShape::Bullet(bullet) => {
+                let unopened = bullet.rounded().expect("the roundings of the rims have room");
+                match &self.body(body).expansion {
+                    Some(expansion) => {
+                        let opened = expansion.opened.outline().expect(MUSHROOM_HAS_ROOM);
+                        let forms = [unopened, opened].map(|outline| ProfileBody::new(&outline, sweep));
+                        let [unopened, opened] = forms;
+                        ShapeGeometry::Expanding(Arc::new(ExpandingProfile::new(unopened, opened)))
+                    }
+                    None => profile(&unopened),
+                }
+            }
+            BodyShape::Mushroom(mushroom) => profile(&mushroom.outline().expect(MUSHROOM_HAS_ROOM)),
             &BodyShape::Plate { size, edge_radius } => ShapeGeometry::Plate(plate(size, edge_radius, sweep)),
             BodyShape::Chisel(chisel) => {
                 ShapeGeometry::Solid(chisel.solid.clone().expect("the solid of a scene that was read is built"))

@@ -3,6 +3,7 @@
 mod body;
 mod cavity;
 mod domain;
+mod expansion;
 mod gel;
 mod hyperelastic;
 mod library;

@@ -8,7 +8,9 @@ use super::model::{ErasedModel, GelModel, MOST_TICKS, is_centre_in_gel, overlap}
 use super::saved::EraseDimension;
 use super::sensors::place_sensors;
 use crate::adapt::{AdaptiveGel, RemeshDriver};
-use crate::contact::{BodyMotion, BodyState, DomeMotion, FreeDirections, ImpulseLaw, RigidBody};
+use crate::contact::{
+    BodyMotion, BodyState, DomeMotion, ExpansionMotion, FreeDirections, ImpulseLaw, RigidBody, ShapeMotion,
+};
 use crate::fem::Simplices;
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::integrator::{
@@ -132,10 +134,14 @@ fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyStat
         let inertia = inertia(projectile, &shape, scene.scene.dimension);
         RigidBody::new(shape, motion, freedom, projectile.mass.unwrap_or(1.0), inertia)
     };
+    let body = body.with_expansion(scene.expansion_law(i));
     let mut state = BodyState {
         orientation: orientation(freedom.turns(projectile.orientation)),
-        bulge: match &body.shape {
-            ShapeGeometry::Dome(dome) => Some(DomeMotion::at_rest(dome)),
+        shape_motion: match &body.shape {
+            ShapeGeometry::Dome(dome) => Some(ShapeMotion::Bulge(DomeMotion::at_rest(dome))),
+            ShapeGeometry::Expanding(shape) => {
+                Some(ShapeMotion::Expansion(ExpansionMotion::unopened(shape.greatest_travel())))
+            }
             _ => None,
         },
         active: projectile.active,

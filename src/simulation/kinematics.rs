@@ -1,6 +1,6 @@
 //! Motion of a body as importers give and read it.
 
-use crate::contact::{BodyState, DomeMotion, RigidBody, Wrench};
+use crate::contact::{BodyState, RigidBody, ShapeMotion, Wrench};
 use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -51,8 +51,8 @@ pub struct StepInputs {
     pub acceleration: Vector3,
     /// Force and torque on the body apart from contact (`integrated`, `corrected`).
     pub wrench: Wrench,
-    /// Height and base radius of a dome with their rates, in every mode.
-    pub bulge: Option<DomeMotion>,
+    /// Shape of a dome or an expanding body with its rates, in every mode; one that opens by its law is not changed.
+    pub shape_motion: Option<ShapeMotion>,
     /// True if the body takes part.
     pub active: bool,
 }

@@ -31,7 +31,7 @@ mod saved;
 mod sensors;
 
 pub use crate::adapt::{FailedRemesh, PreviewMesh, RemeshRecord, RemeshRefusal, RemeshTrial, RestoreError};
-pub use crate::contact::{DomeMotion, ImpulseExchange, Wrench};
+pub use crate::contact::{DomeMotion, ExpansionMotion, ImpulseExchange, ShapeMotion, Wrench};
 pub use crate::integrator::BlockMotion;
 pub use crate::scene::CouplingMode;
 pub use build_error::BuildError;

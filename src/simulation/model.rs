@@ -384,7 +384,7 @@ where
         let place = |i: usize| {
             let (body, last) = self.body(i);
             let at = last.at(body, t);
-            BodyPose { kinematics: BodyKinematics::of(body, &at), bulge: at.bulge, active: at.active }
+            BodyPose { kinematics: BodyKinematics::of(body, &at), shape_motion: at.shape_motion, active: at.active }
         };
         MeshFrame {
             time: t,

@@ -2,7 +2,7 @@
 
 use super::kinematics::BodyKinematics;
 use crate::adapt::RemeshTrial;
-use crate::contact::{DomeMotion, ImpulseExchange};
+use crate::contact::{ImpulseExchange, ShapeMotion};
 use crate::integrator::{BlockMotion, fixed};
 use crate::math::Vector3;
 
@@ -56,8 +56,8 @@ pub struct BodyReport {
     pub kinematics: BodyKinematics,
     /// True if the body takes part.
     pub active: bool,
-    /// Height and base radius of a dome.
-    pub bulge: Option<DomeMotion>,
+    /// Shape of a dome or an expanding body.
+    pub shape_motion: Option<ShapeMotion>,
     /// Depth of the body's foremost point below the undeformed entry surface, which moves with the block, m (negative
     /// above).
     pub depth: f64,
@@ -174,6 +174,8 @@ pub struct EnergyReport {
     pub integration: f64,
     /// Work of external force and torque, and of a prescribed motion.
     pub external: f64,
+    /// Work of the surface of an expanding body against the gel, and change of its energy of rotation by its inertia.
+    pub expansion: f64,
     /// Jumps of the bodies' states made by the importer.
     pub importer: f64,
     /// Change of kinetic and stored energy by new meshes.
@@ -201,7 +203,7 @@ pub struct EnergyReport {
     /// Ratio |closure| / throughput.
     pub energy_error: f64,
     /// Ratio (|integration| + |contact bias| + |importer| + |remesh + remesh returned|) / (energy at the start + |external| +
-    /// |load| + |air|), in the inertial frame in which the gel was at rest at the start.
+    /// |load| + |air| + |expansion|), in the inertial frame in which the gel was at rest at the start.
     pub energy_defect: f64,
     /// Energy provided in that frame: at the start and by the work done since, J.
     #[serde(skip)]
@@ -319,13 +321,21 @@ pub struct FrameField {
     pub points: Vec<f64>,
 }
 
+impl BodyReport {
+    /// Returns the opening of an expanding body, from 0, unopened, to 1, opened; 0 for any other body.
+    #[must_use]
+    pub fn expansion(&self) -> f64 {
+        self.shape_motion.as_ref().and_then(ShapeMotion::expansion).map_or(0.0, |at| at.opening)
+    }
+}
+
 /// Position and motion of a body in a [`MeshFrame`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyPose {
     /// Position and motion.
     pub kinematics: BodyKinematics,
-    /// Height and base radius of a dome.
-    pub bulge: Option<DomeMotion>,
+    /// Shape of a dome or an expanding body.
+    pub shape_motion: Option<ShapeMotion>,
     /// True if the body takes part.
     pub active: bool,
 }

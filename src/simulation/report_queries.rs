@@ -4,6 +4,7 @@ use super::model::{MeshCounts, StepRange};
 use super::observe::{BalanceReport, BodyReport, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
 use super::run::Simulation;
 use super::saved::SavedSimulation;
+use crate::contact::ShapeMotion;
 use crate::integrator::BalanceTotals;
 use crate::math::Vector3;
 use crate::scene::CouplingMode;
@@ -54,13 +55,19 @@ impl Simulation {
         BodyReport {
             kinematics: self.kinematics(i),
             active: now.active,
-            bulge: now.bulge,
+            shape_motion: now.shape_motion,
             depth: self.depth(i),
             exchange: self.exchanges[i],
             contact: self.contact(i),
             exit: self.exit(i),
             energy_deposited: self.energy_deposited(i),
         }
+    }
+
+    /// Opening of an expanding body, from 0, unopened, to 1, opened; 0 for any other body.
+    #[must_use]
+    pub fn expansion(&self, body: usize) -> f64 {
+        self.now(body).shape_motion.as_ref().and_then(ShapeMotion::expansion).map_or(0.0, |at| at.opening)
     }
 
     /// Depth of the foremost point of a body below the undeformed entry surface, m (negative above), which moves with
@@ -215,6 +222,7 @@ fn energy_report(totals: &BalanceTotals, energy_round_off: f64) -> EnergyReport 
         contact_bias: books.contact_bias,
         integration: books.integration,
         external: books.external,
+        expansion: books.expansion,
         importer: books.importer,
         remesh: books.remesh - books.remesh_returned,
         remesh_returned: books.remesh_returned,

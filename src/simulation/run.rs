@@ -9,7 +9,7 @@ use super::model::ErasedModel;
 use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
-use crate::contact::{BodyMotion, BodyState, ImpulseExchange, Wrench};
+use crate::contact::{BodyMotion, BodyState, ImpulseExchange, RigidBody, ShapeMotion, Wrench};
 use crate::integrator::{BlockMotion, StepError};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
@@ -160,15 +160,15 @@ impl Simulation {
     pub fn unchanged(&self, body: usize) -> StepInputs {
         let now = self.now(body);
         let (kinematics, acceleration, wrench) = (self.kinematics(body), Vector3::zeros(), Wrench::default());
-        StepInputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
+        StepInputs { kinematics, acceleration, wrench, shape_motion: now.shape_motion, active: now.active }
     }
 
     /// Performs a communication step to `end`, s since the start, under the inputs of each body. An `end` not after
     /// the current time makes no step.
     ///
     /// # Panics
-    /// If inputs are missing or not finite, or move a body out of the plane or off the axis of the scene. If a dome
-    /// is invalid, or `end` is after [`Simulation::latest`].
+    /// If inputs are missing or not finite, or move a body out of the plane or off the axis of the scene. If a changing
+    /// shape is invalid, or `end` is after [`Simulation::latest`].
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail. The state stays at the last consistent tick, and each later
@@ -284,8 +284,12 @@ impl Simulation {
         let free =
             along.iter().all(|v| freedom.translation(v) == *v) && about.iter().all(|v| freedom.rotation(v) == *v);
         assert!(free, "a body of a plane or axisymmetric scene must stay in its plane or on its axis");
-        for bulge in inputs.bulge.iter().flat_map(|bulge| [*bulge, bulge.after(duration)]) {
-            assert_eq!(bulge.check(), Ok(()), "a dome is at most a hemisphere, at the start and at the end of a step");
+        for shape in inputs.shape_motion.iter().flat_map(|shape| [*shape, shape.after(duration)]) {
+            assert_eq!(
+                shape.check(),
+                Ok(()),
+                "a changing shape is one of its body, at the start and at the end of a step"
+            );
         }
     }
 
@@ -295,9 +299,9 @@ impl Simulation {
         let (fixed, now) = (self.model.body(body).0, self.now(body));
         let (motion, mass) = (fixed.motion, fixed.mass);
         if motion == BodyMotion::Fixed {
-            let bulge = now.bulge.and(inputs.bulge);
-            if (bulge, inputs.active) != (now.bulge, now.active) {
-                self.model.set_body(body, &BodyState { bulge, active: inputs.active, ..now });
+            let shape_motion = prescribed_shape(fixed, &now, inputs);
+            if (shape_motion, inputs.active) != (now.shape_motion, now.active) {
+                self.model.set_body(body, &BodyState { shape_motion, active: inputs.active, ..now });
             }
             return;
         }
@@ -320,14 +324,14 @@ impl Simulation {
         }
     }
 
-    /// Sets wrench and dome of a free body, if they change.
+    /// Sets wrench and prescribed shape of a free body, if they change.
     fn set_wrench(&mut self, body: usize, inputs: &StepInputs) {
-        let (last, now) = (self.model.body(body).1, self.now(body));
-        let bulge = now.bulge.and(inputs.bulge);
-        if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || bulge != now.bulge {
+        let ((rigid, last), now) = (self.model.body(body), self.now(body));
+        let shape_motion = prescribed_shape(rigid, &now, inputs);
+        if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || shape_motion != now.shape_motion {
             self.model.rebase_body(body, self.time);
             let now = *self.model.body(body).1;
-            self.model.set_body(body, &BodyState { wrench: inputs.wrench, bulge, ..now });
+            self.replace_state(body, &BodyState { wrench: inputs.wrench, shape_motion, ..now });
         }
     }
 
@@ -342,8 +346,8 @@ impl Simulation {
     /// place.
     pub(super) fn state_from_inputs(&self, i: usize, inputs: &StepInputs) -> BodyState {
         let (body, was) = (self.model.body(i).0, self.now(i));
-        let bulge = was.bulge.and(inputs.bulge);
-        let mut now = BodyState { bulge, active: true, wrench: Wrench::default(), ..was };
+        let shape_motion = prescribed_shape(body, &was, inputs);
+        let mut now = BodyState { shape_motion, active: true, wrench: Wrench::default(), ..was };
         if body.motion != BodyMotion::Fixed {
             let given = &inputs.kinematics;
             (now.position, now.velocity) = (given.position, given.velocity);
@@ -461,4 +465,9 @@ impl Simulation {
     pub fn bytes(&self) -> usize {
         self.model.bytes()
     }
+}
+
+/// Shape of a body after the inputs of a step: a body that opens by its law keeps its own.
+fn prescribed_shape(body: &RigidBody, now: &BodyState, inputs: &StepInputs) -> Option<ShapeMotion> {
+    if body.expansion.is_some() { now.shape_motion } else { now.shape_motion.and(inputs.shape_motion) }
 }

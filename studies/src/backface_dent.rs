@@ -1,6 +1,6 @@
 use super::run::scene;
 use ballistic_gel::scene::{BodyShape, Scene};
-use ballistic_gel::simulation::{CouplingMode, SensorReport, Simulation, StepInputs};
+use ballistic_gel::simulation::{CouplingMode, SensorReport, ShapeMotion, Simulation, StepInputs};
 use std::io::Write as _;
 use std::time::Instant;
 
@@ -117,7 +117,7 @@ fn height(time: f64) -> f64 {
 /// The inputs of a step: mean rates, so that the bulge moves without a gap.
 fn moved(who: Dent, simulation: &Simulation) -> Vec<StepInputs> {
     let mut inputs = simulation.inputs();
-    if let (Dent::Bulge, Some(bulge)) = (who, &mut inputs[0].bulge) {
+    if let (Dent::Bulge, Some(ShapeMotion::Bulge(bulge))) = (who, &mut inputs[0].shape_motion) {
         let (now, then) = (height(simulation.time()), height(simulation.time() + LOOK));
         bulge.size = [now, BASE + now].into();
         bulge.rate = [(then - now) / LOOK; 2].into();

@@ -5,6 +5,7 @@ use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{
     BodyKinematics, BodyPose, BodyReport, ContactReport, DomeMotion, ImpulseExchange, MeshFrame, Observation,
+    ShapeMotion,
 };
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -22,9 +23,9 @@ pub fn scene() -> Scene {
     scene
 }
 
-fn bulge(time: f64) -> DomeMotion {
+fn bulge(time: f64) -> ShapeMotion {
     let size = Vector::<2>::new(0.006 + 0.4 * time, 0.016 + 0.2 * time);
-    DomeMotion { size, rate: Vector::<2>::new(0.4, 0.2), acceleration: Vector::<2>::zeros() }
+    ShapeMotion::Bulge(DomeMotion { size, rate: Vector::<2>::new(0.4, 0.2), acceleration: Vector::<2>::zeros() })
 }
 
 fn at_rest(position: [f64; 3]) -> BodyKinematics {
@@ -36,7 +37,7 @@ fn dome(time: f64) -> BodyReport {
     let exchange = ImpulseExchange {
         duration: 2e-4,
         impulse: Vector3::new(1e-4, 2e-4, 3e-4),
-        bulge_impulse: Vector::<2>::new(-4e-4, -5e-4),
+        shape_impulse: Vector::<2>::new(-4e-4, -5e-4),
         ..ImpulseExchange::default()
     };
     let contact = ContactReport {
@@ -45,9 +46,9 @@ fn dome(time: f64) -> BodyReport {
         peak_depth: (0.0125, 0.008),
         ..ContactReport::default()
     };
-    let bulge = Some(bulge(time));
+    let shape_motion = Some(bulge(time));
     let (kinematics, depth) = (at_rest([0.0; 3]), 0.006 + 0.4 * time);
-    BodyReport { kinematics, active: true, bulge, depth, exchange, contact, exit: None, energy_deposited: 0.0 }
+    BodyReport { kinematics, active: true, shape_motion, depth, exchange, contact, exit: None, energy_deposited: 0.0 }
 }
 
 fn splinter() -> BodyReport {
@@ -58,8 +59,8 @@ fn splinter() -> BodyReport {
         ..at_rest([0.03, 0.0, 0.02])
     };
     let (exchange, contact) = (ImpulseExchange::default(), ContactReport::default());
-    let (bulge, exit, depth) = (None, None, -0.015);
-    BodyReport { kinematics, active: false, bulge, depth, exchange, contact, exit, energy_deposited: 0.0 }
+    let (shape_motion, exit, depth) = (None, None, -0.015);
+    BodyReport { kinematics, active: false, shape_motion, depth, exchange, contact, exit, energy_deposited: 0.0 }
 }
 
 /// What an observer sees at `time`, s.
@@ -72,7 +73,8 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
 /// The dented mesh at `time`, s; the dome is drawn, the splinter only if it is `there`.
 pub fn frame(scene: &Scene, time: f64, there: bool) -> MeshFrame {
     let mut frame = stage::frame(scene, time);
-    let place = |body: &BodyReport, active| BodyPose { kinematics: body.kinematics, bulge: body.bulge, active };
+    let place =
+        |body: &BodyReport, active| BodyPose { kinematics: body.kinematics, shape_motion: body.shape_motion, active };
     frame.bodies.extend([place(&dome(time), true), place(&splinter(), there)]);
     frame
 }

@@ -59,7 +59,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
     let body = BodyReport {
         kinematics: projectile,
         active: true,
-        bulge: None,
+        shape_motion: None,
         depth: depth(scene, time),
         exchange: ImpulseExchange { duration, impulse: 0.02 * impulse, ..ImpulseExchange::default() },
         contact: contact(scene, time, impulse),
@@ -157,7 +157,7 @@ pub fn frame(scene: &Scene, time: f64) -> MeshFrame {
             facets,
         },
         fields: vec![],
-        bodies: vec![BodyPose { kinematics: ball(scene, time), bulge: None, active: true }],
+        bodies: vec![BodyPose { kinematics: ball(scene, time), shape_motion: None, active: true }],
         block: BlockMotion::default(),
         gel_displacement: Vector3::zeros(),
     }

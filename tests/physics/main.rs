@@ -14,6 +14,7 @@ mod bodies;
 mod cavity;
 mod conservation;
 mod engine;
+mod expansion;
 mod friction;
 mod hyperelastic;
 mod impacts;

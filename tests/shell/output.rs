@@ -18,13 +18,16 @@ use std::{fs, path::Path, path::PathBuf};
 
 const STEPS: usize = 50;
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 70] = [
+const KEYS: [&str; 73] = [
     "ended_by",
     "perforated",
     "exit_velocity",
     "exit_time",
     "residual_energy",
     "energy_deposited",
+    "expansion",
+    "expanded_diameter",
+    "expansion_work_fraction",
     "doubts",
     "scene",
     "version",

@@ -1,6 +1,7 @@
 //! Signed distances of analytic bodies.
 
 mod dome;
+mod expanding;
 mod half_space;
 mod outline;
 mod piece;
@@ -9,6 +10,7 @@ mod profile;
 mod sphere;
 
 pub use dome::Dome;
+pub use expanding::ExpandingProfile;
 pub use half_space::HalfSpace;
 pub use outline::ProfileOutline;
 pub use plate::RoundedCuboid;

@@ -75,6 +75,11 @@ impl ProfileBody {
         std::iter::once(self.pieces[0].start).chain(ends).map(|p| (p[0], p[1])).collect()
     }
 
+    /// Pieces of the profile from tip to rear.
+    pub(super) fn pieces(&self) -> &[ProfilePiece] {
+        &self.pieces
+    }
+
     /// Tip and rear; their inner point is the centre of mass.
     #[must_use]
     pub fn poles(&self) -> &[SharpEnd; 2] {

@@ -16,9 +16,9 @@ impl CavityGauge {
     /// back face.
     #[must_use]
     pub fn new(scene: &Scene, start: &Simulation) -> Option<Self> {
-        let StepInputs { kinematics, bulge, active, .. } = start.unchanged(0);
+        let StepInputs { kinematics, shape_motion, active, .. } = start.unchanged(0);
         let GelBox { lower, upper } = scene.gel.shape.bounding_box()?;
-        let (projectile, gel) = (BodyPose { kinematics, bulge, active }, AxisAlignedBox { lower, upper });
+        let (projectile, gel) = (BodyPose { kinematics, shape_motion, active }, AxisAlignedBox { lower, upper });
         let line = ShotLine::along(scene, &projectile, &gel, &start.block_motion());
         line.map(Self)
     }

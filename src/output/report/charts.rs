@@ -113,6 +113,7 @@ fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
         "contact_bias",
         "integration",
         "external",
+        "expansion",
         "importer",
         "remesh",
         "remesh_returned",

@@ -151,7 +151,7 @@ fn balance_rows(s: &Value) -> Vec<FigureRow> {
 
 /// Rows of what a shot leaves in the gel, each only where there is such a figure.
 fn cavity_rows(s: &Value) -> impl Iterator<Item = FigureRow> {
-    [cavity_row(s), course_row(s), track_row(s), neck_row(s), overlap_row(s)].into_iter().flatten()
+    [expansion_row(s), cavity_row(s), course_row(s), track_row(s), neck_row(s), overlap_row(s)].into_iter().flatten()
 }
 
 /// Row of the temporary cavity of a shot.
@@ -183,6 +183,15 @@ fn course_row(s: &Value) -> Option<FigureRow> {
 fn track_row(s: &Value) -> Option<FigureRow> {
     s["greatest_track_diameter"].as_f64().filter(|diameter| *diameter > 0.0)?;
     Some(key_row("permanent track", format!("{} wide at most", figure(s, "greatest_track_diameter")), true))
+}
+
+/// Row of the opening of an expanding projectile.
+fn expansion_row(s: &Value) -> Option<FigureRow> {
+    let opening = s["expansion"].as_f64()?;
+    let work = s["expansion_work_fraction"].as_f64();
+    let work = work.map(|part| format!("; the work of its surface is {:+.1} % of the energy given", 1e2 * part));
+    let opened = format!("{:.0} % open, {} wide", 1e2 * opening, figure(s, "expanded_diameter"));
+    Some(key_row("expansion", opened + &work.unwrap_or_default(), true))
 }
 
 /// Row of the neck of a bullet that turns over.

@@ -2,7 +2,7 @@
 
 use super::grid::{self, GelGrid};
 use super::table::CsvTable;
-use crate::contact::DomeMotion;
+use crate::contact::{DomeMotion, ExpansionMotion, ShapeMotion};
 use crate::math::{Vector, Vector3};
 use crate::mesh::{self, NodeId, Simplex};
 use crate::output::reading::MOST_RESULT_BYTES;
@@ -56,7 +56,10 @@ fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
         Vector3::from(["x", "y", "z"].map(|axis| value(&format!("{before}_{axis}_{after}"))))
     };
     let size = [value("bulge_height_m"), value("bulge_radius_m")];
-    let still = DomeMotion { size: size.into(), rate: Vector::<2>::zeros(), acceleration: Vector::<2>::zeros() };
+    let dome = DomeMotion { size: size.into(), rate: Vector::<2>::zeros(), acceleration: Vector::<2>::zeros() };
+    let opening = value("expansion");
+    let opened = ExpansionMotion { opening, end: opening, ..ExpansionMotion::unopened(0.0) };
+    let expansion = (opening > 0.0).then_some(ShapeMotion::Expansion(opened));
     BodyPose {
         kinematics: BodyKinematics {
             position: vector("position", "m"),
@@ -64,7 +67,7 @@ fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
             orientation: ["w", "x", "y", "z"].map(|part| value(&format!("orientation_{part}"))),
             angular_velocity: vector("angular_velocity", "rad_per_s"),
         },
-        bulge: (size[1] > 0.0).then_some(still),
+        shape_motion: if size[1] > 0.0 { Some(ShapeMotion::Bulge(dome)) } else { expansion },
         active: prefix.is_empty() || value("active") > 0.0,
     }
 }

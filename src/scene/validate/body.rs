@@ -1,7 +1,7 @@
 //! Validation of a projectile: shape, mass, inertia and initial position.
 
 use super::domain::{CheckResult, all_finite, positive, require};
-use super::shape;
+use super::{expansion, shape};
 use crate::geometry::SignedDistance;
 use crate::math::{Tensor3, Vector3};
 use crate::scene::{BodyShape, GelShape, ProjectileSpec, Scene, SceneError};
@@ -10,6 +10,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 pub(super) fn check(scene: &Scene) -> CheckResult {
     let body = &scene.projectile;
     shape::check(&body.shape, scene.scene.dimension)?;
+    expansion::check(body, scene.scene.dimension)?;
     all_finite("projectile.position", &body.position)?;
     all_finite("projectile.velocity", &body.velocity)?;
     all_finite("projectile.angular_velocity", &body.angular_velocity)?;
@@ -69,6 +70,7 @@ fn check_moving(body: &ProjectileSpec) -> CheckResult {
             | BodyShape::Cylinder { .. }
             | BodyShape::Capsule { .. }
             | BodyShape::Bullet(_)
+            | BodyShape::Mushroom(_)
             | BodyShape::Plate { .. }
             | BodyShape::Chisel(_)
             | BodyShape::Stl(_),

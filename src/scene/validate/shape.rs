@@ -1,6 +1,7 @@
 //! Validation of the dimensions of a projectile.
 
 use super::domain::{CheckResult, positive, require, within};
+use super::expansion::check_mushroom;
 use crate::math::Vector3;
 use crate::scene::{BodyShape, BulletNose, BulletSpec, ChiselSpec, Dimension, SceneError};
 
@@ -24,6 +25,7 @@ pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> CheckResult {
         }
         BodyShape::Bullet(bullet) => check_bullet(bullet),
         BodyShape::Plate { size, edge_radius } => check_plate(size, *edge_radius, dimension),
+        BodyShape::Mushroom(mushroom) => check_mushroom("projectile.shape.mushroom", mushroom),
         BodyShape::Chisel(chisel) => check_chisel(chisel, dimension),
         BodyShape::Stl(stl) => {
             let found = || format!("{:?}, a body in space", stl.file);

@@ -71,6 +71,7 @@ impl ShotIdentity {
         let kind = match (shot.projectile.kind, &shot.projectile.shape) {
             (ProjectileKind::Recovered, _) => "recovered",
             (ProjectileKind::Service, _) => "service",
+            (ProjectileKind::Expanding, _) => "expanding",
             (ProjectileKind::Test, BodyShape::Sphere { .. }) => "sphere",
             (ProjectileKind::Test, BodyShape::Cylinder { .. }) => "cylinder",
             (ProjectileKind::Test, BodyShape::Chisel(_)) => "chisel",

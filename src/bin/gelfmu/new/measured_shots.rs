@@ -31,6 +31,9 @@ struct ComputedShot {
     greatest_cavity_diameter: Option<f64>,
 }
 
+/// End of the name of a shot of an expanding load: the same shot as that of its recovered shape, to which the gel is fitted.
+const AS_FIRED: &str = "-fired";
+
 fn rows<T: DeserializeOwned>(text: &str) -> Vec<T> {
     csv::Reader::from_reader(text.as_bytes()).into_deserialize().collect::<Result<_, _>>().unwrap()
 }
@@ -80,10 +83,10 @@ fn every_measured_shot_is_one_of_the_library_in_a_block_that_is_longer_than_its_
         assert!(shots[..i].iter().all(|other| other.name != measured.name), "{} twice", measured.name);
         let is_service = shot.projectile.kind == ProjectileKind::Service;
         assert_eq!(is_service, measured.yaw != 0.0, "{}", measured.name);
-        let is_in_fit = fit.contains(&format!("\n{0},{0},", measured.name));
+        let is_in_fit = fit.contains(&format!("\n{0},{0},", measured.name.trim_end_matches(AS_FIRED)));
         assert_eq!(measured.fitted, is_in_fit || measured.name == "bb-fbi", "{}", measured.name);
     }
-    assert_eq!(shots.iter().filter(|shot| shot.grade == "B" && !shot.fitted).count(), 6);
+    assert_eq!(shots.iter().filter(|shot| shot.grade == "B" && !shot.fitted).count(), 7);
 }
 
 #[test]

@@ -77,7 +77,7 @@ impl Shot {
     pub fn meshed_part(&self) -> MeshedPart {
         let is_round = matches!(self.projectile.shape, BodyShape::Sphere { .. });
         match (self.yaw == 0.0, self.projectile.kind) {
-            (true, ProjectileKind::Recovered) => MeshedPart::Meridian,
+            (true, ProjectileKind::Recovered | ProjectileKind::Expanding) => MeshedPart::Meridian,
             (true, _) if is_round => MeshedPart::Meridian,
             (true, _) if self.is_square_on() => MeshedPart::Quarter,
             (false, _) if self.is_square_on() => MeshedPart::Half,
@@ -119,9 +119,14 @@ impl Shot {
         if is_turned { [height, width, length] } else { [width, height, length] }
     }
 
-    /// Greatest radius of the projectile, m.
+    /// Greatest radius of the projectile as it meets the gel, m.
     pub fn radius(&self) -> f64 {
         radius_of(&self.projectile.shape)
+    }
+
+    /// Greatest radius of the projectile in the gel, m: that of the opened form of an expanding bullet.
+    fn radius_in_gel(&self) -> f64 {
+        self.projectile.expansion.map_or_else(|| self.radius(), |expansion| expansion.opened.radius)
     }
 
     /// Radius of the tip of a slender nose, m; `None` for a blunt body.
@@ -144,13 +149,13 @@ impl Shot {
         [roll_cos * cos, 0.0 - roll_sin * sin, roll_cos * sin, roll_sin * cos]
     }
 
-    /// Terms of Poncelet's law for a sphere of the calibre in 10 % gelatin.
+    /// Terms of Poncelet's law for a sphere of the calibre, or of the opened bullet, in 10 % gelatin.
     fn poncelet(&self) -> PonceletTerms {
-        let area = std::f64::consts::PI * self.radius().powi(2);
+        let area = std::f64::consts::PI * self.radius_in_gel().powi(2);
         PonceletTerms { drag: 0.5 * CAVITY_DRAG * DENSITY * area, force: GEL_RESISTANCE * area }
     }
 
-    /// Depth at which a sphere of the same calibre and mass stops in 10 % gelatin by Poncelet's law, m; yaw
+    /// Depth at which a sphere of this radius and mass stops in 10 % gelatin by Poncelet's law, m; yaw
     /// shortens the path.
     pub fn longest_path(&self) -> f64 {
         let PonceletTerms { drag, force } = self.poncelet();
@@ -171,6 +176,7 @@ fn radius_of(shape: &BodyShape) -> f64 {
             *radius
         }
         BodyShape::Bullet(bullet) => bullet.radius,
+        BodyShape::Mushroom(mushroom) => mushroom.radius,
         BodyShape::Chisel(chisel) => chisel.radius,
         BodyShape::Plate { size, .. } => 0.5 * size[0].max(size[1]),
         BodyShape::Stl(_) | BodyShape::HalfSpace { .. } | BodyShape::Dome { .. } => {
