@@ -80,4 +80,9 @@ def to_dataset(shot: Shot) -> xarray.Dataset:
     if "track" in shot.tables:
         track = stack_components(shot.track, "track_depth")
         data = data.assign_coords(track_depth=track.pop("depth")).assign(track)
+    if "cracks" in shot.tables:
+        middle = shot.cracks[["depth_from_m", "depth_to_m"]].mean(axis="columns").to_numpy()
+        cracks = stack_components(shot.cracks, "slice_depth")
+        data = data.assign_coords(slice_depth=("slice_depth", middle, {"units": "m"}))
+        data = data.assign({f"{name}_by_slice": variable for name, variable in cracks.items()})
     return data

@@ -19,7 +19,13 @@ from .plots import ShotPlots
 if TYPE_CHECKING:
     import xarray
 
-_FILES = {"history": "history.csv", "by_depth": "shot.csv", "cavity": "cavity.csv", "track": "track.csv"}
+_FILES = {
+    "history": "history.csv",
+    "by_depth": "shot.csv",
+    "cavity": "cavity.csv",
+    "track": "track.csv",
+    "cracks": "cracks.csv",
+}
 _ONLY_DEEP = "it is written for a projectile that goes deeper along -z than its length"
 # Key figures of a shot: key of the summary, caption, factor and unit.
 _FIGURES = (
@@ -121,7 +127,7 @@ class Shot:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that this run has, of history, by_depth, cavity and track."""
+        """Names of the tables that this run has, of history, by_depth, cavity, track and cracks."""
         return tuple(name for name, file in _FILES.items() if (self.folder / file).is_file())
 
     @functools.cached_property
@@ -143,6 +149,19 @@ class Shot:
     def track(self) -> pd.DataFrame:
         """Diameter of the permanent track, and energy given to the gel in each centimetre, by depth."""
         return self._table("track", _ONLY_DEEP)
+
+    @functools.cached_property
+    def cracks(self) -> pd.DataFrame:
+        """Estimated total crack length of each slice of one centimetre, one row each; the last ends at the peak depth.
+
+        Columns are ``depth_from_m`` and ``depth_to_m`` (faces of the slice), ``cavity_diameter_m`` (D, the widest over
+        the run), ``tear_diameter_m`` (d, width of the projectile across its line of flight), ``energy_J`` given to the
+        gel in the slice, and ``crack_length_m``, π max(0, D - d). D and the length are NaN where there was no cavity
+        and down to the depth d, where the crater of the entry is.
+
+        The simulation models no crack. The factor of 1 and d are assumed, and compared with no measured cracks.
+        """
+        return self._table("cracks", _ONLY_DEEP)
 
     def _table(self, name: str, reason: str) -> pd.DataFrame:
         path = self.folder / _FILES[name]
@@ -193,7 +212,7 @@ class Shot:
         Dataset
             The history by ``time``, vectors of shape (time, axis); the table by depth by ``path_depth``;
             ``cavity_diameter`` of shape (cavity_time, cavity_depth), NaN where there is no cavity; the track by
-            ``track_depth``.
+            ``track_depth``, the cracks by ``slice_depth``, the depth of the middle of each slice.
         """
         return to_dataset(self)
 

@@ -1,5 +1,7 @@
 """Tables, data sets, frames and figures of a shot."""
 
+import math
+
 import pytest
 
 import ballistic_gel as bg
@@ -9,12 +11,27 @@ PLOTS = ("velocity", "velocity_by_depth", "force", "yaw", "energy_per_cm", "woun
 
 
 def test_a_deep_shot_has_all_tables(deep):
-    assert deep.tables == ("history", "by_depth", "cavity", "track")
+    assert deep.tables == ("history", "by_depth", "cavity", "track", "cracks")
     assert deep.history["time_s"].iloc[-1] == pytest.approx(1e-3)
     assert deep.by_depth["velocity_m_per_s"].is_monotonic_decreasing
     # The figure counts from one diameter of the projectile down, the table from the entry.
     below = deep.cavity[deep.cavity["depth_m"] >= 4.37e-3]
     assert deep.summary["greatest_cavity_diameter"] == below["diameter_m"].max()
+
+
+def test_cracks_follow_from_the_cavity_of_each_slice(deep):
+    cracks = deep.cracks
+    assert len(cracks) == len(deep.summary["energy_per_centimetre"])
+    assert cracks["energy_J"].tolist() == deep.summary["energy_per_centimetre"]
+    assert cracks["depth_to_m"].iloc[-1] == pytest.approx(deep.summary["peak_depth"], rel=1e-6)
+    cavity = deep.cavity
+    for row in cracks.itertuples():
+        inside = cavity["depth_m"].between(row.depth_from_m - 1e-9, row.depth_to_m + 1e-9)
+        below = inside & (cavity["depth_m"] > row.tear_diameter_m)
+        assert row.cavity_diameter_m == pytest.approx(cavity[below]["diameter_m"].max(), nan_ok=True)
+    beyond = (cracks["cavity_diameter_m"] - cracks["tear_diameter_m"]).clip(lower=0.0)
+    assert cracks["crack_length_m"].tolist() == pytest.approx((math.pi * beyond).tolist(), nan_ok=True)
+    assert cracks["crack_length_m"].max() > 0.0
 
 
 def test_a_table_that_is_missing_says_why(quick, tmp_path):
@@ -92,6 +109,8 @@ def test_the_data_set_has_units_and_axes(deep):
     assert data["cavity_diameter"].dims == ("cavity_time", "cavity_depth")
     assert data["velocity_by_depth"].shape == (len(deep.by_depth),)
     assert data["track_diameter"].shape == (len(deep.track),)
+    assert data["crack_length_by_slice"].dims == ("slice_depth",)
+    assert data["crack_length_by_slice"].shape == (len(deep.cracks),)
     assert data.attrs["digest"] == deep.digest
 
 

@@ -90,7 +90,7 @@ const TIME_TOLERANCE: f64 = 1e-6;
 /// File name of the history table.
 const HISTORY: &str = "history.csv";
 /// File names of the summary, the report and the tables of a shot.
-const FILES: [&str; 5] = ["summary.json", REPORT, "shot.csv", "cavity.csv", "track.csv"];
+const FILES: [&str; 6] = ["summary.json", REPORT, "shot.csv", "cavity.csv", "track.csv", "cracks.csv"];
 /// File name of the report.
 pub const REPORT: &str = "report.html";
 /// File name of the scene of a run.
@@ -234,8 +234,8 @@ impl RunRecorder {
         self.frames.rewind(time, &mut self.folder)
     }
 
-    /// Writes `series.pvd` and `summary.json`, for a shot `shot.csv`, `cavity.csv` and `track.csv`, and a page that names
-    /// the command that makes the report.
+    /// Writes `series.pvd` and `summary.json`, for a shot `shot.csv`, `cavity.csv`, `track.csv` and `cracks.csv`, and a
+    /// page that names the command that makes the report.
     /// `failure` is the diagnosis of a run that stopped early.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ const MOST_BYTES: u64 = 8_000_000;
 
 /// Names the first file of a folder of results that holds a value that is not finite, or is too long.
 pub fn defect(folder: &Path) -> Result<(), String> {
-    for name in ["history.csv", "shot.csv", "cavity.csv"] {
+    for name in ["history.csv", "shot.csv", "cavity.csv", "track.csv", "cracks.csv"] {
         checked(&folder.join(name), table)?;
     }
     for name in ["summary.json", "report.html", "series.pvd"] {

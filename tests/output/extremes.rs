@@ -72,6 +72,7 @@ fn a_projectile_that_is_far_below_the_gel_leaves_small_tables() {
         let folder = recorded(&format!("far-{i}"), &at_depths(&[0.01, 0.03, depth, 2.0 * depth]));
         assert_eq!(written::defect(&folder), Ok(()), "{depth}");
         assert!(rows(&folder, "shot.csv") <= 2002 && rows(&folder, "cavity.csv") <= 2002 * 6);
+        assert!(rows(&folder, "cracks.csv") <= 2000);
         let summary: serde_json::Value =
             serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap();
         assert!(summary["energy_per_centimetre"].as_array().unwrap().len() <= 2000);

@@ -211,6 +211,32 @@ fn the_track_is_the_damaged_gel_as_a_circle() {
 }
 
 #[test]
+fn cracks_are_estimated_in_each_centimetre_from_the_cavity_and_the_ball() {
+    // 25.5 mm deep: the last slice is 5.5 mm thick.
+    let (part, end) = (0.85, 0.85 * depth(END));
+    let folder = run("cracks", part);
+    let (head, rows) = table(&folder.join("cracks.csv"));
+    assert_eq!(head, "depth_from_m,depth_to_m,cavity_diameter_m,tear_diameter_m,energy_J,crack_length_m");
+    assert_eq!(rows.len(), 3);
+    for (i, row) in rows.iter().enumerate() {
+        let [from, to, cavity, tear, _, cracks] = row[..] else { panic!("six columns") };
+        assert!(
+            (from - 0.01 * i as f64).abs() < 1e-15 && (to - end.min(0.01 * (i + 1) as f64)).abs() < 1e-12,
+            "{row:?}"
+        );
+        // The bore is 20 mm wide after 8 ms, when the rear of the ball is 20.5 mm deep.
+        assert!((cavity - 0.02).abs() < 1e-12 && (tear - 2.0 * BALL).abs() < 1e-12, "{row:?}");
+        assert!((cracks - std::f64::consts::PI * 0.016).abs() < 1e-12, "{row:?}");
+    }
+    let (_, track) = table(&folder.join("shot.csv"));
+    let energy: f64 = rows.iter().map(|row| row[4]).sum();
+    assert!((energy / track.last().unwrap()[4] - 1.0).abs() < 1e-12, "{energy} J");
+    let page = page_of(&folder);
+    assert_eq!(page.matches(">50 mm/cm<").count(), 3);
+    assert!(page.contains(">2–2.5 cm<") && page.contains("the simulation models no crack"));
+}
+
+#[test]
 fn a_ball_that_stays_in_the_gel_has_a_rest_depth() {
     let (scene, folder, stop) = (scene(), folder("rest"), 0.004);
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
@@ -292,7 +318,7 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
 #[test]
 fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
     let folder = run("shallow", 0.1);
-    for file in ["shot.csv", "cavity.csv", "track.csv"] {
+    for file in ["shot.csv", "cavity.csv", "track.csv", "cracks.csv"] {
         assert!(!folder.join(file).exists(), "{file}");
     }
     let (shallow, deep) = (summary(&folder), run("deep", 1.0));
@@ -303,6 +329,7 @@ fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
     let titles = [
         "Speed of the projectile by depth",
         "Wound profile",
+        "Slices of 1 cm with estimated cracks",
         "Diameter of cavity and permanent track by depth",
         "temporary cavity",
         "Energy given to the gel by time",
@@ -323,7 +350,7 @@ fn rewinding_and_repeating_leaves_the_tables_of_a_straight_run() {
     recorder.rewind(END * 12.0 / STEPS as f64).unwrap();
     record(&mut recorder, &scene, 13..=STEPS, 1.0);
     conclude(&mut recorder, &scene, 1.0);
-    for file in ["shot.csv", "cavity.csv", "track.csv"] {
+    for file in ["shot.csv", "cavity.csv", "track.csv", "cracks.csv"] {
         assert_eq!(fs::read(folder.join(file)).unwrap(), fs::read(straight.join(file)).unwrap(), "{file}");
     }
 }

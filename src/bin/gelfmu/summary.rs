@@ -17,13 +17,14 @@ pub fn describe(summary: &Value, scene: &Scene, folder: &Path) -> String {
 }
 
 fn list_files(folder: &Path) -> String {
-    const FILES: [(&str, &str); 7] = [
+    const FILES: [(&str, &str); 8] = [
         ("report.html", "the report, for a browser"),
         ("series.pvd", "the frames, for ParaView"),
         ("history.csv", "one row per communication step"),
         ("shot.csv", "speed, force and energy by depth"),
         ("cavity.csv", "radius and diameter of the cavity by time and depth"),
         ("track.csv", "permanent track and energy per centimetre by depth"),
+        ("cracks.csv", "estimated crack length of each centimetre"),
         ("summary.json", "the figures above"),
     ];
     let written = FILES.into_iter().filter(|(name, _)| folder.join(name).exists());

@@ -66,10 +66,18 @@ impl CavityProfile {
     }
 
     /// Returns depth, m, and radius, m, down to the end of the cavity, at the depths enclosed by gel.
-    fn curve(&self) -> Vec<(f64, f64)> {
+    pub(super) fn curve(&self) -> Vec<(f64, f64)> {
         let end = self.radii.iter().rposition(|radius| radius.is_some_and(|radius| radius > 0.0));
         let known = self.radii.iter().zip(1..).take(end.map_or(0, |end| end + 1));
         known.filter_map(|(radius, i)| radius.map(|radius| (f64::from(i) / self.per_metre, radius))).collect()
+    }
+}
+
+#[cfg(test)]
+impl CavityProfile {
+    /// Returns a profile with a radius each millimetre and no projectile in it.
+    pub(super) fn with_radii(time: f64, radii: Vec<Option<f64>>) -> Self {
+        Self { time, per_metre: 1000.0, rear: f64::INFINITY, radii }
     }
 }
 

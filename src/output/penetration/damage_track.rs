@@ -1,6 +1,6 @@
 //! Permanent track of a shot: damaged gel by depth.
 
-use super::shot_line::{ShotLine, depths_per_metre};
+use super::shot_line::{CENTIMETRES, ShotLine, depths_per_metre};
 use crate::math::Vector3;
 use crate::output::files::format_cell;
 use crate::scene::{Dimension, Scene};
@@ -12,7 +12,6 @@ use std::fmt::Write;
 const PLANES: usize = 4;
 /// Relative tolerance of depths for round-off.
 const ROUND_OFF: f64 = 1e-9;
-const CENTIMETRES: f64 = 100.0;
 
 /// Permanent track: diameter of the circle with the mean cross-section of the damaged gel, by interval of depth.
 ///

@@ -1,8 +1,9 @@
 //! Terminal ballistics of a shot: deceleration of the projectile along its path through the gel, the cavity
-//! behind it, and the track of damaged gel that it leaves.
+//! behind it, the track of damaged gel that it leaves, and an estimate of the cracks.
 
 mod cavity;
 mod course;
+mod cracks;
 mod damage_track;
 mod gauge;
 mod shot_line;
@@ -10,6 +11,7 @@ mod track;
 
 pub(super) use cavity::{CavityFigures, CavityProfile};
 pub use course::CavityCoursePoint;
+pub(super) use cracks::CrackSlice;
 pub(super) use damage_track::PermanentTrack;
 pub use gauge::CavityGauge;
 pub(super) use shot_line::ShotLine;
@@ -28,6 +30,8 @@ pub(super) struct PenetrationRecord {
     pub(super) cavity: CavityFigures,
     /// Permanent track at the end.
     pub(super) damage: PermanentTrack,
+    /// Estimated cracks of each centimetre.
+    cracks: Vec<CrackSlice>,
     /// Cavity profile behind the projectile at each frame.
     profiles: Vec<CavityProfile>,
 }
@@ -48,14 +52,17 @@ impl PenetrationRecord {
         let behind = |profile: &CavityProfile| profile.behind_projectile(track.depth_until(profile.time));
         let profiles: Vec<CavityProfile> = profiles.iter().map(behind).collect();
         let cavity = CavityFigures::of(line, &profiles);
-        Ok(is_deep.then_some(Self { track, cavity, damage, profiles }))
+        let energies = track.energy_per_centimetre();
+        let cracks = cracks::slices(line.projectile_width, track.greatest_depth(), &energies, &profiles);
+        Ok(is_deep.then_some(Self { track, cavity, damage, cracks, profiles }))
     }
 
-    /// Writes `shot.csv`, `cavity.csv` and `track.csv`.
+    /// Writes `shot.csv`, `cavity.csv`, `track.csv` and `cracks.csv`.
     pub(super) fn write(&self, folder: &mut ResultFolder) -> Result<(), OutputError> {
         folder.write("shot.csv", self.track.csv().as_bytes())?;
         folder.write("cavity.csv", cavity::csv(&self.profiles).as_bytes())?;
         let (depth, energies) = (self.track.greatest_depth(), self.track.energy_per_centimetre());
-        folder.write("track.csv", self.damage.csv(depth, &energies).as_bytes())
+        folder.write("track.csv", self.damage.csv(depth, &energies).as_bytes())?;
+        folder.write("cracks.csv", cracks::csv(&self.cracks).as_bytes())
     }
 }

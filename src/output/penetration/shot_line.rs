@@ -8,6 +8,8 @@ use crate::simulation::{BlockMotion, BodyPose, MeshFrame, is_shot};
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
 const DEPTHS_PER_METRE: f64 = 1e3;
+/// Slices of one centimetre per metre.
+pub(super) const CENTIMETRES: f64 = 100.0;
 /// Limit of the number of depths in a table, reached at two metres of gel; a longer path has a wider interval.
 pub(super) const MAX_DEPTHS: usize = 2000;
 

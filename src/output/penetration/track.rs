@@ -1,6 +1,6 @@
 //! Track of a projectile through the gel: motion and energy against depth.
 
-use super::shot_line::{MAX_DEPTHS, ShotLine, depths_per_metre};
+use super::shot_line::{CENTIMETRES, MAX_DEPTHS, ShotLine, depths_per_metre};
 use crate::math::Vector3;
 use crate::output::files::{OutputError, format_cell};
 use crate::output::history::{HistoryFile, HistoryRow};
@@ -9,7 +9,6 @@ use std::fmt::Write;
 
 /// Depth window of the mean force, m: a communication step of a shot covers some millimetres.
 const FORCE_WINDOW: f64 = 4e-3;
-const CENTIMETRES: f64 = 100.0;
 /// Yaw at the end of the neck, rad: 30°.
 const NECK_YAW: f64 = std::f64::consts::FRAC_PI_6;
 /// Tolerance of depths, m, for round-off.

@@ -1,8 +1,10 @@
 //! Plots of the report for a shot: against depth, and energy and cavity against time.
 
+use super::crack_slices;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use super::wound_profile;
 use crate::output::saved_run::{SavedShot, ShotPoint};
+use crate::scene::Scene;
 
 /// Least yaw of a visible curve, degrees.
 const MIN_YAW: f64 = 0.01;
@@ -11,13 +13,14 @@ const MIN_YAW: f64 = 0.01;
 const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
                     over the same axis go together.</p>\n";
 
-/// Returns the wound profile of a shot and its plots against depth.
-pub(super) fn charts(shot: &SavedShot) -> String {
+/// Returns the wound profile of a shot, its plots against depth, and the slices with estimated cracks.
+pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
     let plots = [cavity_plot(shot), yaw_plot(shot), speed_plot(shot), force_plot(shot), energy_plot(shot)];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!(
-        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}</section>\n",
-        wound_profile::figure(shot)
+        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}{}</section>\n",
+        wound_profile::figure(shot),
+        crack_slices::figure(scene, shot)
     )
 }
 

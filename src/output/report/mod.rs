@@ -3,6 +3,7 @@
 mod axis;
 mod charts;
 mod compared;
+mod crack_slices;
 mod depths;
 mod figures;
 mod film;
@@ -94,7 +95,7 @@ fn page(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
         words::summary(scene, summary),
         words::key_figures(scene, summary),
         MEASURED_PLACE.to_owned(),
-        data.shot.as_ref().map_or(String::new(), depths::charts),
+        data.shot.as_ref().map_or(String::new(), |shot| depths::charts(scene, shot)),
         charts::charts(scene, &data.rows, data.shot.as_ref()),
         tables::fragments(summary),
         tables::sensors(summary),

@@ -1,8 +1,8 @@
-//! Tables of a shot, read back: the track of the projectile, the cavity and the permanent track by depth.
+//! Tables of a shot, read back: the track of the projectile, the cavity, the permanent track and the cracks by depth.
 
 use super::SavedRunError;
 use super::table::CsvTable;
-use crate::output::penetration::CavityCoursePoint;
+use crate::output::penetration::{CavityCoursePoint, CrackSlice};
 use crate::output::summary::RunSummary;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,6 +53,8 @@ pub(in crate::output) struct SavedShot {
     pub(in crate::output) track: DepthCurve,
     /// Energy given to the gel in each centimetre, J.
     pub(in crate::output) energies: Vec<f64>,
+    /// Estimated cracks of `cracks.csv`.
+    pub(in crate::output) cracks: Vec<CrackSlice>,
 }
 
 impl SavedShot {
@@ -80,6 +82,7 @@ impl SavedShot {
             course: summary.wound.cavity_course.clone().unwrap_or_default(),
             track: track_curve(&CsvTable::read(&folder.join("track.csv"))?),
             energies: summary.energy_per_centimetre.clone().unwrap_or_default(),
+            cracks: crack_slices(&folder.join("cracks.csv"))?,
         }))
     }
 
@@ -119,4 +122,24 @@ fn track_curve(table: &CsvTable) -> DepthCurve {
     let cells = |row: &Vec<f64>| Some((table.value(row, "depth_m")?, table.value(row, "track_diameter_m")?));
     let curve: DepthCurve = table.rows().iter().filter_map(cells).collect();
     if curve.iter().any(|(_, diameter)| *diameter > 0.0) { curve } else { vec![] }
+}
+
+/// Reads the cracks; none in a folder that was written before this table was.
+fn crack_slices(path: &Path) -> Result<Vec<CrackSlice>, SavedRunError> {
+    if !path.is_file() {
+        return Ok(vec![]);
+    }
+    let table = CsvTable::read(path)?;
+    let slice = |row: &Vec<f64>| {
+        let value = |name: &str| table.value(row, name).unwrap_or(f64::NAN);
+        CrackSlice {
+            depth_from: value("depth_from_m"),
+            depth_to: value("depth_to_m"),
+            cavity_diameter: value("cavity_diameter_m"),
+            tear_diameter: value("tear_diameter_m"),
+            energy: value("energy_J"),
+            crack_length: value("crack_length_m"),
+        }
+    };
+    Ok(table.rows().iter().map(slice).collect())
 }
