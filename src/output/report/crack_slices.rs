@@ -136,8 +136,9 @@ impl SliceDrawing<'_> {
             write!(text, "<path class=\"crack\" d=\"{}\"/>", (0..RAYS).map(ray).collect::<String>())
                 .expect("a string grows");
         }
-        let length = match slice.crack_length {
-            length if length.is_finite() => format!("{:.0} mm/cm", 1e3 * length),
+        let length = match 1e3 * slice.crack_length {
+            length if length >= 9.95 => format!("{length:.0} mm/cm"),
+            length if length.is_finite() => format!("{length:.1} mm/cm"),
             _ => "–".to_owned(),
         };
         let (depth, value) = (y + 0.5 * SIDE + 15.0, y + 0.5 * SIDE + 31.0);
@@ -155,6 +156,11 @@ impl SliceDrawing<'_> {
             1 => String::new(),
             _ => format!(" Of each {stride} slices the first is drawn."),
         };
+        let unknown = if self.slices.iter().any(|slice| slice.crack_length.is_nan()) {
+            " A slice with – lies in the crater of the entry, down to a depth d, or had no cavity."
+        } else {
+            ""
+        };
         let cut = match self.outline {
             Some(_) => String::new(),
             None => format!(" Each square shows {:.0} mm around the line of flight.", 2e3 * self.half_side),
@@ -162,9 +168,8 @@ impl SliceDrawing<'_> {
         format!(
             "An estimate: the simulation models no crack. The total crack length of a slice, below its depth, is π (D − d), with \
              the widest diameter D of the temporary cavity in it and the width d of the projectile across its line of flight, the \
-             hole in the middle. The factor of 1 and d are assumed and compared with no measured cracks. A slice with – lies in \
-             the crater of the entry, down to a depth d, or had no cavity. Number and directions of the rays are those of the \
-             drawing: {RAYS} equal rays have the length together.{cut}{drawn}"
+             hole in the middle. The factor of 1 and d are assumed and compared with no measured cracks. Number and directions \
+             of the rays are those of the drawing: {RAYS} equal rays have the length together.{unknown}{cut}{drawn}"
         )
     }
 }
