@@ -224,16 +224,17 @@ fn cracks_are_estimated_in_each_centimetre_from_the_cavity_and_the_ball() {
             (from - 0.01 * i as f64).abs() < 1e-15 && (to - end.min(0.01 * (i + 1) as f64)).abs() < 1e-12,
             "{row:?}"
         );
-        // The bore is 20 mm wide after 8 ms, when the rear of the ball is 20.5 mm deep.
-        assert!((cavity - 0.02).abs() < 1e-12 && (tear - 2.0 * BALL).abs() < 1e-12, "{row:?}");
-        assert!((cracks - std::f64::consts::PI * 0.016).abs() < 1e-12, "{row:?}");
+        // The bore is 20 mm wide after 8 ms; the rear of the ball enters the last slice in the step that ends at 8.8 ms.
+        let widest = 2.0 * radius(if i < 2 { 0.008 } else { 0.0088 });
+        assert!((cavity - widest).abs() < 1e-12 && (tear - 2.0 * BALL).abs() < 1e-12, "{row:?}");
+        assert!((cracks - std::f64::consts::PI * (widest - 2.0 * BALL)).abs() < 1e-12, "{row:?}");
     }
     let (_, track) = table(&folder.join("shot.csv"));
     let energy: f64 = rows.iter().map(|row| row[4]).sum();
     assert!((energy / track.last().unwrap()[4] - 1.0).abs() < 1e-12, "{energy} J");
     let page = page_of(&folder);
-    assert_eq!(page.matches(">50 mm/cm<").count(), 3);
-    assert!(page.contains(">2–2.5 cm<") && page.contains("the simulation models no crack"));
+    assert_eq!([">50 mm/cm<", ">46 mm/cm<"].map(|label| page.matches(label).count()), [2, 1]);
+    assert!(page.contains(">2–2.6 cm<") && page.contains("the simulation models no crack"));
 }
 
 #[test]
