@@ -17,10 +17,10 @@ pub struct ExpansionMotion {
 }
 
 impl ExpansionMotion {
-    /// Creates the unopened state of a body whose surface moves by at most `travel`, m.
+    /// Creates the state of a body that does not open further, and whose surface moves by at most `travel`, m.
     #[must_use]
-    pub fn unopened(travel: f64) -> Self {
-        Self { opening: 0.0, rate: 0.0, end: 0.0, travel }
+    pub fn at_rest(opening: f64, travel: f64) -> Self {
+        Self { opening, rate: 0.0, end: opening, travel }
     }
 
     /// Returns the opening after a time `h`, s.
@@ -99,7 +99,7 @@ mod tests {
         ExpansionLaw { opening_pressure: 10e6, full_pressure: 20e6, path: 0.025, density: 1000.0 };
 
     fn opened(from: f64, speed: f64, time: f64) -> f64 {
-        let start = ExpansionMotion { opening: from, ..ExpansionMotion::unopened(0.004) };
+        let start = ExpansionMotion::at_rest(from, 0.004);
         LAW.opened_by_impulse(&start, &Vector3::new(0.0, 0.0, -speed)).after(time).opening
     }
 

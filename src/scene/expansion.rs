@@ -36,6 +36,14 @@ pub struct ExpansionSpec {
     /// Path in the gel along which the bullet opens completely, m; 1.5 calibres and 10 mm if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<f64>,
+    /// Opening at the start: 0 is unopened, 1 opened, as of a bullet that has left another gel.
+    #[serde(default, skip_serializing_if = "is_unopened")]
+    pub opening: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_unopened(opening: &f64) -> bool {
+    *opening == 0.0
 }
 
 /// Mushroom about the z axis of the body, its front towards -z: a head with a flat front and a round edge, and a shank

@@ -140,7 +140,8 @@ fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyStat
         shape_motion: match &body.shape {
             ShapeGeometry::Dome(dome) => Some(ShapeMotion::Bulge(DomeMotion::at_rest(dome))),
             ShapeGeometry::Expanding(shape) => {
-                Some(ShapeMotion::Expansion(ExpansionMotion::unopened(shape.greatest_travel())))
+                let opening = projectile.expansion.map_or(0.0, |expansion| expansion.opening);
+                Some(ShapeMotion::Expansion(ExpansionMotion::at_rest(opening, shape.greatest_travel())))
             }
             _ => None,
         },

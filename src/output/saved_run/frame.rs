@@ -58,8 +58,7 @@ fn pose(history: &CsvTable, row: &[f64], prefix: &str) -> BodyPose {
     let size = [value("bulge_height_m"), value("bulge_radius_m")];
     let dome = DomeMotion { size: size.into(), rate: Vector::<2>::zeros(), acceleration: Vector::<2>::zeros() };
     let opening = value("expansion");
-    let opened = ExpansionMotion { opening, end: opening, ..ExpansionMotion::unopened(0.0) };
-    let expansion = (opening > 0.0).then_some(ShapeMotion::Expansion(opened));
+    let expansion = (opening > 0.0).then_some(ShapeMotion::Expansion(ExpansionMotion::at_rest(opening, 0.0)));
     BodyPose {
         kinematics: BodyKinematics {
             position: vector("position", "m"),

@@ -20,6 +20,7 @@ pub(super) fn check(body: &ProjectileSpec, dimension: Dimension) -> CheckResult 
     let expected = format!("more than the radius of the bullet, {:?} m", bullet.radius);
     require(expansion.opened.radius > bullet.radius, "projectile.expansion.opened.radius", found, &expected)?;
     expansion.path.map_or(Ok(()), |path| positive("projectile.expansion.path", path, LENGTH))?;
+    within("projectile.expansion.opening", expansion.opening, 0.0..=1.0)?;
     check_thresholds(expansion)
 }
 
@@ -98,6 +99,7 @@ mod tests {
             (OPENED, ", full_pressure=280.0", "expansion.opening_pressure", "both thresholds"),
             (OPENED, ", full_pressure=1e7, opening_speed=200.0", "expansion.opening_pressure", "not both"),
             (OPENED, ", path=0.0", "expansion.path", "a positive length"),
+            (OPENED, ", opening=1.5", "expansion.opening", "from 0 to 1"),
             (&OPENED.replace("edge_radius=2e-3", "edge_radius=5e-3"), "", "expansion.opened.head_length", ""),
             (&format!("{OPENED}, rim_radius=8e-3"), "", "expansion.opened.rim_radius", "no room"),
         ] {
