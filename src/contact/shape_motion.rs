@@ -53,6 +53,13 @@ impl ShapeMotion {
         }
     }
 
+    /// Returns the opening of a body with this motion of its shape, from 0, unopened, to 1, opened; 0 for a body that does
+    /// not expand.
+    #[must_use]
+    pub fn opening_of(motion: Option<&Self>) -> f64 {
+        motion.and_then(Self::expansion).map_or(0.0, |at| at.opening)
+    }
+
     /// Returns the rates of the coordinates, 1/s times their units.
     #[must_use]
     pub fn rate(&self) -> Vector<2> {

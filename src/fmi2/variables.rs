@@ -206,9 +206,9 @@ fn check_item(scalar: &ScalarVariable, value: i32) -> Result<(), CallError> {
 const LARGEST: f64 = 1e15;
 
 fn check_range(scalar: &ScalarVariable, value: f64) -> Result<(), CallError> {
-    let refuse = |expected: String| Err(CallError::value(scalar.name(), value, expected));
+    let refuse = |expected: String| Err(CallError::value(scalar.name(), value, expected.trim_end()));
     let variable = scalar.variable;
-    let unit = variable.unit.unwrap_or_default();
+    let unit = variable.unit.filter(|unit| *unit != "1").unwrap_or_default();
     if !value.is_finite() {
         return refuse(format!("a finite number, {unit}"));
     }

@@ -38,7 +38,9 @@ pub(super) fn body_surface(shape: &ShapeGeometry, place: &BodyPose, scenery: &Ax
     let turn_of_segment = TAU / SEGMENTS as f64;
     let solid = match (shape, &place.shape_motion) {
         (_, Some(ShapeMotion::Bulge(bulge))) => drawn(&dome_profile(&bulge.dome(), scenery)),
-        (ShapeGeometry::Expanding(shape), at) => drawn(&shape.polyline(opening_of(at.as_ref()), turn_of_segment)),
+        (ShapeGeometry::Expanding(shape), at) => {
+            drawn(&shape.polyline(ShapeMotion::opening_of(at.as_ref()), turn_of_segment))
+        }
         (ShapeGeometry::Sphere(sphere), _) => drawn(&sphere_profile(sphere.radius)),
         (ShapeGeometry::Profile(profile), _) => drawn(&profile.polyline(turn_of_segment)),
         (ShapeGeometry::Plate(rounded), _) => transformed(cuboid(rounded.size()), turn, to),
@@ -65,11 +67,6 @@ pub(super) fn visible_box(shape: &ShapeGeometry, place: &BodyPose, scenery: &Axi
         }
         _ => AxisAlignedBox::around(body_surface(shape, place, scenery).points),
     }
-}
-
-/// Returns the opening of an expanding body.
-fn opening_of(motion: Option<&ShapeMotion>) -> f64 {
-    motion.and_then(ShapeMotion::expansion).map_or(0.0, |at| at.opening)
 }
 
 /// Returns the profile (r, z) of a dome's cap and of the plate behind the cap. The plate ends a little beyond the

@@ -278,7 +278,8 @@ impl RunRecorder {
     fn evaluate_penetration(&mut self, end: &MeshFrame) -> Result<Option<PenetrationRecord>, OutputError> {
         let Some(line) = &self.shot_line else { return Ok(None) };
         let damage = PermanentTrack::of(line, &self.run.scene, end);
-        let penetration = PenetrationRecord::of(line, &self.history, &self.cavities, damage)?;
+        let tear_diameter = line.tear_diameter(&self.run.scene, &end.bodies[0]);
+        let penetration = PenetrationRecord::of(line, &self.history, &self.cavities, damage, tear_diameter)?;
         if let Some(penetration) = &penetration {
             penetration.write(&mut self.folder)?;
         }

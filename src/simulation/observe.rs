@@ -325,7 +325,7 @@ impl BodyReport {
     /// Returns the opening of an expanding body, from 0, unopened, to 1, opened; 0 for any other body.
     #[must_use]
     pub fn expansion(&self) -> f64 {
-        self.shape_motion.as_ref().and_then(ShapeMotion::expansion).map_or(0.0, |at| at.opening)
+        ShapeMotion::opening_of(self.shape_motion.as_ref())
     }
 }
 

@@ -67,7 +67,7 @@ impl Simulation {
     /// Opening of an expanding body, from 0, unopened, to 1, opened; 0 for any other body.
     #[must_use]
     pub fn expansion(&self, body: usize) -> f64 {
-        self.now(body).shape_motion.as_ref().and_then(ShapeMotion::expansion).map_or(0.0, |at| at.opening)
+        ShapeMotion::opening_of(self.now(body).shape_motion.as_ref())
     }
 
     /// Depth of the foremost point of a body below the undeformed entry surface, m (negative above), which moves with

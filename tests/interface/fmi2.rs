@@ -11,6 +11,8 @@ mod coupling;
 mod environment;
 #[path = "../fmi2/exit.rs"]
 mod exit;
+#[path = "../fmi2/expansion.rs"]
+mod expansion;
 #[path = "../fmi2/fidelity.rs"]
 mod fidelity;
 #[path = "../fmi2/files.rs"]

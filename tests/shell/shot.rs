@@ -109,16 +109,16 @@ fn summary(folder: &Path) -> serde_json::Value {
 #[test]
 fn speed_force_and_energy_stand_by_depth() {
     let (head, rows) = table(&run("track", 1.0).join("shot.csv"));
-    assert_eq!(head, "depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad,side_force_N");
+    assert_eq!(head, "depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad,side_force_N,expansion");
     assert_eq!((rows.len(), rows[30][0]), (31, depth(END)), "every millimetre");
     for row in &rows {
-        let [x, t, v, force, energy, yaw, side_force] = row[..] else { panic!("seven columns") };
+        let [x, t, v, force, energy, yaw, side_force, expansion] = row[..] else { panic!("eight columns") };
         let speed = (SPEED * SPEED - 2.0 * SLOWING * x).sqrt();
         assert!((v / speed - 1.0).abs() < 1e-9, "{x}: {v}, {speed}");
         assert!((t - (SPEED - speed) / SLOWING).abs() < 1e-5, "{x}: {t}");
         assert!((force / (MASS * SLOWING) - 1.0).abs() < 1e-9, "{x}: {force}");
         assert!((energy - MASS * SLOWING * x).abs() < 1e-12, "{x}: {energy}");
-        assert_eq!((yaw, side_force), (0.0, 0.0), "nose first");
+        assert_eq!((yaw, side_force, expansion), (0.0, 0.0, 0.0), "nose first, and rigid");
     }
 }
 

@@ -24,7 +24,7 @@ pub(in crate::output) struct CrackSlice {
     /// does not count. NaN if no cavity behind the projectile was enclosed by gel there.
     pub(in crate::output) cavity_diameter: f64,
     /// Diameter up to which the projectile parts the gel without cracks, m. Assumed: the width of the projectile
-    /// across the line of flight.
+    /// across the line of flight, of an expanding projectile at the end.
     pub(in crate::output) tear_diameter: f64,
     /// Energy given to the gel in the slice, J.
     pub(in crate::output) energy: f64,

@@ -46,6 +46,7 @@ impl PenetrationRecord {
         history: &HistoryFile,
         profiles: &[CavityProfile],
         damage: PermanentTrack,
+        tear_diameter: f64,
     ) -> Result<Option<Self>, OutputError> {
         let track = ProjectileTrack::of(line, history)?;
         let is_deep = track.greatest_depth() > line.projectile_length;
@@ -53,7 +54,7 @@ impl PenetrationRecord {
         let profiles: Vec<CavityProfile> = profiles.iter().map(behind).collect();
         let cavity = CavityFigures::of(line, &profiles);
         let energies = track.energy_per_centimetre();
-        let cracks = cracks::slices(line.projectile_width, track.greatest_depth(), &energies, &profiles);
+        let cracks = cracks::slices(tear_diameter, track.greatest_depth(), &energies, &profiles);
         Ok(is_deep.then_some(Self { track, cavity, damage, cracks, profiles }))
     }
 

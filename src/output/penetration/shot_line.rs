@@ -4,7 +4,7 @@ use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::AxisAlignedBox;
 use crate::scene::{Dimension, Scene};
-use crate::simulation::{BlockMotion, BodyPose, MeshFrame, is_shot};
+use crate::simulation::{BlockMotion, BodyPose, MeshFrame, ShapeMotion, is_shot};
 
 /// Depths per metre of a table: the interval of 1 mm is that of a fine measurement.
 const DEPTHS_PER_METRE: f64 = 1e3;
@@ -55,6 +55,13 @@ impl ShotLine {
             projectile_width: width,
             gel_depth: -gel.lower.z,
         })
+    }
+
+    /// Returns the diameter up to which the projectile parts the gel without cracks, m: its width across the line, of an
+    /// expanding projectile that of its form at the end.
+    pub(in crate::output) fn tear_diameter(&self, scene: &Scene, end: &BodyPose) -> f64 {
+        let opening = ShapeMotion::opening_of(end.shape_motion.as_ref());
+        scene.diameter_at(0, opening).unwrap_or(self.projectile_width)
     }
 
     /// Returns the depth of the projectile's rear in the block, m: of its uppermost point. Infinite for a projectile

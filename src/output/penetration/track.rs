@@ -29,6 +29,8 @@ pub(in crate::output) struct TrackPoint {
     pub(in crate::output) yaw: f64,
     /// Impulse of the gel on the projectile across the line of fire, down to the depth, along x and y, N·s.
     pub(in crate::output) side_impulse: Vector2<f64>,
+    /// Opening of an expanding projectile; 0 for any other.
+    pub(in crate::output) expansion: f64,
 }
 
 /// Track to the greatest depth; each depth carries the time of its first arrival.
@@ -132,12 +134,13 @@ impl ProjectileTrack {
 
     /// Returns the text of `shot.csv`.
     pub(super) fn csv(&self) -> String {
-        let mut text = String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad,side_force_N\n");
+        let mut text =
+            String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad,side_force_N,expansion\n");
         for place in self.table() {
-            let TrackPoint { depth, time, velocity, energy, yaw, .. } = place;
+            let TrackPoint { depth, time, velocity, energy, yaw, expansion, .. } = place;
             let [force, side_force] =
                 [self.force(depth), self.side_force(depth)].map(|force| force.unwrap_or(f64::NAN));
-            let row = [depth, time, velocity, force, energy, yaw, side_force].map(format_cell);
+            let row = [depth, time, velocity, force, energy, yaw, side_force, expansion].map(format_cell);
             writeln!(text, "{}", row.join(",")).expect("a string grows");
         }
         text
@@ -167,6 +170,7 @@ impl ProjectileTrack {
             energy: between(a.energy, b.energy),
             yaw: between(a.yaw, b.yaw),
             side_impulse: a.side_impulse + share * (b.side_impulse - a.side_impulse),
+            expansion: between(a.expansion, b.expansion),
         }
     }
 }
@@ -190,10 +194,10 @@ fn append_deeper(points: &mut Vec<TrackPoint>, end: f64, row: &HistoryRow, veloc
     if depth <= 0.0 {
         points.clear();
     }
-    let (time, yaw) = (row.get("time_s"), row.get("yaw_rad"));
+    let [time, yaw, expansion] = ["time_s", "yaw_rad", "expansion"].map(|name| row.get(name));
     let yaw = if velocity < 0.0 { std::f64::consts::PI - yaw } else { yaw };
     let &TrackSums { energy, side_impulse } = sums;
-    points.push(TrackPoint { depth, time, velocity, energy, yaw, side_impulse });
+    points.push(TrackPoint { depth, time, velocity, energy, yaw, side_impulse, expansion });
 }
 
 /// Returns the energy given to the gel in the step that ends with this row, J.

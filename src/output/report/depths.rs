@@ -15,7 +15,14 @@ const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it 
 
 /// Returns the wound profile of a shot, its plots against depth, and the slices with estimated cracks.
 pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
-    let plots = [cavity_plot(shot), yaw_plot(shot), speed_plot(shot), force_plot(shot), energy_plot(shot)];
+    let plots = [
+        cavity_plot(shot),
+        yaw_plot(shot),
+        speed_plot(shot),
+        expansion_plot(shot),
+        force_plot(shot),
+        energy_plot(shot),
+    ];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!(
         "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}{}</section>\n",
@@ -56,6 +63,13 @@ fn yaw_plot(shot: &SavedShot) -> CurvePlot {
     let curve = curve_along_track(shot, "between axis and velocity", |place| place.yaw.to_degrees());
     let turns = curve.points.iter().any(|(_, yaw)| *yaw > MIN_YAW);
     depth_plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
+}
+
+/// Returns the plot of the opening, without a curve if the projectile does not expand.
+fn expansion_plot(shot: &SavedShot) -> CurvePlot {
+    let curve = curve_along_track(shot, "opening", |place| 100.0 * place.expansion);
+    let opens = curve.points.iter().any(|(_, opening)| *opening > 0.0);
+    depth_plot(shot, "Expansion of the projectile by depth", "%", if opens { vec![curve] } else { vec![] })
 }
 
 fn cavity_plot(shot: &SavedShot) -> CurvePlot {

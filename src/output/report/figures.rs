@@ -151,7 +151,9 @@ fn balance_rows(s: &Value) -> Vec<FigureRow> {
 
 /// Rows of what a shot leaves in the gel, each only where there is such a figure.
 fn cavity_rows(s: &Value) -> impl Iterator<Item = FigureRow> {
-    [expansion_row(s), cavity_row(s), course_row(s), track_row(s), neck_row(s), overlap_row(s)].into_iter().flatten()
+    [expansion_row(s), expansion_work_row(s), cavity_row(s), course_row(s), track_row(s), neck_row(s), overlap_row(s)]
+        .into_iter()
+        .flatten()
 }
 
 /// Row of the temporary cavity of a shot.
@@ -188,10 +190,13 @@ fn track_row(s: &Value) -> Option<FigureRow> {
 /// Row of the opening of an expanding projectile.
 fn expansion_row(s: &Value) -> Option<FigureRow> {
     let opening = s["expansion"].as_f64()?;
-    let work = s["expansion_work_fraction"].as_f64();
-    let work = work.map(|part| format!("; the work of its surface is {:+.1} % of the energy given", 1e2 * part));
-    let opened = format!("{:.0} % open, {} wide", 1e2 * opening, figure(s, "expanded_diameter"));
-    Some(key_row("expansion", opened + &work.unwrap_or_default(), true))
+    Some(key_row("expansion", format!("{:.0} % open, {} wide", 1e2 * opening, figure(s, "expanded_diameter")), true))
+}
+
+/// Row of the work of the surface of an expanding projectile.
+fn expansion_work_row(s: &Value) -> Option<FigureRow> {
+    let part = s["expansion_work_fraction"].as_f64()?;
+    Some(row("work of the expansion", format!("{:+.1} % of the energy given, an account of its own", 1e2 * part)))
 }
 
 /// Row of the neck of a bullet that turns over.

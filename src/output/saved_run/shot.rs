@@ -24,6 +24,8 @@ pub(in crate::output) struct ShotPoint {
     pub(in crate::output) yaw: f64,
     /// Mean force across the line of fire around the depth, N.
     pub(in crate::output) side_force: f64,
+    /// Opening of an expanding projectile; 0 for any other.
+    pub(in crate::output) expansion: f64,
 }
 
 /// Width along the depth: depth, m, and radius or diameter, m.
@@ -74,6 +76,7 @@ impl SavedShot {
                 energy: value("energy_J"),
                 yaw: value("yaw_rad"),
                 side_force: value("side_force_N"),
+                expansion: value("expansion"),
             }
         };
         Ok(Some(Self {
