@@ -173,6 +173,7 @@ fn source(file: &File) -> Result<String, String> {
     enumeration(&mut out, "Setting", "A parameter that no scene key stands for.", file)?;
     enumeration(&mut out, "Input", "An input.", file)?;
     enumeration(&mut out, "Observed", "What is computed.", file)?;
+    enumeration(&mut out, "EnergyAccount", "An account of the energy balance.", file)?;
     let _ = writeln!(out, "/// Every variable, by ascending value reference.\npub static VARIABLES: &[Variable] = &[");
     for variable in &file.variable {
         out += &row(variable)?;
@@ -183,12 +184,16 @@ fn source(file: &File) -> Result<String, String> {
     Ok(out)
 }
 
-/// Which of the three enums a variable belongs to; an overridden scene key belongs to none.
+/// Beginning of the names of the energy accounts.
+const ENERGY: &str = "energy.";
+
+/// Enum that a variable belongs to; an overridden scene key belongs to none.
 fn family(variable: &Variable) -> Option<&'static str> {
     match variable.causality.as_str() {
         "parameter" if variable.keys.is_empty() => Some("Setting"),
         "parameter" => None,
         "input" => Some("Input"),
+        _ if variable.name.starts_with(ENERGY) => Some("EnergyAccount"),
         _ => Some("Observed"),
     }
 }
@@ -199,7 +204,10 @@ fn enumeration(out: &mut String, name: &str, doc: &str, file: &File) -> Result<(
     let _ = writeln!(out, "/// {doc}\n{attributes}\npub enum {name} {{");
     for variable in file.variable.iter().filter(|v| family(v) == Some(name)) {
         let (plain, _) = array(&variable.name)?;
-        let _ = writeln!(out, "/// `{plain}`.\n{},", camel(plain));
+        let _ = writeln!(out, "/// `{plain}`.\n{},", camel(plain.strip_prefix(ENERGY).unwrap_or(plain)));
+    }
+    if name == "Observed" {
+        out.push_str("/// Account of the energy balance.\nEnergy(EnergyAccount),\n");
     }
     out.push_str("}\n");
     Ok(())
@@ -208,6 +216,10 @@ fn enumeration(out: &mut String, name: &str, doc: &str, file: &File) -> Result<(
 fn row(variable: &Variable) -> Result<String, String> {
     let (name, length) = array(&variable.name)?;
     let source = match family(variable) {
+        Some("EnergyAccount") => {
+            let account = camel(name.strip_prefix(ENERGY).unwrap_or(name));
+            format!("Source::Observed(Observed::Energy(EnergyAccount::{account}))")
+        }
         Some(family) => format!("Source::{family}({family}::{})", camel(name)),
         None => "Source::Scene".to_string(),
     };

@@ -1,7 +1,7 @@
 //! Ports: the variables that an FMU of a scene has, without those that the scene cannot use.
 
 use super::scalar::ScalarVariable;
-use super::table::{Causality, Input, Observed, OutputSet, Source, VARIABLES, Variable};
+use super::table::{Causality, EnergyAccount, Input, Observed, OutputSet, Source, VARIABLES, Variable};
 use crate::scene::{BodyShape, ContactLaw, Dimension, MOST_FRAGMENTS, MOST_SENSORS, MaterialModel, Scene};
 
 /// Bodies, sensors and gel of a scene, as far as its variables depend on them.
@@ -109,7 +109,9 @@ impl VariablePorts {
                 ports.is_dome
             }
             Source::Observed(Observed::ProjectileExpansion | Observed::ContactExpansionImpulse) => ports.is_expanding,
-            Source::Observed(Observed::EnergyExpansion) => self.bodies.iter().any(|body| body.is_expanding),
+            Source::Observed(Observed::Energy(EnergyAccount::Expansion)) => {
+                self.bodies.iter().any(|body| body.is_expanding)
+            }
             Source::Scene if variable.name.starts_with("projectile.expansion_") => ports.is_expanding,
             Source::Scene => self.include_parameter(variable),
             Source::Setting(_) | Source::Observed(_) => true,

@@ -7,7 +7,7 @@ use super::lifecycle::LifecyclePhase;
 use super::model::BuiltModel;
 use super::parameters::RunSettings;
 use super::scalar::{ScalarValues, ScalarVariable};
-use super::table::{Kind, Observed, Source};
+use super::table::{EnergyAccount, Kind, Observed, Source};
 use crate::math::Vector3;
 use crate::simulation::{ContactReport, EnergyReport, ImpulseExchange};
 
@@ -228,29 +228,29 @@ fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
     if matches!(observed, Observed::ProjectileExitTime) { exit.time } else { exit.residual_energy }
 }
 
-/// Returns an energy account, J; the imbalance if it is none of the others.
-fn energy_account(observed: Observed, energy: &EnergyReport) -> f64 {
-    match observed {
-        Observed::EnergyKinetic => energy.kinetic,
-        Observed::EnergyElastic => energy.elastic,
-        Observed::EnergyContact => energy.contact,
-        Observed::EnergySelfContact => energy.self_contact,
-        Observed::EnergyRemesh => energy.remesh,
-        Observed::EnergyRemeshReturned => energy.remesh_returned,
-        Observed::EnergyFriction => energy.friction,
-        Observed::EnergyContactBias => energy.contact_bias,
-        Observed::EnergyIntegration => energy.integration,
-        Observed::EnergyExternal => energy.external,
-        Observed::EnergyExpansion => energy.expansion,
-        Observed::EnergyImporter => energy.importer,
-        Observed::EnergyLoad => energy.load,
-        Observed::EnergyAir => energy.air,
-        Observed::EnergyDamping => energy.damping,
-        Observed::EnergyBulkViscous => energy.bulk_viscous,
-        Observed::EnergyViscous => energy.viscous,
-        Observed::EnergyEroded => energy.eroded,
-        Observed::EnergyDamage => energy.damage,
-        _ => energy.imbalance,
+/// Returns an account of the energy balance, J.
+fn energy_account(account: EnergyAccount, energy: &EnergyReport) -> f64 {
+    match account {
+        EnergyAccount::Kinetic => energy.kinetic,
+        EnergyAccount::Elastic => energy.elastic,
+        EnergyAccount::Contact => energy.contact,
+        EnergyAccount::SelfContact => energy.self_contact,
+        EnergyAccount::Remesh => energy.remesh,
+        EnergyAccount::RemeshReturned => energy.remesh_returned,
+        EnergyAccount::Friction => energy.friction,
+        EnergyAccount::ContactBias => energy.contact_bias,
+        EnergyAccount::Integration => energy.integration,
+        EnergyAccount::External => energy.external,
+        EnergyAccount::Expansion => energy.expansion,
+        EnergyAccount::Importer => energy.importer,
+        EnergyAccount::Load => energy.load,
+        EnergyAccount::Air => energy.air,
+        EnergyAccount::Damping => energy.damping,
+        EnergyAccount::BulkViscous => energy.bulk_viscous,
+        EnergyAccount::Viscous => energy.viscous,
+        EnergyAccount::Eroded => energy.eroded,
+        EnergyAccount::Damage => energy.damage,
+        EnergyAccount::Imbalance => energy.imbalance,
     }
 }
 
@@ -329,26 +329,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::SensorPressure => scalar(model.sensor(body).pressure),
         Observed::SensorDisplacement => vector(model.sensor(body).displacement),
         Observed::SensorVelocity => vector(model.sensor(body).velocity),
-        Observed::EnergyKinetic
-        | Observed::EnergyElastic
-        | Observed::EnergyContact
-        | Observed::EnergySelfContact
-        | Observed::EnergyRemesh
-        | Observed::EnergyRemeshReturned
-        | Observed::EnergyFriction
-        | Observed::EnergyContactBias
-        | Observed::EnergyIntegration
-        | Observed::EnergyExternal
-        | Observed::EnergyExpansion
-        | Observed::EnergyImporter
-        | Observed::EnergyLoad
-        | Observed::EnergyAir
-        | Observed::EnergyDamping
-        | Observed::EnergyBulkViscous
-        | Observed::EnergyViscous
-        | Observed::EnergyEroded
-        | Observed::EnergyDamage
-        | Observed::EnergyImbalance => scalar(energy_account(observed, &model.books().energy)),
+        Observed::Energy(account) => scalar(energy_account(account, &model.books().energy)),
         Observed::MomentumImbalance => vector(model.books().momentum_imbalance),
         Observed::AngularMomentumImbalance => vector(model.books().angular_momentum_imbalance),
         Observed::CostElementUpdates => scalar(model.simulation.updates()),

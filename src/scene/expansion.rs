@@ -1,12 +1,7 @@
 //! Expanding bullets: the table of the expansion, and the mushroom as which a bullet is recovered.
 
-use super::block_fit::approach;
-use super::{BodyShape, Scene};
-use crate::contact::ExpansionLaw;
-use crate::geometry::{ProfileOutline, ShapeGeometry};
-use crate::math::Vector3;
+use crate::geometry::ProfileOutline;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Path along which a bullet opens where none is given: calibres, and length beyond them, m ("in the first 2 to 3
 /// inches, or not at all").
@@ -82,11 +77,9 @@ impl MushroomSpec {
 }
 
 impl ExpansionSpec {
-    /// Sets the path of a bullet that has none.
-    pub(super) fn set_path(&mut self, shape: &BodyShape) {
-        if let BodyShape::Bullet(bullet) = shape {
-            self.path.get_or_insert(PATH_CALIBRES * 2.0 * bullet.radius + PATH_LENGTH);
-        }
+    /// Sets the path where none is given, for a bullet of this radius, m.
+    pub(super) fn set_path(&mut self, radius: f64) {
+        self.path.get_or_insert(PATH_CALIBRES * 2.0 * radius + PATH_LENGTH);
     }
 
     /// Returns true if no threshold is given: the importer prescribes the opening.
@@ -103,33 +96,5 @@ impl ExpansionSpec {
         let stagnation = |speed: f64| 0.5 * density * speed * speed;
         let opening = self.opening_pressure.or(self.opening_speed.map(stagnation))?;
         Some([opening, self.full_pressure.or(self.full_speed.map(stagnation))?])
-    }
-}
-
-impl Scene {
-    /// Law by which a body expands; `None` for one that does not, or whose importer prescribes its opening.
-    #[must_use]
-    pub fn expansion_law(&self, body: usize) -> Option<ExpansionLaw> {
-        let (projectile, density) = (self.body(body), self.gel.density);
-        let expansion = projectile.expansion?;
-        let [opening_pressure, full_pressure] = expansion.thresholds(density)?;
-        Some(ExpansionLaw { opening_pressure, full_pressure, path: expansion.path?, density })
-    }
-
-    /// Shape with which a body flies through the gel: the opened form of a bullet that opens at least by half at its
-    /// speed, or the shape at the start.
-    pub(super) fn shape_in_gel(&self, body: usize) -> ShapeGeometry {
-        let shape = self.shape(body);
-        let ShapeGeometry::Expanding(expanding) = &shape else { return shape };
-        let velocity = approach(self, self.body(body));
-        let opens = self.expansion_law(body).is_some_and(|law| law.target(&velocity) >= 0.5);
-        if opens { ShapeGeometry::Profile(Arc::new(expanding.forms()[1].clone())) } else { shape }
-    }
-
-    /// Diameter across the axis of an expanding body at an opening, m; `None` for a body that does not expand.
-    #[must_use]
-    pub fn diameter_at(&self, body: usize, opening: f64) -> Option<f64> {
-        let ShapeGeometry::Expanding(expanding) = self.shape(body) else { return None };
-        Some(2.0 * expanding.reach(opening, &Vector3::x()))
     }
 }

@@ -47,8 +47,8 @@ fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
 /// Reads the files that a scene names, builds the solids that are made of triangles, and sets the paths of expansions.
 pub(super) fn attach_files(scene: &mut Scene, files: &FileSource<'_>) -> Result<(), SceneError> {
     for (i, body) in scene.bodies_mut().enumerate() {
-        if let Some(expansion) = &mut body.expansion {
-            expansion.set_path(&body.shape);
+        if let (Some(expansion), BodyShape::Bullet(bullet)) = (&mut body.expansion, &body.shape) {
+            expansion.set_path(bullet.radius);
         }
         match &mut body.shape {
             BodyShape::Stl(stl) => {

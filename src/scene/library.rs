@@ -178,8 +178,8 @@ impl LibraryProjectile {
         if let BodyShape::Chisel(chisel) = &mut projectile.shape {
             chisel.build();
         }
-        if let Some(expansion) = &mut projectile.expansion {
-            expansion.set_path(&projectile.shape);
+        if let (Some(expansion), BodyShape::Bullet(bullet)) = (&mut projectile.expansion, &projectile.shape) {
+            expansion.set_path(bullet.radius);
         }
         Ok(projectile)
     }

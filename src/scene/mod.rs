@@ -30,6 +30,7 @@ mod removed_keys;
 #[cfg(feature = "cli")]
 mod schema;
 mod shape;
+mod shape_in_gel;
 mod stl;
 mod tables;
 mod validate;

@@ -216,7 +216,7 @@ mod tests {
             let depth = 0.01 * f64::from(i);
             let time = depth / 100.0;
             let (yaw, side_impulse) = (0.1 * f64::from(i), Vector2::new(1.2, -1.6) * time);
-            TrackPoint { depth, time, velocity: 100.0, energy: 0.0, yaw, side_impulse }
+            TrackPoint { depth, time, velocity: 100.0, energy: 0.0, yaw, side_impulse, expansion: 0.0 }
         };
         ProjectileTrack { points: (0..=10).map(point).collect(), end: 1.0 }
     }
