@@ -145,7 +145,10 @@ impl RigidBody {
             && (q.norm() - 1.0).abs() <= NORM_TOLERANCE
             && match &self.shape {
                 ShapeGeometry::Dome(_) => state.shape_motion.is_some_and(|shape| shape.bulge().is_some()),
-                ShapeGeometry::Expanding(_) => state.shape_motion.is_some_and(|shape| shape.expansion().is_some()),
+                ShapeGeometry::Expanding(shape) => {
+                    let motion = state.shape_motion.as_ref().and_then(ShapeMotion::expansion);
+                    motion.is_some_and(|motion| motion.travel == shape.greatest_travel())
+                }
                 _ => state.shape_motion.is_none(),
             }
     }
@@ -161,7 +164,7 @@ impl RigidBody {
         let local = state.orientation.inverse_transform_vector(&away);
         let gap = match (&self.shape, &state.shape_motion) {
             (_, Some(ShapeMotion::Bulge(bulge))) => bulge.dome().gap(&local),
-            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => shape.gap(at.opening, &local),
+            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => shape.gap_at(at.opening, &local),
             _ => self.shape.gap(&local),
         };
         Gap { distance: gap.distance, normal: state.orientation.transform_vector(&gap.normal) }
@@ -211,7 +214,7 @@ impl RigidBody {
         let local = state.orientation.inverse_transform_vector(direction);
         match (&self.shape, &state.shape_motion) {
             (_, Some(ShapeMotion::Bulge(bulge))) => bulge.dome().reach(&local),
-            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => shape.reach(at.opening, &local),
+            (ShapeGeometry::Expanding(shape), Some(ShapeMotion::Expansion(at))) => shape.reach_at(at.opening, &local),
             _ => self.shape.reach(&local),
         }
     }

@@ -10,7 +10,7 @@ pub struct ExpansionMotion {
     pub opening: f64,
     /// Rate of the opening, 1/s, until it reaches `end`.
     pub rate: f64,
-    /// Opening at which the body stops to open.
+    /// Opening at which the motion stops.
     pub end: f64,
     /// Greatest distance that the surface moves along its normal from unopened to opened, m.
     pub travel: f64,
@@ -40,7 +40,13 @@ impl ExpansionMotion {
     /// The violated requirement.
     pub fn check(&self) -> Result<(), &'static str> {
         let is_fraction = |x: f64| (0.0..=1.0).contains(&x);
-        if is_fraction(self.opening) && is_fraction(self.end) && self.rate.is_finite() && self.travel.is_finite() {
+        let is_ahead = self.rate * (self.end - self.opening) >= 0.0;
+        if is_ahead
+            && is_fraction(self.opening)
+            && is_fraction(self.end)
+            && self.rate.is_finite()
+            && self.travel.is_finite()
+        {
             Ok(())
         } else {
             Err("an opening from 0, unopened, to 1, opened")

@@ -74,6 +74,7 @@ impl BodyState {
         let start = body.angular_velocity(self);
         let mut middle = *self;
         middle.orientation = rotate(&self.orientation, &(start * (h / 2.0)));
+        middle.shape_motion = self.shape_motion.map(|shape| shape.after(h / 2.0));
         let spin = body.spin(&middle, &momentum(h / 2.0));
         next.orientation = rotate(&self.orientation, &(spin * h));
     }

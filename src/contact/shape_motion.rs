@@ -35,6 +35,25 @@ impl ShapeMotion {
         }
     }
 
+    /// Returns true if both are shapes of one body.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Bulge(_), Self::Bulge(_)) => true,
+            (Self::Expansion(a), Self::Expansion(b)) => a.travel == b.travel,
+            _ => false,
+        }
+    }
+
+    /// Returns the shape of a body that is taken out of the scene: an expanding body stops opening.
+    #[must_use]
+    pub fn held(&self) -> Self {
+        match self {
+            Self::Bulge(_) => *self,
+            Self::Expansion(at) => Self::Expansion(ExpansionMotion::at_rest(at.opening, at.travel)),
+        }
+    }
+
     /// Returns the bulge of a dome.
     #[must_use]
     pub fn bulge(&self) -> Option<&DomeMotion> {

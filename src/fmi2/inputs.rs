@@ -176,7 +176,7 @@ impl BodyInputs<'_> {
     /// Copies the opening of an expanding body or its rate; the body opens or closes until its end.
     fn copy_expansion(&self, input: Input, to: &mut StepInputs) -> Result<(), CallError> {
         let Some(ShapeMotion::Expansion(expansion)) = &mut to.shape_motion else {
-            return self.expect_zero(input, "0: the body does not expand");
+            return self.expect_zero(input, "0: the importer does not prescribe the opening of this body");
         };
         let value = self.vector(input)[0];
         if input == Input::ProjectilePrescribedExpansion {

@@ -210,7 +210,7 @@ fn check_range(scalar: &ScalarVariable, value: f64) -> Result<(), CallError> {
     let variable = scalar.variable;
     let unit = variable.unit.filter(|unit| *unit != "1").unwrap_or_default();
     if !value.is_finite() {
-        return refuse(format!("a finite number, {unit}"));
+        return refuse(format!("a finite number {unit}"));
     }
     if value.abs() > LARGEST {
         return refuse(format!("nothing beyond {LARGEST:e} {unit} in size"));

@@ -13,7 +13,7 @@ pub enum ShapeGeometry {
     Sphere(Sphere),
     /// Convex body with a profile about an axis.
     Profile(Arc<ProfileBody>),
-    /// Profile body that expands; as a body without motion of its surface it is unopened.
+    /// Profile body that expands, at its opening at the start.
     Expanding(Arc<ExpandingProfile>),
     /// Cuboid with rounded edges.
     Plate(RoundedCuboid),
@@ -48,7 +48,7 @@ impl ShapeGeometry {
         match self {
             Self::Sphere(sphere) => sphere,
             Self::Profile(profile) => &**profile,
-            Self::Expanding(expanding) => expanding.forms()[0],
+            Self::Expanding(expanding) => &**expanding,
             Self::Plate(plate) => plate,
             Self::Solid(solid) => &**solid,
             Self::HalfSpace(half_space) => half_space,

@@ -39,7 +39,9 @@ pub(super) fn body_surface(shape: &ShapeGeometry, place: &BodyPose, scenery: &Ax
     let solid = match (shape, &place.shape_motion) {
         (_, Some(ShapeMotion::Bulge(bulge))) => drawn(&dome_profile(&bulge.dome(), scenery)),
         (ShapeGeometry::Expanding(shape), at) => {
-            drawn(&shape.polyline(ShapeMotion::opening_of(at.as_ref()), turn_of_segment))
+            let motion = at.as_ref().and_then(ShapeMotion::expansion);
+            let opening = motion.map_or(shape.opening_at_start(), |motion| motion.opening);
+            drawn(&shape.polyline(opening, turn_of_segment))
         }
         (ShapeGeometry::Sphere(sphere), _) => drawn(&sphere_profile(sphere.radius)),
         (ShapeGeometry::Profile(profile), _) => drawn(&profile.polyline(turn_of_segment)),

@@ -58,7 +58,8 @@ pub struct MushroomSpec {
     pub edge_radius: f64,
     /// Radius of the base of the shank, m; at most that of the head.
     pub shank_radius: f64,
-    /// Radius of the rounding of the rims behind the head and at the base, m; 0 is sharp.
+    /// Radius of the rounding of all sharp rims, behind the head, at the base, and of a front without a round edge, m; 0 is
+    /// sharp.
     #[serde(default)]
     pub rim_radius: f64,
 }

@@ -215,8 +215,11 @@ impl LibraryProjectile {
         let shape = (body.shape != self.shape).then(|| ("shape", [toml_text(&body.shape), toml_text(&self.shape)]));
         let inertia = body.inertia.zip(self.inertia).filter(|(own, known)| own != known);
         let inertia = inertia.map(|(own, known)| ("inertia", [format!("{own:?}"), format!("{known:?}")]));
-        let expansion = body.expansion.zip(self.expansion).filter(|(own, known)| own != known);
-        let expansion = expansion.map(|(own, known)| ("expansion", [toml_text(&own), toml_text(&known)]));
+        // The opening at the start is a state of the body, not one of its values.
+        let unopened = |expansion: ExpansionSpec| ExpansionSpec { opening: 0.0, ..expansion };
+        let known = || self.expansion.as_ref().map_or_else(|| "none".to_owned(), toml_text);
+        let own = body.expansion.map(unopened).filter(|own| Some(*own) != self.expansion);
+        let expansion = own.map(|own| ("expansion", [toml_text(&own), known()]));
         [mass, shape, inertia, expansion]
             .into_iter()
             .flatten()

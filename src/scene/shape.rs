@@ -33,9 +33,9 @@ impl Scene {
                 match &self.body(body).expansion {
                     Some(expansion) => {
                         let opened = expansion.opened.outline().expect(MUSHROOM_HAS_ROOM);
-                        let forms = [unopened, opened].map(|outline| ProfileBody::new(&outline, sweep));
-                        let [unopened, opened] = forms;
-                        ShapeGeometry::Expanding(Arc::new(ExpandingProfile::new(unopened, opened)))
+                        let [unopened, opened] = [unopened, opened].map(|outline| ProfileBody::new(&outline, sweep));
+                        let body = ExpandingProfile::new(unopened, opened, expansion.opening);
+                        ShapeGeometry::Expanding(Arc::new(body))
                     }
                     None => profile(&unopened),
                 }

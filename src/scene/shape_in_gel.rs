@@ -31,6 +31,6 @@ impl Scene {
     #[must_use]
     pub fn diameter_at(&self, body: usize, opening: f64) -> Option<f64> {
         let ShapeGeometry::Expanding(expanding) = self.shape(body) else { return None };
-        Some(2.0 * expanding.reach(opening, &Vector3::x()))
+        Some(2.0 * expanding.reach_at(opening, &Vector3::x()))
     }
 }

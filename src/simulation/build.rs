@@ -140,8 +140,8 @@ fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyStat
         shape_motion: match &body.shape {
             ShapeGeometry::Dome(dome) => Some(ShapeMotion::Bulge(DomeMotion::at_rest(dome))),
             ShapeGeometry::Expanding(shape) => {
-                let opening = projectile.expansion.map_or(0.0, |expansion| expansion.opening);
-                Some(ShapeMotion::Expansion(ExpansionMotion::at_rest(opening, shape.greatest_travel())))
+                let at_start = ExpansionMotion::at_rest(shape.opening_at_start(), shape.greatest_travel());
+                Some(ShapeMotion::Expansion(at_start))
             }
             _ => None,
         },

@@ -51,7 +51,8 @@ pub struct StepInputs {
     pub acceleration: Vector3,
     /// Force and torque on the body apart from contact (`integrated`, `corrected`).
     pub wrench: Wrench,
-    /// Shape of a dome or an expanding body with its rates, in every mode; one that opens by its law is not changed.
+    /// Shape of a dome or an expanding body with its rates, in every mode; `None` of a body whose shape the importer does
+    /// not prescribe.
     pub shape_motion: Option<ShapeMotion>,
     /// True if the body takes part.
     pub active: bool,

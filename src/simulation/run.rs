@@ -9,7 +9,7 @@ use super::model::ErasedModel;
 use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
-use crate::contact::{BodyMotion, BodyState, ImpulseExchange, RigidBody, ShapeMotion, Wrench};
+use crate::contact::{BodyMotion, BodyState, ImpulseExchange, ShapeMotion, Wrench};
 use crate::integrator::{BlockMotion, StepError};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
@@ -160,7 +160,9 @@ impl Simulation {
     pub fn unchanged(&self, body: usize) -> StepInputs {
         let now = self.now(body);
         let (kinematics, acceleration, wrench) = (self.kinematics(body), Vector3::zeros(), Wrench::default());
-        StepInputs { kinematics, acceleration, wrench, shape_motion: now.shape_motion, active: now.active }
+        // The importer has no part in an opening by the law.
+        let shape_motion = now.shape_motion.filter(|_| self.model.body(body).0.expansion.is_none());
+        StepInputs { kinematics, acceleration, wrench, shape_motion, active: now.active }
     }
 
     /// Performs a communication step to `end`, s since the start, under the inputs of each body. An `end` not after
@@ -284,7 +286,9 @@ impl Simulation {
         let free =
             along.iter().all(|v| freedom.translation(v) == *v) && about.iter().all(|v| freedom.rotation(v) == *v);
         assert!(free, "a body of a plane or axisymmetric scene must stay in its plane or on its axis");
+        let own = self.model.body(body).1.shape_motion;
         for shape in inputs.shape_motion.iter().flat_map(|shape| [*shape, shape.after(duration)]) {
+            assert!(own.is_some_and(|own| own.is_like(&shape)), "a changing shape is of the kind of its body");
             assert_eq!(
                 shape.check(),
                 Ok(()),
@@ -299,7 +303,7 @@ impl Simulation {
         let (fixed, now) = (self.model.body(body).0, self.now(body));
         let (motion, mass) = (fixed.motion, fixed.mass);
         if motion == BodyMotion::Fixed {
-            let shape_motion = prescribed_shape(fixed, &now, inputs);
+            let shape_motion = prescribed_shape(&now, inputs);
             if (shape_motion, inputs.active) != (now.shape_motion, now.active) {
                 self.model.set_body(body, &BodyState { shape_motion, active: inputs.active, ..now });
             }
@@ -320,14 +324,15 @@ impl Simulation {
         if self.now(i).active {
             self.model.rebase_body(i, self.time);
             let there = *self.model.body(i).1;
-            self.replace_state(i, &BodyState { active: false, ..there });
+            let shape_motion = there.shape_motion.map(|shape| shape.held());
+            self.replace_state(i, &BodyState { active: false, shape_motion, ..there });
         }
     }
 
     /// Sets wrench and prescribed shape of a free body, if they change.
     fn set_wrench(&mut self, body: usize, inputs: &StepInputs) {
-        let ((rigid, last), now) = (self.model.body(body), self.now(body));
-        let shape_motion = prescribed_shape(rigid, &now, inputs);
+        let (last, now) = (self.model.body(body).1, self.now(body));
+        let shape_motion = prescribed_shape(&now, inputs);
         if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || shape_motion != now.shape_motion {
             self.model.rebase_body(body, self.time);
             let now = *self.model.body(body).1;
@@ -346,7 +351,7 @@ impl Simulation {
     /// place.
     pub(super) fn state_from_inputs(&self, i: usize, inputs: &StepInputs) -> BodyState {
         let (body, was) = (self.model.body(i).0, self.now(i));
-        let shape_motion = prescribed_shape(body, &was, inputs);
+        let shape_motion = prescribed_shape(&was, inputs);
         let mut now = BodyState { shape_motion, active: true, wrench: Wrench::default(), ..was };
         if body.motion != BodyMotion::Fixed {
             let given = &inputs.kinematics;
@@ -467,7 +472,7 @@ impl Simulation {
     }
 }
 
-/// Shape of a body after the inputs of a step: a body that opens by its law keeps its own.
-fn prescribed_shape(body: &RigidBody, now: &BodyState, inputs: &StepInputs) -> Option<ShapeMotion> {
-    if body.expansion.is_some() { now.shape_motion } else { now.shape_motion.and(inputs.shape_motion) }
+/// Shape of a body after the inputs of a step; one that the importer does not prescribe goes on as it is.
+fn prescribed_shape(now: &BodyState, inputs: &StepInputs) -> Option<ShapeMotion> {
+    now.shape_motion.and(inputs.shape_motion.map(|given| given.after(0.0))).or(now.shape_motion)
 }

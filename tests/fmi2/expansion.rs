@@ -31,7 +31,7 @@ size = 2e-3
 fn with_law() -> String {
     PRESCRIBED.replace(
         "shank_radius = 6e-3 }\n",
-        "shank_radius = 6e-3 }\nopening_speed = 1.0\nfull_speed = 2.0\npath = 2e-3\n",
+        "shank_radius = 6e-3 }\nopening_speed = 1.0\nfull_speed = 2.0\npath = 8e-3\n",
     )
 }
 
@@ -63,6 +63,26 @@ fn the_opening_follows_its_inputs_in_every_mode_and_its_work_is_that_of_the_impu
 }
 
 #[test]
+fn the_opening_of_the_scene_is_the_start_of_the_input() {
+    let mut host =
+        Host::with(&PRESCRIBED.replace("[projectile.expansion]\n", "[projectile.expansion]\nopening = 0.6\n"));
+    host.start();
+    assert_eq!((host.get("projectile.expansion"), host.get("projectile.prescribed_expansion")), (0.6, 0.6));
+    host.steps(0.0, 1e-4, 1);
+    assert_eq!(host.get("projectile.expansion"), 0.6);
+}
+
+#[test]
+fn an_opening_that_a_law_decides_cannot_be_prescribed() {
+    let mut host = Host::with(&with_law());
+    host.start();
+    assert_eq!(host.set("projectile.prescribed_expansion", 0.5), OK);
+    assert_eq!(step(&mut host, 0.0), ERROR);
+    let said = host.one_line();
+    assert!(said.contains("expected 0: the importer does not prescribe the opening"), "{said}");
+}
+
+#[test]
 fn an_opening_stops_at_its_ends_and_one_beyond_them_is_refused() {
     let mut host = Host::with(PRESCRIBED);
     host.start();
@@ -83,10 +103,10 @@ fn the_law_opens_the_bullet_and_its_parameters_change_it() {
         let mut host = Host::with(&with_law());
         assert_eq!(host.set("projectile.expansion_path", path), OK);
         host.start();
-        host.steps(0.0, 1e-4, 3);
+        host.steps(0.0, 1e-4, 8);
         host.get("projectile.expansion")
     };
-    let [short, long] = [2e-3, 4e-3].map(opened);
+    let [short, long] = [8e-3, 16e-3].map(opened);
     assert!(long > 0.1 && short > 1.5 * long, "{short} {long}");
     let mut host = Host::with(&with_law());
     assert_eq!(host.set("projectile.expansion_opening_speed", 3.0), OK);
@@ -102,5 +122,5 @@ fn an_input_that_the_body_does_not_have_must_stay_zero() {
     assert_eq!(host.set("projectile.prescribed_expansion", 0.5), OK);
     assert_eq!(step(&mut host, 0.0), ERROR);
     let said = host.one_line();
-    assert!(said.contains("projectile.prescribed_expansion = 0.5: expected 0: the body does not expand"), "{said}");
+    assert!(said.contains("projectile.prescribed_expansion = 0.5: expected 0: the importer does not prescribe the opening of this body"), "{said}");
 }

@@ -196,3 +196,43 @@ element = "patch"
     let impulse = simulation.exchanges()[0].shape_impulse[0];
     assert!(impulse < 0.0, "the gel resists the opening: {impulse}");
 }
+
+/// A shot on which a scripted bullet is struck at every tick: between the thresholds the opening ends where the stagnation
+/// pressure of the present speed is in proportion, and grows by the path flown until then.
+#[test]
+fn a_bullet_between_its_thresholds_opens_along_its_path_in_proportion_to_the_stagnation_pressure() {
+    let slow = ["projectile.velocity=[0, 0, -230.0]", "scene.end_time=1e-4"];
+    let simulation = run(&scene_of(SHOT, &slow), 100, 1, |_, _| ());
+    let opening = simulation.expansion(0);
+    // From 230 m/s on: (230² − 200²)/(250² − 200²) = 0.57, and less as the bullet is slowed.
+    assert!((0.3..0.573).contains(&opening), "{opening}");
+    let fast = run(&scene_of(SHOT, &["scene.end_time=2e-5"]), 20, 1, |_, _| ());
+    let path = 12e-3 * fast.expansion(0);
+    let flown = 0.0072 - fast.observe().bodies[0].kinematics.position.z;
+    assert!((path / (flown - 0.0003) - 1.0).abs() < 0.1, "{path} of {flown}");
+}
+
+#[test]
+fn a_body_that_is_deactivated_stops_opening() {
+    let scene = scene_of(SHOT, &[]);
+    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+    let inputs = simulation.inputs();
+    simulation.step(&inputs, 2e-5).unwrap();
+    let opening = simulation.expansion(0);
+    for (active, end) in [(false, 3e-5), (true, 4e-5)] {
+        let mut inputs = simulation.inputs();
+        (inputs[0].active, inputs[0].kinematics.position.z, inputs[0].kinematics.velocity) =
+            (active, 0.05, Vector3::zeros());
+        simulation.step(&inputs, end).unwrap();
+        assert_eq!(simulation.expansion(0), opening);
+    }
+}
+
+#[test]
+fn a_bullet_that_has_left_another_gel_starts_as_it_is_opened() {
+    let opened = scene_of(SHOT, &["projectile.expansion.opening=1.0", "projectile.position=[0, 0, 0.0047]"]);
+    let simulation = Simulation::new(&opened, CouplingMode::Integrated, 1).unwrap();
+    assert_eq!(simulation.expansion(0), 1.0);
+    let close = scene::resolve(SHOT, &["projectile.position=[0, 0, 0.0047]".parse().unwrap()]).unwrap();
+    assert!(scene::read(&close).unwrap_err().to_string().contains("deep in the gel"), "unopened it is longer");
+}

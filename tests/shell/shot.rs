@@ -233,7 +233,7 @@ fn cracks_are_estimated_in_each_centimetre_from_the_cavity_and_the_ball() {
     let energy: f64 = rows.iter().map(|row| row[4]).sum();
     assert!((energy / track.last().unwrap()[4] - 1.0).abs() < 1e-12, "{energy} J");
     let page = page_of(&folder);
-    assert_eq!([">50 mm/cm<", ">46 mm/cm<"].map(|label| page.matches(label).count()), [2, 1]);
+    assert_eq!([">50 mm<", ">46 mm<"].map(|label| page.matches(label).count()), [2, 1]);
     assert!(page.contains(">2–2.6 cm<") && page.contains("the simulation models no crack"));
 }
 

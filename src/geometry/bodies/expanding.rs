@@ -1,7 +1,7 @@
-use super::piece::{PieceCurve, ProfilePoint, cross};
+use super::piece::{PieceCurve, ProfileGap, ProfilePoint, cross};
 use super::profile::ProfileBody;
-use crate::geometry::{Gap, SharpEnd};
-use crate::math::{Vector3, hypotenuse};
+use crate::geometry::{Gap, SharpEnd, SignedDistance};
+use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
 
 /// Profile body between two forms, unopened and opened: a bullet that expands.
@@ -15,6 +15,9 @@ pub struct ExpandingProfile {
     opened: ProfileBody,
     arcs: Vec<MeanArc>,
     greatest_travel: f64,
+    opening_at_start: f64,
+    /// Radius of a ball that fits into the body at any opening, m: inner radii are superadditive under the mean.
+    inner_radius: f64,
 }
 
 /// Range of normals within which both profiles are arcs about one centre; corners are arcs of radius 0. The lines between
@@ -36,8 +39,7 @@ struct NormalArc {
 
 /// Signed distance at a point of the half-plane, its gradient, and the arc that decides.
 struct MeanGap<'a> {
-    distance: f64,
-    normal: ProfilePoint,
+    gap: ProfileGap,
     arc: &'a MeanArc,
 }
 
@@ -45,18 +47,25 @@ struct MeanGap<'a> {
 const LEAST_RANGE: f64 = 1e-9;
 
 impl ExpandingProfile {
-    /// Builds the body between two forms of revolution.
+    /// Builds the body between two forms of revolution, with its opening at the start.
     #[must_use]
-    pub fn new(unopened: ProfileBody, opened: ProfileBody) -> Self {
+    pub fn new(unopened: ProfileBody, opened: ProfileBody, opening_at_start: f64) -> Self {
         let arcs = mean_arcs(&normal_arcs(&unopened), &normal_arcs(&opened));
         let greatest_travel = arcs.iter().map(MeanArc::greatest_travel).fold(0.0, f64::max);
-        Self { unopened, opened, arcs, greatest_travel }
+        let inner_radius = unopened.inner_radius().min(opened.inner_radius());
+        Self { unopened, opened, arcs, greatest_travel, opening_at_start, inner_radius }
     }
 
     /// Unopened form, and opened form.
     #[must_use]
     pub fn forms(&self) -> [&ProfileBody; 2] {
         [&self.unopened, &self.opened]
+    }
+
+    /// Opening at the start.
+    #[must_use]
+    pub fn opening_at_start(&self) -> f64 {
+        self.opening_at_start
     }
 
     /// Greatest distance that a point of the surface moves along its normal from unopened to opened, m.
@@ -67,10 +76,10 @@ impl ExpandingProfile {
 
     /// Signed distance φ and ∇φ at a point of the body's frame, at an opening.
     #[must_use]
-    pub fn gap(&self, opening: f64, point: &Vector3) -> Gap {
+    pub fn gap_at(&self, opening: f64, point: &Vector3) -> Gap {
         let rho = hypotenuse(point.x, point.y);
         let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
-        let MeanGap { distance, normal, .. } = self.nearest(opening, &ProfilePoint::new(rho, point.z));
+        let ProfileGap { distance, normal } = self.nearest(opening, &ProfilePoint::new(rho, point.z)).gap;
         Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
     }
 
@@ -79,13 +88,13 @@ impl ExpandingProfile {
     #[must_use]
     pub fn growth(&self, opening: f64, point: &Vector3) -> f64 {
         let rho = hypotenuse(point.x, point.y);
-        let MeanGap { normal, arc, .. } = self.nearest(opening, &ProfilePoint::new(rho, point.z));
-        arc.travel(&normal)
+        let MeanGap { gap, arc } = self.nearest(opening, &ProfilePoint::new(rho, point.z));
+        arc.travel(&gap.normal)
     }
 
     /// Support function at an opening: the greatest extent along a unit vector of the body's frame, m.
     #[must_use]
-    pub fn reach(&self, opening: f64, direction: &Vector3) -> f64 {
+    pub fn reach_at(&self, opening: f64, direction: &Vector3) -> f64 {
         let direction = ProfilePoint::new(hypotenuse(direction.x, direction.y), direction.z);
         self.arcs.iter().map(|arc| arc.at(opening).reach(&direction)).fold(f64::NEG_INFINITY, f64::max)
     }
@@ -94,7 +103,7 @@ impl ExpandingProfile {
     #[must_use]
     pub fn poles(&self, opening: f64) -> [SharpEnd; 2] {
         [-1.0, 1.0].map(|side| {
-            let end = Vector3::z() * (side * self.reach(opening, &(Vector3::z() * side)));
+            let end = Vector3::z() * (side * self.reach_at(opening, &(Vector3::z() * side)));
             SharpEnd { end, inner: Vector3::zeros() }
         })
     }
@@ -124,16 +133,34 @@ impl ExpandingProfile {
 
     /// φ and ∇φ in the half-plane: the distance of a convex body is the greatest n·p − h(n) over its normals n.
     fn nearest(&self, opening: f64, p: &ProfilePoint) -> MeanGap<'_> {
-        let gap = |arc: &'_ MeanArc| arc.at(opening).distance(p);
-        let (first, rest) = self.arcs.split_first().expect("a profile has normals");
-        let (mut arc, (mut distance, mut normal)) = (first, gap(first));
-        for next in rest {
-            let (further, towards) = gap(next);
-            if further > distance {
-                (arc, distance, normal) = (next, further, towards);
-            }
-        }
-        MeanGap { distance, normal, arc }
+        let gaps = self.arcs.iter().map(|arc| MeanGap { gap: arc.at(opening).gap(p), arc });
+        let greatest = gaps.reduce(|best, next| if next.gap.distance > best.gap.distance { next } else { best });
+        greatest.expect("a profile has normals")
+    }
+}
+
+/// Distance and extent at the opening at the start; volume and inertia of the unopened form.
+impl SignedDistance for ExpandingProfile {
+    fn gap(&self, point: &Vector3) -> Gap {
+        self.gap_at(self.opening_at_start, point)
+    }
+    fn reach(&self, direction: &Vector3) -> f64 {
+        self.reach_at(self.opening_at_start, direction)
+    }
+    fn volume(&self) -> Option<f64> {
+        self.unopened.volume()
+    }
+    fn area_of_section(&self) -> Option<f64> {
+        self.unopened.area_of_section()
+    }
+    fn specific_inertia(&self) -> Option<Tensor3> {
+        self.unopened.specific_inertia()
+    }
+    fn specific_inertia_of_section(&self) -> Option<f64> {
+        self.unopened.specific_inertia_of_section()
+    }
+    fn inner_radius(&self) -> f64 {
+        self.inner_radius
     }
 }
 
@@ -170,17 +197,18 @@ impl MeanArc {
 
 impl PlacedArc {
     /// Greatest n·p − h(n) over the normals of the arc, and that normal.
-    fn distance(&self, p: &ProfilePoint) -> (f64, ProfilePoint) {
+    fn gap(&self, p: &ProfilePoint) -> ProfileGap {
         let arm = p - self.centre;
         if is_within(&self.normals, &arm) {
             let length = arm.norm();
             if length > 0.0 {
-                return (length - self.radius, arm / length);
+                return ProfileGap { distance: length - self.radius, normal: arm / length };
             }
         }
         let [from, to] = self.normals;
         let (before, after) = (from.dot(&arm), to.dot(&arm));
-        if before >= after { (before - self.radius, from) } else { (after - self.radius, to) }
+        let (extent, normal) = if before >= after { (before, from) } else { (after, to) };
+        ProfileGap { distance: extent - self.radius, normal }
     }
 
     /// Greatest extent of the arc along a unit vector, m.
@@ -249,7 +277,7 @@ fn mean_arcs(unopened: &[NormalArc], opened: &[NormalArc]) -> Vec<MeanArc> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{ProfileOutline, ProfileSweep, SignedDistance};
+    use crate::geometry::{ProfileOutline, ProfileSweep};
 
     fn body(outline: &ProfileOutline) -> ProfileBody {
         ProfileBody::new(outline, ProfileSweep::Revolution)
@@ -260,7 +288,7 @@ mod tests {
         let unopened =
             ProfileOutline::at_tip().line(2.5, 0.0).arc(5.7, 8.0, 14.0).line(5.7, 15.0).line(0.0, 15.0).rounded(0.8);
         let opened = ProfileOutline::at_tip().line(9.0, 0.0).line(9.0, 5.0).line(5.7, 9.0).line(0.0, 9.0).rounded(2.0);
-        ExpandingProfile::new(body(&unopened.unwrap()), body(&opened.unwrap()))
+        ExpandingProfile::new(body(&unopened.unwrap()), body(&opened.unwrap()), 0.0)
     }
 
     fn points() -> impl Iterator<Item = Vector3> {
@@ -275,10 +303,10 @@ mod tests {
         let bullet = bullet();
         for (opening, form) in [0.0, 1.0].into_iter().zip(bullet.forms()) {
             for p in points() {
-                let (own, expected) = (bullet.gap(opening, &p), form.gap(&p));
+                let (own, expected) = (bullet.gap_at(opening, &p), form.gap(&p));
                 assert!((own.distance - expected.distance).abs() < 1e-7, "{opening} {p}: {own:?} {expected:?}");
                 let direction = p.normalize();
-                assert!((bullet.reach(opening, &direction) - form.reach(&direction)).abs() < 1e-7);
+                assert!((bullet.reach_at(opening, &direction) - form.reach(&direction)).abs() < 1e-7);
             }
             for (own, expected) in bullet.poles(opening).iter().zip(form.poles()) {
                 assert!((own.end - expected.end).norm() < 1e-7);
@@ -292,11 +320,11 @@ mod tests {
         for opening in [0.2, 0.7] {
             let mut smooth = 0;
             for p in points() {
-                let gap = bullet.gap(opening, &p);
+                let gap = bullet.gap_at(opening, &p);
                 assert!((gap.normal.norm() - 1.0).abs() < 1e-12);
                 let foot = p - gap.normal * gap.distance;
-                assert!(bullet.gap(opening, &foot).distance.abs() < 1e-7, "{p}");
-                let at = |i: usize, s: f64| bullet.gap(opening, &(p + Vector3::ith(i, s))).distance;
+                assert!(bullet.gap_at(opening, &foot).distance.abs() < 1e-7, "{p}");
+                let at = |i: usize, s: f64| bullet.gap_at(opening, &(p + Vector3::ith(i, s))).distance;
                 let slope = Vector3::from_fn(|i, _| (at(i, step) - at(i, -step)) / (2.0 * step));
                 if (0..3).all(|i| (at(i, step) + at(i, -step) - 2.0 * gap.distance).abs() < 1e-9) {
                     smooth += 1;
@@ -313,7 +341,7 @@ mod tests {
         for opening in [0.1, 0.5, 0.9] {
             let mut smooth = 0;
             for p in points() {
-                let at = |e: f64| bullet.gap(e, &p).distance;
+                let at = |e: f64| bullet.gap_at(e, &p).distance;
                 let bend = at(opening + step) + at(opening - step) - 2.0 * at(opening);
                 if bend.abs() > 1e-9 {
                     continue;
@@ -334,7 +362,7 @@ mod tests {
         for opening in [0.0, 0.4, 1.0] {
             let line = bullet.polyline(opening, 0.1);
             for (rho, z) in &line {
-                assert!(bullet.gap(opening, &Vector3::new(*rho, 0.0, *z)).distance.abs() < 1e-7);
+                assert!(bullet.gap_at(opening, &Vector3::new(*rho, 0.0, *z)).distance.abs() < 1e-7);
             }
             assert!(line.windows(2).all(|two| two[1].1 >= two[0].1 - 1e-9), "{line:?}");
             assert_eq!((line[0].0, line.last().unwrap().0), (0.0, 0.0));

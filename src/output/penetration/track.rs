@@ -21,6 +21,9 @@ pub(in crate::output) struct TrackPoint {
     pub(in crate::output) depth: f64,
     /// Time of the first arrival at the depth, s.
     pub(in crate::output) time: f64,
+    /// Path of the centre of mass along −z relative to the block, m: that of a rigid body that does not turn is the depth
+    /// but for a constant.
+    pub(in crate::output) path: f64,
     /// Speed along −z relative to the block, m/s.
     pub(in crate::output) velocity: f64,
     /// Energy given to the gel down to the depth, seen from the block, J.
@@ -97,14 +100,15 @@ impl ProjectileTrack {
         regular.chain([self.greatest_depth()]).map(|depth| self.interpolate(depth)).collect()
     }
 
-    /// Returns the mean retarding force, N, over a window of 4 mm around a depth, clipped at both ends of the track.
-    /// A track of one point has no force.
+    /// Returns the mean retarding force, N, over a window of 4 mm around a depth, clipped at both ends of the track: the
+    /// energy given over the path of the centre of mass. A track of one point has no force.
     pub(in crate::output) fn force(&self, depth: f64) -> Option<f64> {
         let (from, to) = (
             (depth - FORCE_WINDOW / 2.0).max(self.first_depth()),
             (depth + FORCE_WINDOW / 2.0).min(self.greatest_depth()),
         );
-        (to > from).then(|| (self.interpolate(to).energy - self.interpolate(from).energy) / (to - from))
+        let (from, to) = (self.interpolate(from), self.interpolate(to));
+        (to.path > from.path).then(|| (to.energy - from.energy) / (to.path - from.path))
     }
 
     /// Returns the mean force across the line of fire, N, over the same window.
@@ -166,6 +170,7 @@ impl ProjectileTrack {
         TrackPoint {
             depth,
             time: between(a.time, b.time),
+            path: between(a.path, b.path),
             velocity: between(a.velocity * a.velocity.abs(), b.velocity * b.velocity.abs()).max(0.0).sqrt(),
             energy: between(a.energy, b.energy),
             yaw: between(a.yaw, b.yaw),
@@ -197,7 +202,8 @@ fn append_deeper(points: &mut Vec<TrackPoint>, end: f64, row: &HistoryRow, veloc
     let [time, yaw, expansion] = ["time_s", "yaw_rad", "expansion"].map(|name| row.get(name));
     let yaw = if velocity < 0.0 { std::f64::consts::PI - yaw } else { yaw };
     let &TrackSums { energy, side_impulse } = sums;
-    points.push(TrackPoint { depth, time, velocity, energy, yaw, side_impulse, expansion });
+    let path = row.get("block_displacement_z_m") - row.get("position_z_m");
+    points.push(TrackPoint { depth, time, path, velocity, energy, yaw, side_impulse, expansion });
 }
 
 /// Returns the energy given to the gel in the step that ends with this row, J.
@@ -216,7 +222,7 @@ mod tests {
             let depth = 0.01 * f64::from(i);
             let time = depth / 100.0;
             let (yaw, side_impulse) = (0.1 * f64::from(i), Vector2::new(1.2, -1.6) * time);
-            TrackPoint { depth, time, velocity: 100.0, energy: 0.0, yaw, side_impulse, expansion: 0.0 }
+            TrackPoint { depth, time, path: depth, velocity: 100.0, energy: 0.0, yaw, side_impulse, expansion: 0.0 }
         };
         ProjectileTrack { points: (0..=10).map(point).collect(), end: 1.0 }
     }

@@ -137,8 +137,8 @@ impl SliceDrawing<'_> {
                 .expect("a string grows");
         }
         let length = match 1e3 * slice.crack_length {
-            length if length >= 9.95 => format!("{length:.0} mm/cm"),
-            length if length.is_finite() => format!("{length:.1} mm/cm"),
+            length if length >= 9.95 => format!("{length:.0} mm"),
+            length if length.is_finite() => format!("{length:.1} mm"),
             _ => "–".to_owned(),
         };
         let (depth, value) = (y + 0.5 * SIDE + 15.0, y + 0.5 * SIDE + 31.0);

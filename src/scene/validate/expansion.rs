@@ -4,6 +4,8 @@ use super::domain::{CheckResult, positive, require, within};
 use crate::scene::{BodyShape, Dimension, ExpansionSpec, MushroomSpec, ProjectileSpec, SceneError};
 
 const LENGTH: &str = "a positive length, m";
+/// Least radius of a round edge, relative to that of the head: beyond round-off.
+const ROUND_EDGE: f64 = 1e-6;
 
 /// Checks the expansion of a body.
 pub(super) fn check(body: &ProjectileSpec, dimension: Dimension) -> CheckResult {
@@ -19,9 +21,17 @@ pub(super) fn check(body: &ProjectileSpec, dimension: Dimension) -> CheckResult 
     let found = || format!("{:?}", expansion.opened.radius);
     let expected = format!("more than the radius of the bullet, {:?} m", bullet.radius);
     require(expansion.opened.radius > bullet.radius, "projectile.expansion.opened.radius", found, &expected)?;
-    expansion.path.map_or(Ok(()), |path| positive("projectile.expansion.path", path, LENGTH))?;
+    check_path(expansion, bullet.radius)?;
     within("projectile.expansion.opening", expansion.opening, 0.0..=1.0)?;
     check_thresholds(expansion)
+}
+
+/// Checks that the path is long enough for the contact impulses to resolve the opening.
+fn check_path(expansion: &ExpansionSpec, radius: f64) -> CheckResult {
+    let Some(path) = expansion.path else { return Ok(()) };
+    let expected = format!("at least the radius of the bullet, {radius:?} m: its opening along less is not resolved");
+    let is_long = path.is_finite() && path >= radius;
+    require(is_long, "projectile.expansion.path", || format!("{path:?}"), &expected)
 }
 
 /// Checks the lengths of a mushroom of this key.
@@ -33,11 +43,17 @@ pub(super) fn check_mushroom(key: &str, mushroom: &MushroomSpec) -> CheckResult 
     positive(&own("shank_radius"), shank_radius, LENGTH)?;
     within(&own("shank_radius"), shank_radius, 0.0..=radius)?;
     within(&own("edge_radius"), edge_radius, 0.0..=radius.min(length))?;
+    let expected = format!("0, a sharp edge, or at least {:?} m", ROUND_EDGE * radius);
+    let is_round = edge_radius == 0.0 || edge_radius >= ROUND_EDGE * radius;
+    require(is_round, &own("edge_radius"), || format!("{edge_radius:?}"), &expected)?;
     within(&own("head_length"), head_length, edge_radius..=length)?;
     within(&own("rim_radius"), rim_radius, 0.0..=length)?;
     let found = || format!("{rim_radius:?}");
     require(mushroom.outline().is_some(), &own("rim_radius"), found, "less: between the rims there is no room for it")
 }
+
+/// Greatest threshold, m/s or Pa: its stagnation pressure is a number.
+const GREATEST: f64 = 1e15;
 
 /// Checks that the thresholds are two speeds, two pressures, or none, in their order.
 fn check_thresholds(expansion: &ExpansionSpec) -> CheckResult {
@@ -55,10 +71,11 @@ fn check_thresholds(expansion: &ExpansionSpec) -> CheckResult {
             let missing = if opening.is_none() { &opening_key } else { &full_key };
             return Err(SceneError::value(missing, "nothing", expected));
         };
-        positive(&opening_key, opening, "a positive threshold")?;
+        for (key, value) in [(&opening_key, opening), (&full_key, full)] {
+            within(key, value, f64::MIN_POSITIVE..=GREATEST)?;
+        }
         let expected = format!("at least {opening_key}, {opening:?} {unit}: a bullet begins to open before it is open");
-        let is_ordered = full.is_finite() && full >= opening;
-        require(is_ordered, &full_key, || format!("{full:?}"), &expected)?;
+        require(full >= opening, &full_key, || format!("{full:?}"), &expected)?;
     }
     Ok(())
 }
@@ -70,8 +87,8 @@ mod tests {
     const BULLET: &str = "projectile.shape={bullet={radius=4.5e-3, length=15e-3, nose=\"round\", edge_radius=1e-3}}";
 
     fn read_with(expansion: &str) -> Result<(), String> {
-        let inertia = "projectile.position=[0, 0, 0.02]".parse().unwrap();
-        let changes: [Override; 3] = [BULLET.parse().unwrap(), inertia, expansion.parse().unwrap()];
+        let above = "projectile.position=[0, 0, 0.02]".parse().unwrap();
+        let changes: [Override; 3] = [BULLET.parse().unwrap(), above, expansion.parse().unwrap()];
         let text = resolve(builtin("fbi-bb").unwrap(), &changes).map_err(|error| error.to_string())?;
         read(&text).map(|_| ()).map_err(|error| error.to_string())
     }
@@ -98,7 +115,9 @@ mod tests {
             (OPENED, ", opening_speed=280.0", "expansion.full_speed", "both thresholds"),
             (OPENED, ", full_pressure=280.0", "expansion.opening_pressure", "both thresholds"),
             (OPENED, ", full_pressure=1e7, opening_speed=200.0", "expansion.opening_pressure", "not both"),
-            (OPENED, ", path=0.0", "expansion.path", "a positive length"),
+            (OPENED, ", path=4e-3", "expansion.path", "at least the radius of the bullet"),
+            (OPENED, ", opening_speed=180.0, full_speed=1e200", "expansion.full_speed", ""),
+            (&OPENED.replace("edge_radius=2e-3", "edge_radius=4e-19"), "", "opened.edge_radius", "a sharp edge"),
             (OPENED, ", opening=1.5", "expansion.opening", "from 0 to 1"),
             (&OPENED.replace("edge_radius=2e-3", "edge_radius=5e-3"), "", "expansion.opened.head_length", ""),
             (&format!("{OPENED}, rim_radius=8e-3"), "", "expansion.opened.rim_radius", "no room"),
