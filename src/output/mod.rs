@@ -52,7 +52,7 @@ pub use report::{
     peak_force_label, report_page, summary_schema,
 };
 #[cfg(feature = "cli")]
-pub use saved_run::SavedRunError;
+pub use saved_run::{ExitedBody, ExitedRun, SavedRunError, exited_run};
 pub use sensors::{DentFigures, SensorFigures};
 pub use summary::{DriverInterface, EndCause, FinalState, RunSummary, SUMMARY_FORMAT, rebound};
 pub use wound::WoundFigures;

@@ -17,14 +17,15 @@ impl Scene {
         Some(ExpansionLaw { opening_pressure, full_pressure, path: expansion.path?, density })
     }
 
-    /// Shape with which a body flies through the gel: the opened form of a bullet that opens at least by half at its
-    /// speed, or the shape at the start.
+    /// Shape with which a body flies through the gel: the opened form of a bullet that is open at least by half, or opens so
+    /// far at its speed, or the shape at the start.
     pub(super) fn shape_in_gel(&self, body: usize) -> ShapeGeometry {
         let shape = self.shape(body);
         let ShapeGeometry::Expanding(expanding) = &shape else { return shape };
         let velocity = approach(self, self.body(body));
         let opens = self.expansion_law(body).is_some_and(|law| law.target(&velocity) >= 0.5);
-        if opens { ShapeGeometry::Profile(Arc::new(expanding.forms()[1].clone())) } else { shape }
+        let is_open = expanding.opening_at_start() >= 0.5;
+        if opens || is_open { ShapeGeometry::Profile(Arc::new(expanding.forms()[1].clone())) } else { shape }
     }
 
     /// Diameter across the axis of an expanding body at an opening, m; `None` for a body that does not expand.

@@ -119,6 +119,15 @@ fn integration_rules(scene: &Scene) -> IntegratorSettings {
     }
 }
 
+/// Rigid body of a scene that moves freely, unless the scene holds it, and its state at time 0.
+///
+/// # Panics
+/// If the body does not exist, or its lengths make no solid; [`read()`](crate::scene::read()) refuses such lengths.
+#[must_use]
+pub fn free_body(scene: &Scene, body: usize) -> (RigidBody, BodyState) {
+    build_body(scene, body, false)
+}
+
 /// Constants of a body of the scene, and its state at time 0.
 fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));

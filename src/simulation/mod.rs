@@ -34,6 +34,7 @@ pub use crate::adapt::{FailedRemesh, PreviewMesh, RemeshRecord, RemeshRefusal, R
 pub use crate::contact::{DomeMotion, ExpansionMotion, ImpulseExchange, ShapeMotion, Wrench};
 pub use crate::integrator::BlockMotion;
 pub use crate::scene::CouplingMode;
+pub use build::free_body;
 pub use build_error::BuildError;
 pub use cross_section::signed_area;
 pub use doubts::doubts;

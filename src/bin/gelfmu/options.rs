@@ -92,7 +92,7 @@ pub enum GelfmuCommand {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         rest: Vec<String>,
     },
-    /// Write the scene of a shot: a projectile of the library, a speed, a yaw and a block of gel
+    /// Write the scene of a shot: a projectile of the library, or one that has left the gel of a run, and a block of gel
     ///
     /// The scene is complete and commented: mesh and remeshing from the calibre, end time from an estimate of the path.
     New(NewOptions),

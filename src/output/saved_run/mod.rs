@@ -1,10 +1,12 @@
 //! Results of a finished run, read back from its folder: tables, summary and frames.
 
+mod exit;
 mod frame;
 mod grid;
 mod shot;
 mod table;
 
+pub use exit::{ExitedBody, ExitedRun, exited_run};
 pub(super) use shot::{SavedShot, ShotPoint};
 
 use super::SCENE;

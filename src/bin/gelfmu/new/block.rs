@@ -1,4 +1,4 @@
-//! Size of a block of gel, as given on the command line.
+//! Size of a block of gel, as given on the command line, and the part of it that is meshed.
 
 use ballistic_gel::scene::QuantityKind;
 
@@ -11,6 +11,19 @@ pub struct BlockSize {
     pub height: f64,
     /// Length along the path, m.
     pub length: f64,
+}
+
+/// Part of the gel that is meshed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshedPart {
+    /// Meridian plane of a cylinder.
+    Meridian,
+    /// Quarter of a block, between two planes of symmetry.
+    Quarter,
+    /// Half of a block, on one side of the plane of the yaw.
+    Half,
+    /// Whole block.
+    Whole,
 }
 
 impl BlockSize {

@@ -1,5 +1,6 @@
 //! Measured errors of the levels: `projectiles/level-errors.csv`, whose rows `python -m ballistic_gel levels` writes.
 
+use super::arrival::Arrival;
 use super::shot::Shot;
 use crate::rounding::rounded;
 use ballistic_gel::scene::{BodyShape, FidelityKind, Preset, ProjectileKind};
@@ -112,8 +113,11 @@ impl LevelErrors {
     /// Errors that hold for a shot.
     pub fn of(shot: &Shot) -> Self {
         let identity = ShotIdentity::of(shot);
-        let holds = |row: &LevelErrorRow| shot.is_square_on() && row.holds_for(&identity, shot.block.length);
-        Self { rows: measured_errors().filter(holds).collect(), command: identity.command() }
+        let is_measured = shot.is_square_on() && shot.arrival.as_ref().is_none_or(Arrival::is_like_fired);
+        let holds = |row: &LevelErrorRow| is_measured && row.holds_for(&identity, shot.block.length);
+        let of_scene = || "python -m ballistic_gel trade FILE".to_owned();
+        let command = if shot.arrival.is_some() { of_scene() } else { identity.command() };
+        Self { rows: measured_errors().filter(holds).collect(), command }
     }
 
     /// Relative error of the depth at a level: the greatest of those that hold.
@@ -144,7 +148,15 @@ mod tests {
 
     fn shot(name: &str, speed: f64, yaw: f64, length: f64) -> Shot {
         let block = BlockSize { width: 0.15, height: 0.15, length };
-        Shot { projectile: named_projectile(name).unwrap(), speed, yaw, roll: 0.0, block, gel: Preset::Gelatin10 }
+        Shot {
+            projectile: named_projectile(name).unwrap(),
+            speed,
+            yaw,
+            roll: 0.0,
+            block,
+            gel: Preset::Gelatin10,
+            arrival: None,
+        }
     }
 
     #[test]

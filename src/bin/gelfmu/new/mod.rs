@@ -1,6 +1,10 @@
-//! `gelfmu new`: the scene of a shot with a projectile of the library.
+//! `gelfmu new`: the scene of a shot with a projectile of the library, or with one that has left the gel of a run.
 
+mod arrival;
+mod arrival_text;
 mod block;
+mod flight;
+mod from_exit;
 mod level_errors;
 #[cfg(test)]
 mod measured_shots;
@@ -20,29 +24,31 @@ use ballistic_gel::scene;
 #[cfg(test)]
 use block::BlockSize;
 use level_errors::ShotIdentity;
-use serde_json::json;
+use serde_json::{Value, json};
 use shot::Shot;
 use std::io::ErrorKind;
 use std::path::Path;
-use text::scene_text;
+use text::{read_scene, scene_text};
 
 /// Prints the scene of a shot, or writes it to a file that does not exist.
 pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> {
-    let shot = Shot::of(options)?;
+    let shot = shot_of(options)?;
     let text = scene_text(&shot)?;
-    let (identity, doubts) = (ShotIdentity::of(&shot), doubts_of(&text)?);
+    let (identity, mut doubts) = (ShotIdentity::of(&shot), doubts_of(&text)?);
+    doubts.extend(shot.arrival.as_ref().and_then(|arrival| arrival.flight.doubt()));
     for doubt in &doubts {
         console.warning(doubt);
     }
     let Some(path) = &options.out else {
-        console.document(&json!({ "text": text, "shot": identity, "doubts": doubts }), &text);
+        let result = json!({ "text": text, "shot": identity, "doubts": doubts });
+        console.document(&with_origin(result, &shot), &text);
         return Ok(());
     };
     write_new(path, &text)?;
     let shown = path.display();
     let estimate = json!({ "longest_path": shot.longest_path(), "longest_time": shot.longest_time() });
     let [width, height, length] = [shot.block.width, shot.block.height, shot.block.length].map(|side| 1e3 * side);
-    let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.yaw) };
+    let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.shown_yaw()) };
     let told = format!(
         "{shown}: {}, {:.2} g at {:.1} m/s{yaw}, into {width:.0} x {height:.0} x {length:.0} mm. Run it with: gelfmu run \
          {shown} --fidelity draft (coarse, standard and fine cost more, and draft stops a bullet early)",
@@ -51,17 +57,32 @@ pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> 
         shot.speed
     );
     let result = json!({ "file": shown.to_string(), "estimate": estimate, "shot": identity, "doubts": doubts });
-    console.result(&result, &told);
+    console.result(&with_origin(result, &shot), &told);
     Ok(())
+}
+
+fn shot_of(options: &NewOptions) -> Result<Shot, CommandError> {
+    match (&options.from_exit, &options.projectile) {
+        (Some(folder), _) => from_exit::shot_from_exit(options, folder),
+        (None, name) => Shot::of_library(options, name.as_deref().unwrap_or_default()),
+    }
+}
+
+/// Adds to the result the run from which the projectile of a shot comes.
+fn with_origin(mut result: Value, shot: &Shot) -> Value {
+    if let Some(arrival) = &shot.arrival {
+        result["from_exit"] = arrival.told();
+    }
+    result
 }
 
 /// Doubts about the block of a shot, and about levels that `gelfmu run` refuses.
 fn doubts_of(text: &str) -> Result<Vec<String>, CommandError> {
     let at_level = |fidelity| {
         let text = scene::resolve(text, &[level::level_override(fidelity)]);
-        Ok(text.and_then(|text| scene::read(&text)).map_err(RunError::from)?)
+        Ok(text.and_then(|text| read_scene(&text)).map_err(RunError::from)?)
     };
-    let scene = scene::read(text).map_err(RunError::from)?;
+    let scene = read_scene(text).map_err(RunError::from)?;
     Ok([scene::block_doubts(&scene), level::refused_levels(&scene.fidelity, at_level)].concat())
 }
 
@@ -87,7 +108,7 @@ mod tests {
         let doubts = |block: &str| {
             let projectile = named_projectile("45acp-185-silvertip-recovered").unwrap();
             let (speed, block) = (projectile.speed, BlockSize::parse(block).unwrap());
-            let shot = Shot { projectile, speed, yaw: 0.0, roll: 0.0, block, gel: Preset::Gelatin10 };
+            let shot = Shot { projectile, speed, yaw: 0.0, roll: 0.0, block, gel: Preset::Gelatin10, arrival: None };
             doubts_of(&scene_text(&shot).unwrap()).unwrap()
         };
         let narrow = doubts("10x10x10cm");

@@ -10,17 +10,29 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct NewOptions {
     /// Projectile of the library, e.g. 9mm-fmj; `gelfmu projectiles` lists them
-    #[arg(long, value_name = "NAME", value_parser = PROJECTILE_NAME, hide_possible_values = true)]
-    pub projectile: String,
+    #[arg(
+        long,
+        value_name = "NAME",
+        required_unless_present = "from_exit",
+        value_parser = PROJECTILE_NAME,
+        hide_possible_values = true
+    )]
+    pub projectile: Option<String>,
+    /// Folder of a finished run whose projectile has left the gel: projectile, speed and attitude are those after that exit
+    #[arg(long, value_name = "DIR")]
+    pub from_exit: Option<PathBuf>,
+    /// Air between the gel of --from-exit and the block, m or with a unit, e.g. 3m; no drag and no gravity there
+    #[arg(long, value_name = "LENGTH", default_value = "0", requires = "from_exit", value_parser = parse_gap, allow_hyphen_values = true)]
+    pub gap: f64,
     /// Speed at the gel, m/s or with a unit, e.g. "1150 ft/s" (the usual speed of the projectile if absent)
     #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
     /// Angle between the axis of the projectile and its path, degrees (2 for service bullets, else 0, if absent)
     #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true)]
     pub yaw: Option<f64>,
-    /// Angle of the plane of the yaw about the path, degrees; other than a multiple of 90 the whole block is meshed
-    #[arg(long, value_name = "ANGLE", default_value_t = 0.0, value_parser = parse_angle, allow_hyphen_values = true)]
-    pub roll: f64,
+    /// Angle of the plane of the yaw about the path, degrees (0 if absent); other than a multiple of 90 the whole block is meshed
+    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true)]
+    pub roll: Option<f64>,
     /// Block: width, height and length along the path, e.g. 15x15x40cm; m without a unit
     #[arg(long, value_name = "AxBxC", default_value = "15x15x40cm", value_parser = BlockSize::parse)]
     pub block: BlockSize,
@@ -30,6 +42,12 @@ pub struct NewOptions {
     /// File to write, which must not exist (without this option the scene is printed)
     #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
+}
+
+/// Parses a length that may be zero, with or without a unit.
+fn parse_gap(text: &str) -> Result<f64, String> {
+    let expected = || "expected a length, m, or with a unit, such as 3m or \"50 cm\"".to_owned();
+    QuantityKind::Length.parse(text).ok().filter(|gap| *gap >= 0.0).ok_or_else(expected)
 }
 
 /// Parses an angle in degrees, or with a unit.

@@ -1,6 +1,7 @@
-//! Shot: a projectile of the library, its speed and attitude, and a block of gel.
+//! Shot: a projectile, its speed and attitude, and a block of gel.
 
-use super::block::BlockSize;
+use super::arrival::Arrival;
+use super::block::{BlockSize, MeshedPart};
 use super::options::NewOptions;
 use crate::failure::CommandError;
 use crate::rounding::rounded;
@@ -28,6 +29,8 @@ pub struct Shot {
     pub block: BlockSize,
     /// Gel.
     pub gel: Preset,
+    /// State of a projectile that comes out of another gel; `None` for one as it was fired.
+    pub arrival: Option<Arrival>,
 }
 
 /// Terms of Poncelet's law, m dv/dt = −drag v² − force.
@@ -38,23 +41,11 @@ struct PonceletTerms {
     force: f64,
 }
 
-/// Part of the gel that is meshed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MeshedPart {
-    /// Meridian plane of a cylinder.
-    Meridian,
-    /// Quarter of a block, between two planes of symmetry.
-    Quarter,
-    /// Half of a block, on one side of the plane of the yaw.
-    Half,
-    /// Whole block.
-    Whole,
-}
-
 impl Shot {
-    /// Shot of the options of `gelfmu new`.
-    pub fn of(options: &NewOptions) -> Result<Self, CommandError> {
-        let projectile = named_projectile(&options.projectile)?;
+    /// Shot of the options of `gelfmu new` with a projectile of the library.
+    pub fn of_library(options: &NewOptions, name: &str) -> Result<Self, CommandError> {
+        let projectile = named_projectile(name)?;
+        let roll = options.roll.unwrap_or(0.0);
         let usual_yaw = if projectile.kind == ProjectileKind::Service { USUAL_YAW } else { 0.0 };
         let yaw = options.yaw.unwrap_or(usual_yaw);
         if yaw != 0.0 && matches!(projectile.shape, BodyShape::Sphere { .. }) {
@@ -62,19 +53,22 @@ impl Shot {
                 "--yaw {yaw}: a sphere has no axis that could yaw; leave it out"
             )));
         }
-        if options.roll != 0.0 && yaw == 0.0 && !matches!(projectile.shape, BodyShape::Chisel(_)) {
+        if roll != 0.0 && yaw == 0.0 && !matches!(projectile.shape, BodyShape::Chisel(_)) {
             return Err(CommandError::BadInput(format!(
-                "--roll {}: a body of revolution without yaw looks the same from all sides; leave it out, or give --yaw",
-                options.roll
+                "--roll {roll}: a body of revolution without yaw looks the same from all sides; leave it out, or give --yaw"
             )));
         }
         let speed = options.speed.unwrap_or(projectile.speed);
-        check_path(speed, options.block, radius_of(&projectile.shape))?;
-        Ok(Self { projectile, speed, yaw, roll: options.roll, block: options.block, gel: options.gel })
+        check_speed(speed)?;
+        check_block(options.block, radius_of(&projectile.shape))?;
+        Ok(Self { projectile, speed, yaw, roll, block: options.block, gel: options.gel, arrival: None })
     }
 
     /// Part of the gel that has to be meshed.
     pub fn meshed_part(&self) -> MeshedPart {
+        if let Some(arrival) = &self.arrival {
+            return arrival.part;
+        }
         let is_round = matches!(self.projectile.shape, BodyShape::Sphere { .. });
         match (self.yaw == 0.0, self.projectile.kind) {
             (true, ProjectileKind::Recovered | ProjectileKind::Expanding) => MeshedPart::Meridian,
@@ -121,23 +115,35 @@ impl Shot {
 
     /// Greatest radius of the projectile as it meets the gel, m.
     pub fn radius(&self) -> f64 {
-        radius_of(&self.projectile.shape)
+        self.arrival.as_ref().map_or_else(|| radius_of(&self.projectile.shape), |arrival| arrival.radius)
     }
 
     /// Greatest radius of the projectile in the gel, m: that of the opened form of an expanding bullet.
     fn radius_in_gel(&self) -> f64 {
+        if let Some(arrival) = &self.arrival {
+            return arrival.radius_in_gel;
+        }
         self.projectile.expansion.map_or_else(|| self.radius(), |expansion| expansion.opened.radius)
     }
 
     /// Radius of the tip of a slender nose, m; `None` for a blunt body.
     pub fn tip_radius(&self) -> Option<f64> {
+        let is_blunt = self.arrival.as_ref().is_some_and(Arrival::is_blunt);
         let BodyShape::Bullet(bullet) = &self.projectile.shape else { return None };
+        if is_blunt {
+            return None;
+        }
         match bullet.nose {
             BulletNose::Ogive { meplat_radius, .. } | BulletNose::Cone { meplat_radius, .. } => {
                 Some(meplat_radius.max(bullet.edge_radius))
             }
             BulletNose::Round | BulletNose::Flat => None,
         }
+    }
+
+    /// Yaw as texts tell it, degrees: to three digits where a run has computed it.
+    pub fn shown_yaw(&self) -> f64 {
+        if self.arrival.is_some() { rounded(self.yaw) } else { self.yaw }
     }
 
     /// Angular position of the body: Hamilton quaternion of the yaw about y, then of the roll about z.
@@ -185,11 +191,16 @@ fn radius_of(shape: &BodyShape) -> f64 {
     }
 }
 
-/// Refuses speeds that no shot has, and blocks that are hardly larger than the projectile.
-fn check_path(speed: f64, block: BlockSize, radius: f64) -> Result<(), CommandError> {
+/// Refuses speeds that no shot has.
+fn check_speed(speed: f64) -> Result<(), CommandError> {
     if !(1.0..=5000.0).contains(&speed) {
         return Err(CommandError::BadInput(format!("--speed {speed} m/s: expected a speed from 1 to 5000 m/s")));
     }
+    Ok(())
+}
+
+/// Refuses blocks that are hardly larger than the projectile.
+pub fn check_block(block: BlockSize, radius: f64) -> Result<(), CommandError> {
     let least = 4.0 * radius;
     if block.width.min(block.height).min(block.length) < least {
         return Err(CommandError::BadInput(format!(
@@ -222,7 +233,7 @@ mod tests {
         let projectile = LibraryProjectile::named(name).unwrap();
         let speed = projectile.speed;
         let block = BlockSize::parse("15x20x40cm").unwrap();
-        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10 }
+        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10, arrival: None }
     }
 
     /// The depth fits the resistance, and validates nothing: other shots do in `measured_shots`.

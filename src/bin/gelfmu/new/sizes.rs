@@ -1,6 +1,7 @@
 //! Sizes of mesh and remeshing of a shot, by level, in radii of the projectile.
 
-use super::shot::{MeshedPart, Shot};
+use super::block::MeshedPart;
+use super::shot::Shot;
 use crate::rounding::rounded;
 
 /// Sizes of one level.
@@ -124,7 +125,7 @@ mod tests {
         let ([width, height, length], speed) = (edges, projectile.speed);
         let yaw = if roll == 0.0 { 0.0 } else { 2.0 };
         let block = BlockSize { width, height, length };
-        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10 }
+        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10, arrival: None }
     }
 
     #[test]

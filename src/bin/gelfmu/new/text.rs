@@ -1,15 +1,19 @@
 //! Scene text of a shot.
 
+use super::arrival_text;
+use super::block::MeshedPart;
 use super::level_errors::LevelErrors;
-use super::shot::{MeshedPart, Shot, USUAL_YAW};
+use super::shot::{Shot, USUAL_YAW};
 use super::sizes::{LevelSizes, STANDARD};
 use crate::failure::CommandError;
 use crate::rounding::rounded;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
-use ballistic_gel::scene::{self, LIBRARY_VERSION, LibraryValue, Preset, ProjectileKind, Scene};
+use ballistic_gel::output::scene_file_reader;
+use ballistic_gel::scene::{self, LIBRARY_VERSION, Preset, ProjectileKind, Scene, SceneError};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::fmt::Write;
+use std::path::Path;
 
 /// Least speed of the wave of a reduced bulk modulus, m/s: that of `fbi-bb`, with which the gel stays nearly
 /// incompressible beside its shear moduli.
@@ -30,13 +34,18 @@ pub fn scene_text(shot: &Shot) -> Result<String, CommandError> {
     let far = 10.0 * (shot.radius() + shot.block.length);
     let provisional = text_at(shot, far);
     let bad_scene = |error| CommandError::BadInput(format!("the shot makes no scene: {error}"));
-    let scene = scene::read(&provisional).map_err(bad_scene)?;
+    let scene = read_scene(&provisional).map_err(bad_scene)?;
     let [w, x, y, z] = shot.orientation();
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     let reach = scene.shape(0).reach(&turn.inverse_transform_vector(&-Vector3::z()));
     let text = text_at(shot, reach) + &model_error(&scene);
-    scene::read(&text).map_err(bad_scene)?;
+    read_scene(&text).map_err(bad_scene)?;
     Ok(text)
+}
+
+/// Reads the scene of a shot; the file of a body is named from any folder.
+pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
+    scene::read_with_files(text, &scene_file_reader(Path::new("")))
 }
 
 /// Comment on the model error of the gel for shots like this one.
@@ -63,10 +72,12 @@ fn text_at(shot: &Shot, height: f64) -> String {
 }
 
 fn header(shot: &Shot) -> String {
-    let Shot { projectile, speed, yaw, block, .. } = shot;
+    let Shot { projectile, speed, block, .. } = shot;
     let dimension = if shot.meshed_part() == MeshedPart::Meridian { "axisymmetric" } else { "spatial" };
-    let yaw = if *yaw == 0.0 { String::new() } else { format!(" with {yaw}° of yaw") };
-    let title = format!("{}: {} m/s{yaw} into {}", projectile.title, rounded(*speed), gel_name(shot.gel));
+    let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.shown_yaw()) };
+    let behind = shot.arrival.as_ref().map_or_else(String::new, |arrival| format!(", out of {}", arrival.scene));
+    let origin = shot.arrival.as_ref().map_or_else(String::new, arrival_text::origin);
+    let title = format!("{}: {} m/s{yaw} into {}{behind}", projectile.title, rounded(*speed), gel_name(shot.gel));
     let path = format!("{:.0} mm", 1e3 * shot.longest_path());
     let fate = if shot.longest_path() > block.length { "may leave the block" } else { "should stay in the block" };
     let not_modelled =
@@ -75,7 +86,7 @@ fn header(shot: &Shot) -> String {
     format!(
         "# Written by `gelfmu new`. Numbers are SI (m, kg, s, Pa), angles in degrees; \"9.02 mm\" and \"124 gr\" are read, too.\n\
          # By Poncelet's law a sphere of this calibre and mass comes to rest after {path} of 10 % gelatin: it {fate}.\n\
-         # A bullet that turns over stops earlier.\n{not_modelled}\
+         # A bullet that turns over stops earlier.\n{origin}{not_modelled}\
          \n[scene]\nname = \"{}\"\ntitle = \"{title}\"\ndimension = \"{dimension}\"\n\
          # {reason} After an exit the run ends earlier.\n\
          end_time = {end_time:?}\n\
@@ -89,8 +100,12 @@ fn header(shot: &Shot) -> String {
     )
 }
 
-/// Name of the scene: projectile and speed, and yaw, roll and gel where they are not the usual ones.
+/// Name of the scene: projectile and speed, and yaw, roll and gel where they are not the usual ones; or the run whose gel
+/// the projectile has left.
 fn name(shot: &Shot) -> String {
+    if let Some(arrival) = &shot.arrival {
+        return format!("{}-exit", arrival.scene);
+    }
     let mut name = format!("{}-{:.0}", shot.projectile.name, shot.speed);
     let usual = if shot.projectile.kind == ProjectileKind::Service { USUAL_YAW } else { 0.0 };
     let parts = [("yaw", shot.yaw, usual), ("roll", shot.roll, 0.0)];
@@ -113,16 +128,17 @@ struct EndTime {
 
 /// End of the run of a shot.
 fn end_time(shot: &Shot) -> EndTime {
+    let delay = shot.arrival.as_ref().map_or(0.0, |arrival| arrival.bodies[0].delay);
     if shot.yaw == 0.0 {
         let is_axial = shot.meshed_part() == MeshedPart::Meridian;
         let relaxation = if is_axial { RELAXATION_ABOUT_AXIS } else { RELAXATION };
         let reason =
             format!("One and a half times the time of that path, and {:.0} ms to come to rest.", 1e3 * relaxation);
-        EndTime { reason, time: rounded(1.5 * shot.longest_time() + relaxation) }
+        EndTime { reason, time: rounded(delay + 1.5 * shot.longest_time() + relaxation) }
     } else {
         let reason =
             format!("The time of that path, and {:.0} ms: a projectile that yaws stops earlier.", 1e3 * MARGIN);
-        EndTime { reason, time: rounded(shot.longest_time() + MARGIN) }
+        EndTime { reason, time: rounded(delay + shot.longest_time() + MARGIN) }
     }
 }
 
@@ -194,7 +210,10 @@ fn bulk_modulus(shot: &Shot) -> String {
 }
 
 fn projectile(shot: &Shot, height: f64) -> String {
-    let values: String = shot.projectile.values().iter().map(commented).collect();
+    if let Some(arrival) = &shot.arrival {
+        return arrival_text::bodies(arrival);
+    }
+    let values: String = shot.projectile.values().iter().map(arrival_text::commented).collect();
     let [w, x, y, z] = shot.orientation();
     let orientation = if [x, y, z] == [0.0; 3] {
         String::new()
@@ -208,12 +227,6 @@ fn projectile(shot: &Shot, height: f64) -> String {
          position = [0.0, 0.0, {height:?}]\nvelocity = [0.0, 0.0, {:?}]\n{orientation}",
         shot.projectile.title, shot.projectile.name, -shot.speed
     )
-}
-
-/// Comment of a value that the library gives, with its source.
-fn commented(value: &LibraryValue) -> String {
-    let LibraryValue { key, value, source } = value;
-    format!("# {key} = {value} # {source}\n")
 }
 
 fn mesh(shot: &Shot, sizes: &LevelSizes) -> String {
@@ -258,7 +271,7 @@ mod tests {
     fn text(name: &str, yaw: f64, roll: f64, gel: Preset) -> String {
         let projectile = named_projectile(name).unwrap();
         let (speed, block) = (projectile.speed, BlockSize::parse("15x15x40cm").unwrap());
-        scene_text(&Shot { projectile, speed, yaw, roll, block, gel }).unwrap()
+        scene_text(&Shot { projectile, speed, yaw, roll, block, gel, arrival: None }).unwrap()
     }
 
     #[test]
