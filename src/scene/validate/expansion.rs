@@ -118,7 +118,7 @@ mod tests {
             (OPENED, ", path=4e-3", "expansion.path", "at least the radius of the bullet"),
             (OPENED, ", opening_speed=180.0, full_speed=1e200", "expansion.full_speed", ""),
             (&OPENED.replace("edge_radius=2e-3", "edge_radius=4e-19"), "", "opened.edge_radius", "a sharp edge"),
-            (OPENED, ", opening=1.5", "expansion.opening", "from 0 to 1"),
+            (OPENED, ", opening=1.5", "expansion.opening", "from 0.0 to 1.0"),
             (&OPENED.replace("edge_radius=2e-3", "edge_radius=5e-3"), "", "expansion.opened.head_length", ""),
             (&format!("{OPENED}, rim_radius=8e-3"), "", "expansion.opened.rim_radius", "no room"),
         ] {
