@@ -2,6 +2,7 @@
 
 use super::bodies::step;
 use super::host::{ERROR, Host, OK};
+use ballistic_gel::fmi2::abi::fmi2ExitInitializationMode;
 
 /// A bullet above a thin block of elastic gel, which opens as the importer prescribes.
 const PRESCRIBED: &str = r#"
@@ -20,7 +21,7 @@ bulk_modulus = 667e3
 shape.bullet = { radius = 6e-3, length = 0.02, nose = "round", edge_radius = 1e-3 }
 mass = 0.01
 position = [0.0, 0.0, 0.0122]
-velocity = [0.0, 0.0, -4.0]
+velocity = [0.0, 0.0, -8.0]
 [projectile.expansion]
 opened = { radius = 9e-3, length = 0.016, head_length = 7e-3, edge_radius = 5e-3, shank_radius = 6e-3 }
 [mesh]
@@ -49,8 +50,8 @@ fn the_opening_follows_its_inputs_in_every_mode_and_its_work_is_that_of_the_impu
         let mut work = 0.0;
         for k in 0..10 {
             let t = f64::from(k) * 1e-4;
-            assert_eq!(host.set("projectile.position[3]", 0.0122 - 4.0 * t), OK);
-            assert_eq!(host.set("projectile.velocity[3]", -4.0), OK);
+            assert_eq!(host.set("projectile.position[3]", 0.0122 - 8.0 * t), OK);
+            assert_eq!(host.set("projectile.velocity[3]", -8.0), OK);
             open(&mut host, 1e3 * t, 1e3);
             host.steps(t, 1e-4, 1);
             work -= 1e3 * host.get("contact.expansion_impulse");
@@ -111,8 +112,9 @@ fn the_law_opens_the_bullet_and_its_parameters_change_it() {
     let mut host = Host::with(&with_law());
     assert_eq!(host.set("projectile.expansion_opening_speed", 3.0), OK);
     host.enter();
-    assert_eq!(step(&mut host, 0.0), ERROR);
-    let said = host.lines().iter().map(|line| format!("{line:?}")).collect::<String>();
+    // SAFETY: the component lives.
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let said = host.one_line();
     assert!(said.contains("projectile.expansion.full_speed"), "{said}");
 }
 
