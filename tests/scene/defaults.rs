@@ -4,7 +4,7 @@ use super::read;
 use ballistic_gel::scene;
 use serde_json::Value;
 
-/// Scene of the required keys alone, but for a bullet and a load, whose own keys have defaults.
+/// Scene of the required keys alone, but for a bullet, its expansion and a load, whose own keys have defaults.
 const MINIMAL: &str = r#"[scene]
 name = "least"
 dimension = "spatial"
@@ -18,6 +18,7 @@ shear_modulus = 7e4
 bulk_modulus = 7e5
 [projectile]
 shape.bullet = { radius = 0.01, length = 0.05, nose.ogive.length = 0.03 }
+expansion.opened = { radius = 0.012, length = 0.04, head_length = 0.02, edge_radius = 0.01, shank_radius = 0.01 }
 mass = 0.033
 position = [0.0, 0.0, 0.05]
 [mesh]
@@ -28,7 +29,7 @@ pressure = 1e3
 "#;
 
 /// Every key that [`MINIMAL`] leaves out and that has a default, with it.
-const DEFAULTS: [&str; 46] = [
+const DEFAULTS: [&str; 48] = [
     "scene.title=\"\"",
     "scene.fidelity=standard",
     "scene.stop_after_exit=2e-3",
@@ -52,6 +53,8 @@ const DEFAULTS: [&str; 46] = [
     "projectile.fixed=false",
     "projectile.active=true",
     "projectile.shape.bullet.edge_radius=0.0",
+    "projectile.expansion.opened.rim_radius=0.0",
+    "projectile.expansion.opening=0.0",
     "projectile.shape.bullet.nose.ogive.meplat_radius=0.0",
     "load=[{ pressure = 1e3, depth = 0.0, ramp = 0.0 }]",
     "mesh.lattice=centred",

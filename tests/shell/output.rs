@@ -258,7 +258,7 @@ fn summary_tells_a_finished_run() {
     assert!((summary["contact_duration"].as_f64().unwrap() - 0.0079).abs() < 1e-15);
     assert!(summary["mass_error"].as_f64().unwrap() < 1e-14);
     assert!(summary["switched_off"].as_array().unwrap().iter().any(|entry| entry == "gravity: none"));
-    assert_eq!(summary["energy"].as_object().unwrap().len(), 21);
+    assert_eq!(summary["energy"].as_object().unwrap().len(), 22);
 }
 
 #[test]
@@ -414,7 +414,7 @@ fn history_has_the_columns_of_each_fragment() {
     let columns: Vec<&str> = lines[0].split(',').collect();
     let values: Vec<f64> = lines[21].split(',').map(|value| value.parse().unwrap()).collect();
     let own = columns.iter().filter(|name| name.starts_with("fragment")).count();
-    assert_eq!((columns.len(), own), (values.len(), 2 * 23), "twenty-three columns of each");
+    assert_eq!((columns.len(), own), (values.len(), 2 * 24), "twenty-four columns of each");
     let value = |name: &str| values[columns.iter().position(|known| *known == name).unwrap()];
     let t = time(&scene, 20);
     for (name, expected) in [
