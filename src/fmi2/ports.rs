@@ -2,7 +2,9 @@
 
 use super::scalar::ScalarVariable;
 use super::table::{Causality, EnergyAccount, Input, Observed, OutputSet, Source, VARIABLES, Variable};
-use crate::scene::{BodyShape, ContactLaw, Dimension, MOST_FRAGMENTS, MOST_SENSORS, MaterialModel, Scene};
+use crate::scene::{
+    BodyShape, ContactLaw, Dimension, MOST_FRAGMENTS, MOST_SENSORS, MaterialModel, ProjectileSpec, Scene,
+};
 
 /// Bodies, sensors and gel of a scene, as far as its variables depend on them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,15 +27,34 @@ pub struct VariablePorts {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct BodyPorts {
     is_dome: bool,
-    is_expanding: bool,
-    /// True for an expanding body whose opening the importer prescribes.
-    is_opened_by_importer: bool,
+    expansion: ExpansionOwner,
     is_fixed: bool,
+}
+
+/// Owner of the opening of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ExpansionOwner {
+    /// The body does not expand.
+    None,
+    /// The law of the scene.
+    Law,
+    /// The importer, by inputs.
+    Importer,
+}
+
+impl ExpansionOwner {
+    fn of(body: &ProjectileSpec) -> Self {
+        match &body.expansion {
+            None => Self::None,
+            Some(expansion) if expansion.is_prescribed() => Self::Importer,
+            Some(_) => Self::Law,
+        }
+    }
 }
 
 impl BodyPorts {
     /// Ports of a body with every variable.
-    const ALL: Self = Self { is_dome: true, is_expanding: true, is_opened_by_importer: true, is_fixed: false };
+    const ALL: Self = Self { is_dome: true, expansion: ExpansionOwner::Importer, is_fixed: false };
 }
 
 impl VariablePorts {
@@ -43,8 +64,7 @@ impl VariablePorts {
         let bodies = (0..scene.n_bodies()).map(|body| scene.body(body));
         let bodies = bodies.map(|body| BodyPorts {
             is_dome: matches!(body.shape, BodyShape::Dome { .. }),
-            is_expanding: body.expansion.is_some(),
-            is_opened_by_importer: body.expansion.is_some_and(|expansion| expansion.is_prescribed()),
+            expansion: ExpansionOwner::of(body),
             is_fixed: body.fixed,
         });
         Self {
@@ -102,17 +122,21 @@ impl VariablePorts {
             Source::Input(input) => match input_group(input) {
                 InputGroup::Motion | InputGroup::Wrench => !ports.is_fixed && self.is_free(input, component),
                 InputGroup::Activity => true,
-                InputGroup::Shape if is_expansion(input) => ports.is_opened_by_importer,
+                InputGroup::Shape if is_expansion(input) => ports.expansion == ExpansionOwner::Importer,
                 InputGroup::Shape => ports.is_dome,
             },
             Source::Observed(Observed::ContactBulgeHeightImpulse | Observed::ContactBulgeRadiusImpulse) => {
                 ports.is_dome
             }
-            Source::Observed(Observed::ProjectileExpansion | Observed::ContactExpansionImpulse) => ports.is_expanding,
-            Source::Observed(Observed::Energy(EnergyAccount::Expansion)) => {
-                self.bodies.iter().any(|body| body.is_expanding)
+            Source::Observed(Observed::ProjectileExpansion | Observed::ContactExpansionImpulse) => {
+                ports.expansion != ExpansionOwner::None
             }
-            Source::Scene if variable.name.starts_with("projectile.expansion_") => ports.is_expanding,
+            Source::Observed(Observed::Energy(EnergyAccount::Expansion)) => {
+                self.bodies.iter().any(|body| body.expansion != ExpansionOwner::None)
+            }
+            Source::Scene if variable.name.starts_with("projectile.expansion_") => {
+                ports.expansion != ExpansionOwner::None
+            }
             Source::Scene => self.include_parameter(variable),
             Source::Setting(_) | Source::Observed(_) => true,
         }
@@ -276,7 +300,7 @@ mod tests {
     fn a_dome_has_its_bulge_and_nothing_that_would_move_it() {
         let sphere = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
         let dome = BodyShape::Dome { height: 0.0, radius: 0.01 };
-        let fragment = scene::ProjectileSpec { shape: dome, fixed: true, ..sphere.projectile.clone() };
+        let fragment = ProjectileSpec { shape: dome, fixed: true, ..sphere.projectile.clone() };
         let with_dome = VariablePorts::of(&Scene { fragment: vec![fragment], ..sphere.clone() });
         let own = with_dome.scalars().filter(|scalar| scalar.body == 1);
         let inputs = own.filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));

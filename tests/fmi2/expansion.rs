@@ -78,7 +78,7 @@ fn an_opening_that_a_law_decides_cannot_be_prescribed() {
     let mut host = Host::with(&with_law());
     host.start();
     assert_eq!(host.set("projectile.prescribed_expansion", 0.5), OK);
-    assert_eq!(step(&mut host, 0.0), ERROR);
+    assert_eq!(step(&host, 0.0), ERROR);
     let said = host.one_line();
     assert!(said.contains("expected 0: the importer does not prescribe the opening"), "{said}");
 }
@@ -122,7 +122,7 @@ fn the_law_opens_the_bullet_and_its_parameters_change_it() {
 fn an_input_that_the_body_does_not_have_must_stay_zero() {
     let mut host = Host::started();
     assert_eq!(host.set("projectile.prescribed_expansion", 0.5), OK);
-    assert_eq!(step(&mut host, 0.0), ERROR);
+    assert_eq!(step(&host, 0.0), ERROR);
     let said = host.one_line();
     assert!(said.contains("projectile.prescribed_expansion = 0.5: expected 0: the importer does not prescribe the opening of this body"), "{said}");
 }

@@ -127,7 +127,8 @@ impl ExpandingProfile {
         let mut points: Vec<(f64, f64)> = std::iter::once(tip).chain(along).chain([rear]).collect();
         points.dedup_by(|a, b| (a.0 - b.0).abs() + (a.1 - b.1).abs() <= LEAST_RANGE * (rear.1 - tip.1));
         // The ends are on the axis, also where they are those of an arc.
-        (points[0].0, points.last_mut().expect("a profile has ends").0) = (0.0, 0.0);
+        let last = points.len() - 1;
+        (points[0].0, points[last].0) = (0.0, 0.0);
         points
     }
 
