@@ -2,6 +2,8 @@
 
 #[path = "../command/check.rs"]
 mod check;
+#[path = "../command/expansion.rs"]
+mod expansion;
 #[path = "../command/from_exit.rs"]
 mod from_exit;
 #[path = "../command/shots.rs"]

@@ -27,14 +27,16 @@ pub(super) fn failure(scene: &Scene, summary: &RunSummary) -> String {
 /// Returns the summary paragraph.
 pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
     let (depth, fragments) = (depth_sentence(summary), fragment_sentence(summary));
-    let sentences = [
+    let mut sentences = vec![
         impact_sentence(scene, summary),
+        expansion_sentence(summary),
         depth,
         outcome_sentence(scene, summary),
         fragments,
         doubt_sentences(summary),
         thickness_sentence(scene),
     ];
+    sentences.retain(|sentence| !sentence.is_empty());
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
 }
 
@@ -49,6 +51,18 @@ fn impact_sentence(scene: &Scene, summary: &RunSummary) -> String {
         (true, ..) => "The projectile is fixed.".to_string(),
         (false, true, _) => format!("A projectile {meets} at {}.", quantity(speed, "m/s")),
         (false, false, _) => format!("A projectile {meets} from rest."),
+    }
+}
+
+/// Returns the sentence on the opening of an expanding projectile; empty for any other.
+fn expansion_sentence(summary: &RunSummary) -> String {
+    let (Some(opening), Some(diameter)) = (summary.expansion.expansion, summary.expansion.expanded_diameter) else {
+        return String::new();
+    };
+    if opening > 0.0 {
+        format!("It opens to {} across.", quantity(diameter, "m"))
+    } else {
+        "It does not open.".to_string()
     }
 }
 
