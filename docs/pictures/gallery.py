@@ -27,19 +27,29 @@ SHOTS = {
 }
 
 
-def film(gelfmu, run, part, file):
-    """Write the picture of a run's film at a part of its length, without margins and small."""
+# Run of an expanding bullet, and the moments of its picture.
+EXPANSION = ["expansion.toml", "--fidelity", "coarse", "--set", "scene.end_time=2e-4", "--set", "output.frames=21"]
+MOMENTS = (0.0, 0.3, 0.5, 1.0)
+
+
+def film(gelfmu, run, parts, file):
+    """Write the pictures of a run's film at parts of its length side by side, without margins and small."""
     movie = run.with_suffix(".gif")
     if not movie.exists():
         subprocess.run([gelfmu, "--quiet", "movie", str(run), "--out", str(movie)], check=True)
     film = Image.open(movie)
-    film.seek(round(part * (film.n_frames - 1)))
-    picture = film.convert("RGB")
-    left, top, right, bottom = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
-    right, bottom = min(right + 8, picture.width), min(bottom + 8, picture.height)
-    picture = picture.crop((max(left - 8, 0), max(top - 8, 0), right, bottom))
-    picture.thumbnail((520, 420))
-    picture.quantize(128).save(file, optimize=True)
+    pictures = []
+    for part in parts:
+        film.seek(round(part * (film.n_frames - 1)))
+        picture = film.convert("RGB")
+        left, top, right, bottom = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
+        right, bottom = min(right + 8, picture.width), min(bottom + 8, picture.height)
+        pictures.append(picture.crop((max(left - 8, 0), max(top - 8, 0), right, bottom)))
+    picture = Image.new("RGB", (sum(one.width for one in pictures), max(one.height for one in pictures)), "white")
+    for i, one in enumerate(pictures):
+        picture.paste(one, (sum(before.width for before in pictures[:i]), picture.height - one.height))
+    picture.thumbnail((520 + 160 * (len(parts) - 1), 420))
+    picture.quantize(256, method=Image.Quantize.MAXCOVERAGE).save(file, optimize=True)
 
 
 def main(gelfmu, folder):
@@ -52,7 +62,14 @@ def main(gelfmu, folder):
     for name, (words, part) in SHOTS.items():
         if not (folder / name / "report.html").exists():
             subprocess.run([gelfmu, "--quiet", "run", *words, "--out", name], cwd=folder, check=True)
-        film(gelfmu, folder / name, part, HERE / f"{name}.png")
+        film(gelfmu, folder / name, [part], HERE / f"{name}.png")
+    expansion = folder / "expansion.toml"
+    if not expansion.exists():
+        shot = ["--projectile", "45acp-230-xtp", "--block", "9x9x12cm", "--out", expansion.name]
+        subprocess.run([gelfmu, "new", *shot], cwd=folder, check=True)
+    if not (folder / "gallery-expansion" / "report.html").exists():
+        subprocess.run([gelfmu, "--quiet", "run", *EXPANSION, "--out", "gallery-expansion"], cwd=folder, check=True)
+    film(gelfmu, folder / "gallery-expansion", MOMENTS, HERE / "gallery-expansion.png")
     shot = bg.run("fbi-bb", fidelity="draft", out=folder / "analyst", force=True, report=False)
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.2), layout="constrained")
     shot.plot.velocity_by_depth(ax=axes[0])
