@@ -289,6 +289,7 @@ impl Simulation {
         let own = self.model.body(body).1.shape_motion;
         for shape in inputs.shape_motion.iter().flat_map(|shape| [*shape, shape.after(duration)]) {
             assert!(own.is_some_and(|own| own.is_like(&shape)), "a changing shape is of the kind of its body");
+            assert!(self.model.body(body).0.expansion.is_none(), "an opening by the law is not prescribed");
             assert_eq!(
                 shape.check(),
                 Ok(()),

@@ -10,6 +10,8 @@ use crate::simulation::free_body;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::path::Path;
 
+/// Column of the time.
+const TIME: &str = "time_s";
 /// Remedy of a run whose projectile stays in the gel.
 const PERFORATED: &str = "a run whose projectile leaves through the back face: a shorter block, or a later end time";
 /// Remedy of a history without the exit.
@@ -81,7 +83,7 @@ impl<'a> BodyRows<'a> {
 
     /// Returns the body at the first row at or after a time, s.
     fn at_exit(self, time: f64) -> Option<ExitedBody> {
-        let row = self.table.rows().iter().find(|row| row.first().is_some_and(|at| *at >= time))?;
+        let row = self.table.rows().iter().find(|row| self.table.value(row, TIME).is_some_and(|at| at >= time))?;
         let state = self.state(row)?;
         Some(ExitedBody { rigid: self.rigid, state })
     }
@@ -90,7 +92,7 @@ impl<'a> BodyRows<'a> {
     fn outside(self, gel: &GelBox) -> Option<ExitedBody> {
         let rows = self.table.rows().iter().rev();
         let behind = rows.map_while(|row| self.state(row).filter(|state| self.is_behind(row, state, gel)));
-        let state = behind.last()?;
+        let state = behind.last().filter(|state| is_within(state, gel))?;
         Some(ExitedBody { rigid: self.rigid, state })
     }
 
@@ -98,14 +100,13 @@ impl<'a> BodyRows<'a> {
     fn is_behind(&self, row: &[f64], state: &BodyState, gel: &GelBox) -> bool {
         let moved = self.vector(row, "block_displacement_", "_m") - self.gel_velocity * state.time;
         let seen = BodyState { position: state.position - moved, ..*state };
-        let is_within = seen.position.x.abs() <= gel.upper.x && seen.position.y.abs() <= gel.upper.y;
         let takes_part = self.rigid.motion != BodyMotion::Fixed && self.own(row, "active") > 0.0;
-        takes_part && is_within && state.velocity.z < 0.0 && self.rigid.rear(&seen) <= gel.lower.z
+        takes_part && state.velocity.z < 0.0 && self.rigid.rear(&seen) <= gel.lower.z
     }
 
     /// Returns the state in a row; `None` if one of its cells is no number.
     fn state(&self, row: &[f64]) -> Option<BodyState> {
-        let time = *row.first()?;
+        let time = self.table.value(row, TIME)?;
         let vector = |before: &str, after: &str| self.vector(row, &format!("{}{before}", self.prefix), after);
         let [w, x, y, z] = ["w", "x", "y", "z"].map(|part| self.own(row, &format!("orientation_{part}")));
         let opening = self.own(row, "expansion");
@@ -132,4 +133,9 @@ impl<'a> BodyRows<'a> {
         let column = |axis: &str| self.table.value(row, &format!("{before}{axis}{after}")).unwrap_or(f64::NAN);
         ["x", "y", "z"].map(column).into()
     }
+}
+
+/// Returns true if a body is within the cross-section of the gel at rest.
+fn is_within(state: &BodyState, gel: &GelBox) -> bool {
+    state.position.x.abs() <= gel.upper.x && state.position.y.abs() <= gel.upper.y
 }

@@ -16,6 +16,8 @@ const AIR_DENSITY: f64 = 1.225;
 const AIR_DRAG: [f64; 2] = [0.3, 1.0];
 /// Acceleration of free fall, m/s².
 const FREE_FALL: f64 = 9.81;
+/// Greatest time by which a fragment touches the block after the projectile, s.
+const LATEST: f64 = 10e-3;
 /// Opening from which on the nose of a bullet is no longer slender.
 const BLUNT: f64 = 0.5;
 
@@ -30,7 +32,7 @@ pub struct Arrival {
     pub part: MeshedPart,
     /// Projectile, then the fragments that have left the gel.
     pub bodies: Vec<ArrivingBody>,
-    /// Names of the fragments that have not left the gel through its back face.
+    /// Names of the fragments that have not left the gel through its back face, or do not fly with the projectile.
     pub left_out: Vec<String>,
     /// Flight between the blocks.
     pub flight: AirFlight,
@@ -95,7 +97,8 @@ impl Arrival {
         let origin = Vector3::new(state.position.x, state.position.y, flying.lowest);
         let bodies: Vec<ArrivingBody> =
             flying.bodies.iter().map(|body| body.arriving(scene, folder, &origin)).collect();
-        let left_out = (0..run.bodies.len()).filter(|body| run.bodies[*body].is_none()).map(body_name).collect();
+        let is_missing = |body: &usize| flying.bodies.iter().all(|flying| flying.index != *body);
+        let left_out = (0..run.bodies.len()).filter(is_missing).map(body_name).collect();
         let radius = [Vector3::x(), Vector3::y()].map(|axis| reach(exited, &axis)).into_iter().fold(0.0, f64::max);
         let opened = scene.projectile.expansion.filter(|_| will_open(scene, state)).map(|spec| spec.opened.radius);
         Some(Self {
@@ -201,15 +204,23 @@ impl AirFlight {
 }
 
 impl<'a> FlyingBodies<'a> {
-    /// Bodies at the instant at which the first of them touches the block behind a gap, m. A body counts as arrived when
+    /// Bodies at the instant at which the first of them touches the block behind a gap, m: the projectile, and the fragments
+    /// that are between the two blocks then and arrive no later than [`LATEST`] after it. A body counts as arrived when
     /// it leaves a gel that is nearer to the block than the body is long.
     fn at_block(scene: &Scene, run: &'a ExitedRun, gap: f64) -> Option<Self> {
         let plane = scene.gel.shape.bounding_box()?.lower.z - gap;
+        let projectile = run.bodies.first()?.as_ref()?;
+        let (start, arrival) = (projectile.state.time, arrival_time(projectile, plane)?);
+        let flies_along = |body: &ExitedBody| {
+            let at = arrival_time(body, plane).filter(|at| (start..=arrival + LATEST).contains(at))?;
+            (body.state.time <= arrival).then_some(at)
+        };
         let exited = || run.bodies.iter().enumerate().filter_map(|(i, body)| Some((i, body.as_ref()?)));
-        let times: Option<Vec<f64>> = exited().map(|(_, body)| arrival_time(body, plane)).collect();
-        let time = times?.into_iter().fold(f64::INFINITY, f64::min);
+        let times = exited().filter_map(|(_, body)| flies_along(body));
+        let time = times.fold(arrival, f64::min);
         let flying = |(index, exited)| FlyingBody { index, exited, state: state_in_flight(exited, time) };
-        let bodies: Vec<FlyingBody<'a>> = exited().map(flying).collect();
+        let is_there = |(_, body): &(usize, &ExitedBody)| body.state.time <= time && flies_along(body).is_some();
+        let bodies: Vec<FlyingBody<'a>> = exited().filter(is_there).map(flying).collect();
         let lowest = bodies.iter().map(FlyingBody::lowest).fold(f64::INFINITY, f64::min);
         Some(Self { bodies, lowest })
     }

@@ -34,8 +34,11 @@ pub fn origin(arrival: &Arrival) -> String {
     }
     if !left_out.is_empty() {
         let names = left_out.join(", ");
-        writeln!(text, "# Left out, as they did not leave that gel through its back face: {names}.")
-            .expect("a string grows");
+        writeln!(
+            text,
+            "# Left out, as they had not left that gel through its back face when the run ended, or do not fly with the\n# projectile: {names}."
+        )
+        .expect("a string grows");
     }
     text
 }

@@ -128,7 +128,8 @@ struct EndTime {
 
 /// End of the run of a shot.
 fn end_time(shot: &Shot) -> EndTime {
-    let delay = shot.arrival.as_ref().map_or(0.0, |arrival| arrival.bodies[0].delay);
+    let bodies = shot.arrival.iter().flat_map(|arrival| &arrival.bodies);
+    let delay = bodies.map(|body| body.delay).fold(0.0, f64::max);
     if shot.yaw == 0.0 {
         let is_axial = shot.meshed_part() == MeshedPart::Meridian;
         let relaxation = if is_axial { RELAXATION_ABOUT_AXIS } else { RELAXATION };
