@@ -26,7 +26,7 @@ fn main() -> std::io::Result<()> {
     }
     fs::write(scenes.join("small.toml"), small::TEXT)?;
     fs::write(scenes.join("stl.toml"), include_str!("stl.toml"))?;
-    fs::write(scenes.join("expansion.toml"), include_str!("expansion.toml"))?;
+    fs::write(scenes.join("expansion.toml"), include_str!("../../tests/physics/expansion.toml"))?;
     let stl = folder("stl")?;
     fs::write(stl.join("tetrahedron.stl"), binary())?;
     fs::write(stl.join("tetrahedron-ascii.stl"), ascii())?;

@@ -26,12 +26,12 @@ impl ExpansionMotion {
     /// Returns the opening after a time `h`, s.
     #[must_use]
     pub fn after(&self, h: f64) -> Self {
+        if self.rate == 0.0 {
+            return *self;
+        }
         let opening = self.opening + self.rate * h;
         let is_past_end = if self.rate < 0.0 { opening <= self.end } else { opening >= self.end };
-        if is_past_end {
-            return Self { opening: if self.rate == 0.0 { self.opening } else { self.end }, rate: 0.0, ..*self };
-        }
-        Self { opening, ..*self }
+        if is_past_end { Self { opening: self.end, rate: 0.0, ..*self } } else { Self { opening, ..*self } }
     }
 
     /// Checks the opening.
@@ -92,7 +92,7 @@ impl ExpansionLaw {
         if end > now.opening {
             ExpansionMotion { rate: velocity.norm() / self.path, end, ..*now }
         } else {
-            ExpansionMotion { rate: 0.0, end: now.opening, ..*now }
+            ExpansionMotion::at_rest(now.opening, now.travel)
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Figures of an expanding projectile for `summary.json`.
 
 use crate::scene::Scene;
-use crate::simulation::{Observation, ShapeMotion};
+use crate::simulation::Observation;
 use serde::{Deserialize, Serialize};
 
 /// Figures of an expanding projectile, SI; `None` (null in JSON) for one that does not expand.
@@ -23,10 +23,8 @@ pub struct ExpansionFigures {
 impl ExpansionFigures {
     pub(super) fn of(scene: &Scene, observation: &Observation) -> Self {
         let projectile = observation.projectile();
-        let opening = projectile.shape_motion.as_ref().and_then(ShapeMotion::expansion).map(|at| at.opening);
-        let (Some(expansion), Some(expanded_diameter)) = (opening, scene.diameter_at(0, projectile.expansion())) else {
-            return Self::default();
-        };
+        let expansion = projectile.expansion();
+        let Some(expanded_diameter) = scene.diameter_at(0, expansion) else { return Self::default() };
         let ratio = observation.energy.expansion / projectile.energy_deposited;
         Self {
             expansion: Some(expansion),

@@ -28,7 +28,7 @@ opened = { radius = 9e-3, length = 0.016, head_length = 7e-3, edge_radius = 5e-3
 size = 2e-3
 "#;
 
-/// The same with a law that opens it at once.
+/// Scene of a bullet whose law opens it at once.
 fn with_law() -> String {
     PRESCRIBED.replace(
         "shank_radius = 6e-3 }\n",

@@ -7,38 +7,9 @@ use ballistic_gel::simulation::{CouplingMode, Observation, SavedSimulation, Shap
 use std::f64::consts::PI;
 
 /// A hollow point on a cylinder of gelatin; it opens in the first 12 mm.
-const SHOT: &str = r#"
-[scene]
-name = "expansion"
-dimension = "axisymmetric"
-end_time = 1.2e-4
-communication_step = 1e-6
-[gel]
-shape.cylinder = { radius = 0.05, height = 0.06 }
-preset = "gelatin-10"
-bulk_modulus = 1e9
-[projectile]
-shape.bullet = { radius = 4.5e-3, length = 12e-3, nose = { ogive = { length = 7e-3, meplat_radius = 2e-3 } }, edge_radius = 0.8e-3 }
-mass = 7.5e-3
-position = [0.0, 0.0, 0.0072]
-velocity = [0.0, 0.0, -300.0]
-[projectile.expansion]
-opened = { radius = 7e-3, length = 9e-3, head_length = 5e-3, edge_radius = 4e-3, shank_radius = 4.5e-3, rim_radius = 0.5e-3 }
-opening_speed = 200.0
-full_speed = 250.0
-path = 12e-3
-[mesh]
-size = 1.5e-3
-element = "patch"
-[remesh]
-quality = 0.3
-min_volume_ratio = 0.5
-smallest = 0.75e-3
-growth = 0.3
-erosion_thickness = 5e-5
-"#;
+const SHOT: &str = include_str!("expansion.toml");
 
-/// The same in half of a block, with yaw.
+/// Changes that put the shot into half of a block, with yaw.
 const IN_SPACE: [&str; 6] = [
     "scene.dimension=spatial",
     "scene.end_time=3e-5",
@@ -197,8 +168,8 @@ element = "patch"
     assert!(impulse < 0.0, "the gel resists the opening: {impulse}");
 }
 
-/// A shot on which a scripted bullet is struck at every tick: between the thresholds the opening ends where the stagnation
-/// pressure of the present speed is in proportion, and grows by the path flown until then.
+/// Opening between the thresholds: it ends where the stagnation pressure of the present speed is in proportion, and grows by
+/// the path flown until then.
 #[test]
 fn a_bullet_between_its_thresholds_opens_along_its_path_in_proportion_to_the_stagnation_pressure() {
     let slow = ["projectile.velocity=[0, 0, -230.0]", "scene.end_time=1e-4"];

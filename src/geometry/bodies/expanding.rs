@@ -1,5 +1,5 @@
 use super::piece::{PieceCurve, ProfileGap, ProfilePoint, cross};
-use super::profile::ProfileBody;
+use super::profile::{ProfileBody, gap_of_revolution};
 use crate::geometry::{Gap, SharpEnd, SignedDistance};
 use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
@@ -77,10 +77,7 @@ impl ExpandingProfile {
     /// Signed distance φ and ∇φ at a point of the body's frame, at an opening.
     #[must_use]
     pub fn gap_at(&self, opening: f64, point: &Vector3) -> Gap {
-        let rho = hypotenuse(point.x, point.y);
-        let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
-        let ProfileGap { distance, normal } = self.nearest(opening, &ProfilePoint::new(rho, point.z)).gap;
-        Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
+        gap_of_revolution(point, |p| self.nearest(opening, p).gap)
     }
 
     /// Sensitivity −∂φ/∂e at a point of the body's frame, m: h_B(n) − h_A(n), the rate at which the opening reduces the

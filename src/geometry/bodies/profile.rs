@@ -111,6 +111,14 @@ impl ProfileBody {
     }
 }
 
+/// Signed distance and its gradient at a point, by those in its half-plane through the axis.
+pub(super) fn gap_of_revolution(point: &Vector3, in_half_plane: impl FnOnce(&ProfilePoint) -> ProfileGap) -> Gap {
+    let rho = hypotenuse(point.x, point.y);
+    let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
+    let ProfileGap { distance, normal } = in_half_plane(&ProfilePoint::new(rho, point.z));
+    Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
+}
+
 /// First of these items with the least value, and its value.
 fn least_by<T>(items: impl Iterator<Item = T>, value: impl Fn(&T) -> f64) -> Option<(T, f64)> {
     let valued = items.map(|item| {
@@ -186,10 +194,7 @@ impl SignedDistance for ProfileBody {
     /// Distance in the half-plane (ρ, z): the nearest point of a body of revolution lies in the half-plane of the query
     /// point.
     fn gap(&self, point: &Vector3) -> Gap {
-        let rho = hypotenuse(point.x, point.y);
-        let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
-        let ProfileGap { distance, normal } = self.nearest(&ProfilePoint::new(rho, point.z));
-        Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
+        gap_of_revolution(point, |p| self.nearest(p))
     }
 
     /// Support function: the maximum over the corners and the arcs that have the direction as a normal.

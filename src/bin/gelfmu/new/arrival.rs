@@ -6,7 +6,7 @@ use ballistic_gel::contact::BodyState;
 use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{ExitedBody, ExitedRun};
 use ballistic_gel::scene::{BodyShape, Dimension, ExpansionSpec, GelSymmetry, ProjectileSpec, Scene, body_name};
-use ballistic_gel::simulation::BodyKinematics;
+use ballistic_gel::simulation::{BodyKinematics, ShapeMotion};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -211,16 +211,16 @@ impl<'a> FlyingBodies<'a> {
         let plane = scene.gel.shape.bounding_box()?.lower.z - gap;
         let projectile = run.bodies.first()?.as_ref()?;
         let (start, arrival) = (projectile.state.time, arrival_time(projectile, plane)?);
-        let flies_along = |body: &ExitedBody| {
-            let at = arrival_time(body, plane).filter(|at| (start..=arrival + LATEST).contains(at))?;
-            (body.state.time <= arrival).then_some(at)
-        };
-        let exited = || run.bodies.iter().enumerate().filter_map(|(i, body)| Some((i, body.as_ref()?)));
-        let times = exited().filter_map(|(_, body)| flies_along(body));
-        let time = times.fold(arrival, f64::min);
-        let flying = |(index, exited)| FlyingBody { index, exited, state: state_in_flight(exited, time) };
-        let is_there = |(_, body): &(usize, &ExitedBody)| body.state.time <= time && flies_along(body).is_some();
-        let bodies: Vec<FlyingBody<'a>> = exited().filter(is_there).map(flying).collect();
+        let exited = run.bodies.iter().enumerate().filter_map(|(i, body)| Some((i, body.as_ref()?)));
+        let arriving = exited.filter_map(|(i, body)| Some((i, body, arrival_time(body, plane)?)));
+        let along: Vec<(usize, &ExitedBody, f64)> =
+            arriving.filter(|(_, _, at)| (start..=arrival + LATEST).contains(at)).collect();
+        let has_left = |body: &ExitedBody, time: f64| body.state.time <= time;
+        let first = along.iter().filter(|(_, body, _)| has_left(body, arrival)).map(|(_, _, at)| *at);
+        let time = first.fold(arrival, f64::min);
+        let there = along.into_iter().filter(|(_, body, _)| has_left(body, time));
+        let flying = |(index, exited, _)| FlyingBody { index, exited, state: state_in_flight(exited, time) };
+        let bodies: Vec<FlyingBody<'a>> = there.map(flying).collect();
         let lowest = bodies.iter().map(FlyingBody::lowest).fold(f64::INFINITY, f64::min);
         Some(Self { bodies, lowest })
     }
@@ -240,13 +240,13 @@ impl FlyingBody<'_> {
         let [x, y] = [state.position.x - origin.x, state.position.y - origin.y];
         let height = exited.rigid.reach(state, &-Vector3::z()) + above;
         let own = scene.body(*index);
-        let opening = state.shape_motion.and_then(|shape| shape.expansion().map(|at| at.opening));
+        let opening = ShapeMotion::opening_of(state.shape_motion.as_ref());
         // Adding 0 turns a negative zero into a zero.
         let plain = |vector: Vector3| vector.map(|component| component + 0.0).into();
         let spec = ProjectileSpec {
             shape: with_path(&own.shape, folder),
             density: None,
-            expansion: own.expansion.map(|spec| ExpansionSpec { opening: opening.unwrap_or(0.0), ..spec }),
+            expansion: own.expansion.map(|spec| ExpansionSpec { opening, ..spec }),
             position: plain(Vector3::new(x, y, height)),
             velocity: plain(state.velocity),
             orientation: [q.w, q.i, q.j, q.k].map(|part| part + 0.0),
