@@ -1,6 +1,6 @@
 //! Tables of a scene file. The field docs are the descriptions that an editor shows; units are SI.
 
-use super::{FidelityKind, FidelityLevels, GelSpec, LoadSpec, ProjectileSpec, RemeshSpec};
+use super::{FidelityKind, FidelityLevels, GelSpec, LayerSpec, LoadSpec, ProjectileSpec, RemeshSpec};
 use serde::{Deserialize, Serialize};
 
 /// Scene file: one gel, a projectile, optional fragments, and the numerical settings.
@@ -12,6 +12,9 @@ pub struct Scene {
     pub scene: SceneHeader,
     /// Gelatin target.
     pub gel: GelSpec,
+    /// Layers of another material in front of the gel, each a `[[layer]]` table, from the entry surface on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layer: Vec<LayerSpec>,
     /// Rigid body that hits the gel.
     pub projectile: ProjectileSpec,
     /// Further rigid bodies, each a `[[fragment]]` table with the keys of a projectile. Bodies do not touch each
