@@ -287,6 +287,8 @@ pub struct StateSizes {
     pub born: usize,
     /// Elements of that mesh whose reference shape is not that of their nodes' rest positions.
     pub references: usize,
+    /// Elements of that mesh with parts of several materials: none or all.
+    pub layered: usize,
 }
 
 impl<const D: usize> DynamicState<D> {

@@ -1,6 +1,7 @@
 //! Gel whose mesh can be replaced while it moves.
 
 use super::gel_definition::GelDefinition;
+use super::layer_parts::masses;
 use super::record::RemeshRecord;
 use super::refusal::FailedRemesh;
 use super::settings::AdaptSettings;
@@ -84,6 +85,14 @@ impl<const D: usize> AdaptiveGel<D> {
         ordered_sum(mass.len(), 0.0, |i| mass[i])
     }
 
+    /// Masses of the materials of the gel, kg, front to back; of a gel of one material that of the gel.
+    pub fn material_masses(&self) -> Vec<f64> {
+        let Some(stack) = &self.definition.layers else { return vec![self.mass()] };
+        let mesh = self.current_mesh();
+        let elements = mesh.corner_mass.iter().map(|own| own[..=D].iter().sum::<f64>()).zip(&mesh.parts);
+        masses(elements)[..stack.n_materials()].to_vec()
+    }
+
     /// Returns true for a two-network gel.
     pub(super) fn has_networks(&self) -> bool {
         self.engine.gel().potential.remembers()
@@ -124,6 +133,7 @@ impl<const D: usize> AdaptiveGel<D> {
             corner_mass,
             references: vec![],
             patches: gel.potential.patches().clone(),
+            parts: gel.potential.material_parts().to_vec(),
             steps: vec![],
             mesh,
         })
@@ -132,15 +142,16 @@ impl<const D: usize> AdaptiveGel<D> {
     /// Masses of the corners of the elements at rest, kg.
     fn rest_corner_masses(&self) -> Vec<[f64; 4]> {
         let potential = &self.engine.gel().potential;
-        let mass = |element| self.definition.density * potential.volume(ElementId(element));
-        let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
+        let density = |element| self.definition.density * potential.ratios(element).density;
+        let mass = |element| density(element) * potential.volume(element);
+        let masses: Vec<f64> = (0..potential.len() as u32).map(ElementId).map(mass).collect();
         remesh::corner_masses(potential.rest(), potential.elements(), &masses, self.definition.body_symmetry())
     }
 
     /// Gel of the integrator on this mesh.
     pub(super) fn gel_on_mesh(&self, birth: &MeshInstance<D>) -> DiscreteGel<D, Simplices<D>> {
-        let simplices =
-            self.definition.build_simplices(&birth.mesh, birth.patches.clone()).with_references(&birth.references);
+        let simplices = self.definition.build_simplices(&birth.mesh, birth.patches.clone(), birth.parts.clone());
+        let simplices = simplices.with_references(&birth.references);
         self.definition.build_gel(simplices, &birth.mesh, &birth.position, birth.mass.clone())
     }
 

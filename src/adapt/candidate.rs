@@ -3,8 +3,10 @@
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
 use super::attempt::MeshGenerator;
 use super::history;
+use super::layer_parts::{RemeshedMasses, inherited_parts};
 use super::refusal::RemeshRefusal;
 use super::source_mesh::{SourceMesh, TargetMesh};
+use crate::constitutive::MaterialParts;
 use crate::contact::{BodyState, RigidBody};
 use crate::fem::HistoryVariables;
 use crate::math::{Vector, embed, restrict};
@@ -144,12 +146,24 @@ pub(super) fn transfer_to<const D: usize>(
     let inherited = history::inherited(&source, moved.position, &target, &patches);
     let (references, memory) = inherited.ok_or(RemeshRefusal::Restless)?;
     let new_elements = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
+    let parts = material_parts(old, &new);
     let TransferredFields { mass, corner_mass, velocity, defects, .. } = new;
     let tick = gel.engine.last_tick();
     let (position, steps) = (proposal.position, vec![]);
-    let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, steps };
+    let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, parts, steps };
     let properties = MeshProperties { qualities, adjacency };
     Ok(CandidateMesh { birth, memory, velocity, quality, defects, properties, new_elements, edits: None })
+}
+
+/// Parts of mass of the materials of the new elements of a layered gel; empty of a gel of one material.
+fn material_parts<const D: usize>(old: &MeshInstance<D>, new: &TransferredFields<D>) -> Vec<MaterialParts> {
+    if old.parts.is_empty() {
+        return vec![];
+    }
+    let [old_mass, mass] = [&old.corner_mass, &new.corner_mass]
+        .map(|all| all.iter().map(|own| own[..=D].iter().sum()).collect::<Vec<f64>>());
+    let TransferredFields { same, sources, .. } = new;
+    inherited_parts(&RemeshedMasses { old: &old.parts, old_mass: &old_mass, same, sources, mass: &mass })
 }
 
 /// Transfers mass and momentum to the new mesh. The transfer is repeated without corners of negative density if a

@@ -149,6 +149,7 @@ impl<const D: usize> RemainingMesh<D> {
             corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
             references: vec![],
             patches: ElementPatches::alone(kept.len()),
+            parts: kept.iter().filter_map(|e| old.parts.get(*e).copied()).collect(),
             steps: vec![],
         };
         Self {

@@ -1,7 +1,8 @@
 //! Mesh-independent definition of a gel, from which it can be built on any mesh.
 
+use super::layer_parts::first_parts;
 use super::settings::{AdaptSettings, RemeshMethod};
-use crate::constitutive::Material;
+use crate::constitutive::{LayerStack, Material, MaterialParts};
 use crate::contact::ContactSurface;
 use crate::fem::{Potential, ReferenceShape, Section, Simplices};
 use crate::integrator::{
@@ -20,6 +21,8 @@ pub(crate) struct GelDefinition {
     pub material: Material,
     /// True for F-bar patches, false for plain elements.
     pub has_patches: bool,
+    /// Layers on the gel; `None` of a gel of one material.
+    pub layers: Option<LayerStack>,
     /// Mass density, kg/m³, scaled by the number of symmetric copies.
     pub density: f64,
     /// Axes normal to the planes of symmetry, of which one side is computed.
@@ -67,9 +70,24 @@ impl GelDefinition {
         }
     }
 
-    /// Finite elements of a mesh in these patches.
-    pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: ElementPatches) -> Simplices<D> {
-        Simplices::in_patches(mesh, patches, (self.material, self.section))
+    /// Finite elements of a first mesh in these patches.
+    pub fn build_first_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: ElementPatches) -> Simplices<D> {
+        let parts = self.layers.as_ref().map(|stack| first_parts(stack, self.section, &mesh.rest, &mesh.elements));
+        self.build_simplices(mesh, patches, parts.unwrap_or_default())
+    }
+
+    /// Finite elements of a mesh in these patches, with these parts of mass of the materials of a layered gel.
+    pub fn build_simplices<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        patches: ElementPatches,
+        parts: Vec<MaterialParts>,
+    ) -> Simplices<D> {
+        let simplices = Simplices::in_patches(mesh, patches, (self.material, self.section));
+        match &self.layers {
+            Some(stack) => simplices.with_layers(stack, parts),
+            None => simplices,
+        }
     }
 
     /// Returns true if elements are remade by local operations before they fail.

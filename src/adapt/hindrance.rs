@@ -1,7 +1,9 @@
 //! Elements that hinder the gel: how much, and which do.
 
 use super::adaptive_gel::AdaptiveGel;
+use super::layer_parts::parts_at_rest;
 use super::settings::AdaptSettings;
+use crate::constitutive::{LayerStack, MaterialRatios};
 use crate::fem::{Potential, ReferenceShape, Section, SingleElementLaw, SingleElementResponse};
 use crate::math::Vector;
 use crate::mesh::{CORNERS, ElementId, Simplex, facet_measure, poor_quality, signed_volume};
@@ -24,7 +26,9 @@ const SMOOTHING_ENERGY: f64 = 1e-4;
 /// Elements of a gel without history variables.
 pub(super) struct ElasticElements {
     law: SingleElementLaw,
-    /// Density, kg/m³.
+    /// Layers on the gel.
+    layers: Option<LayerStack>,
+    /// Density of the gel, kg/m³.
     density: f64,
     /// Frequency above which an element is remade, 1/s.
     frequency: f64,
@@ -54,7 +58,8 @@ impl ElasticElements {
             has_patches: gel.definition.has_patches,
         };
         let (density, jacobian) = (gel.definition.density, settings.min_volume_ratio);
-        Self { law, density, frequency: greatest_frequency(gel, settings), jacobian }
+        let layers = gel.definition.layers.clone();
+        Self { law, layers, density, frequency: greatest_frequency(gel, settings), jacobian }
     }
 }
 
@@ -123,12 +128,15 @@ pub(super) fn compressed_elements<const D: usize>(
 
 impl<const D: usize> ElementModel<D> for ElasticElements {
     fn state(&self, rest: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
+        let mixed = |stack: &LayerStack| stack.mixed(&parts_at_rest(stack, self.law.section, rest));
+        let MaterialRatios { strength, density, .. } = self.layers.as_ref().map_or(MaterialRatios::GEL, mixed);
         let [rest, now] = [rest, now].map(|x| ReferenceShape::of(x, &CORNERS));
         let SingleElementResponse { volume, energy, stiffness, jacobian } = self.law.evaluate(&rest, &now, &[]);
-        let frequency = ((D + 1) as f64 * stiffness / (self.density * volume)).sqrt() / self.frequency;
+        let (energy, stiffness) = (strength * energy, strength * stiffness);
+        let frequency = ((D + 1) as f64 * stiffness / (density * self.density * volume)).sqrt() / self.frequency;
         let is_positive = jacobian > 0.0 && frequency.is_finite();
         let hindrance = if is_positive { frequency.max(self.jacobian / jacobian) } else { f64::INFINITY };
-        ElementState { volume, jacobian, energy, hindrance }
+        ElementState { volume, jacobian, density, strength, energy, hindrance }
     }
 
     fn common_energy(&self, jacobian: f64) -> f64 {
@@ -152,7 +160,7 @@ impl<const D: usize> ElementModel<D> for FlowingElements {
         let quality = poor_quality(now, &CORNERS, self.quality / flat);
         let hindrance = if volume > 0.0 { flat.max(self.quality / quality) } else { f64::INFINITY };
         let radius = if self.is_ring { ReferenceShape::of(now, &CORNERS).radius } else { 1.0 };
-        ElementState { volume: volume * radius, jacobian: 1.0, energy: 0.0, hindrance }
+        ElementState { volume: volume * radius, jacobian: 1.0, density: 1.0, strength: 1.0, energy: 0.0, hindrance }
     }
 
     fn common_energy(&self, _: f64) -> f64 {

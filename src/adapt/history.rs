@@ -92,7 +92,8 @@ pub(super) mod tests {
         let (mass, corner_mass) = (vec![mass; mesh.rest.len()], vec![[mass; 4]; mesh.elements.len()]);
         let position = position.to_vec();
         let patches = ElementPatches::alone(mesh.elements.len());
-        MeshInstance { tick: 0, position, mass, corner_mass, references: vec![], patches, steps: vec![], mesh }
+        let (references, parts, steps) = (vec![], vec![], vec![]);
+        MeshInstance { tick: 0, position, mass, corner_mass, references, patches, parts, steps, mesh }
     }
 
     #[test]

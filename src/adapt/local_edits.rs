@@ -4,15 +4,19 @@
 use super::adaptive_gel::{AdaptiveGel, MeshProperties};
 use super::candidate::{CandidateMesh, NewMesh, RemeshInput, clear_of_bodies, transfer_to};
 use super::hindrance::{ElasticElements, FlowingElements, compressed_elements, hindering_elements};
+use super::layer_parts::{corners_of, parts_at_rest};
 use super::refusal::RemeshRefusal;
 use super::settings::AdaptSettings;
 use super::sizes::BodySizes;
+use crate::constitutive::MaterialParts;
 use crate::fem::Potential;
-use crate::mesh::{ElementId, Mesh, boundary_from_neighbours, signed_volume};
+use crate::mesh::{ElementId, Mesh, Simplex, boundary_from_neighbours, signed_volume};
 use crate::remesh::operations::{
     EditCounts, EditLimits, EditScene, EditSource, EditableMesh, EditedMesh, ReferenceConfiguration, improve,
 };
-use crate::remesh::{self, AcceptanceLimits, ConservationDefects, ConservedTotals, MeshCorrespondence, ProposedMesh};
+use crate::remesh::{
+    self, AcceptanceLimits, ConservationDefects, ConservedTotals, MeshCorrespondence, ProposedMesh, UnchangedElement,
+};
 use crate::state::MeshInstance;
 
 /// Hindrance that local operations may leave of a gel that flows; beyond it a mesh in the plane or about an axis is
@@ -161,10 +165,27 @@ fn keep_rest_map<const D: usize>(
     let new_elements = pairing.changed().map(|e| ElementId(e as u32)).collect();
     let mesh = Mesh { rest, elements, facets, held, marks };
     let tick = gel.engine.last_tick();
-    let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, steps };
+    let parts = parts_by_rest_map(gel, &mesh, &input.old.parts, &pairing);
+    let birth = MeshInstance { tick, mesh, position, mass, corner_mass, references, patches, parts, steps };
     let properties = MeshProperties { qualities, adjacency };
     let quality = properties.quality();
     CandidateMesh { birth, memory: vec![], velocity, quality, defects, properties, new_elements, edits }
+}
+
+/// Parts of mass of the materials of a layered gel with a rest map, by the rest positions of new elements; empty of a gel
+/// of one material.
+fn parts_by_rest_map<const D: usize>(
+    gel: &AdaptiveGel<D>,
+    mesh: &Mesh<D>,
+    old: &[MaterialParts],
+    pairing: &MeshCorrespondence,
+) -> Vec<MaterialParts> {
+    let (Some(stack), section) = (&gel.definition.layers, gel.definition.section) else { return vec![] };
+    let of = |(nodes, same): (&Simplex, &Option<UnchangedElement>)| match same {
+        Some(same) => old[same.element.index()],
+        None => parts_at_rest(stack, section, &corners_of(&mesh.rest, nodes)),
+    };
+    mesh.elements.iter().zip(&pairing.same).map(of).collect()
 }
 
 /// Candidate of a gel that flows: its fields are transferred.

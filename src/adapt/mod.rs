@@ -6,6 +6,7 @@
 //! - `local_edits`: remeshing by local operations, where elements are a `hindrance`.
 //! - `history`: transfer of rest shapes and history variables from the `source_mesh`, by `state_averaging`, or
 //!   `network_transfer` for a two-network gel, `rest_volumes` and `patch_volume_share`.
+//! - `layer_parts`: materials of a layered gel in its elements.
 //! - `erosion`, `erosion_on_failure`: removal of gel that no mesh can follow.
 //! - `record`, `refusal`, `preview`: reports of remeshings.
 //!
@@ -20,6 +21,7 @@ mod erosion_on_failure;
 mod gel_definition;
 mod hindrance;
 mod history;
+mod layer_parts;
 mod local_edits;
 mod network_transfer;
 mod patch_volume_share;

@@ -34,6 +34,8 @@ pub(super) struct NetworkHistory<const D: usize> {
 struct SpatialState<const D: usize> {
     networks: [LeftCauchyGreen<D>; MOST_NETWORKS],
     damage: f64,
+    /// Strength relative to that of the gel.
+    strength: f64,
 }
 
 /// Transfer from an old mesh with its nodes at `x`.
@@ -195,6 +197,7 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let damage = sources.iter().map(|source| mass(source) * of_records(source)).sum::<f64>() / whole;
         let weighted = |source: &OverlapSource| Some((rest_of(self.past, source), states.of(source.old)?));
         let upright: Vec<(f64, &SpatialState<D>)> = sources.iter().filter_map(weighted).collect();
+        let strength = mean_strength(&upright);
         let mut networks = [LeftCauchyGreen::undistorted(); MOST_NETWORKS];
         for (k, network) in networks.iter_mut().enumerate().take(1 + self.gel.branches().len()) {
             let left = |damage: f64| if k == 0 { 1.0 - damage } else { 1.0 };
@@ -202,14 +205,14 @@ impl<const D: usize> NetworkTransfer<'_, D> {
                 continue;
             }
             let parts = upright.iter().map(|(measure, state)| WeightedElastic {
-                weight: measure * left(state.damage),
+                weight: measure * left(state.damage) * state.strength,
                 elastic: &state.networks[k],
             });
             let parts: Vec<_> = parts.collect();
             let stored: f64 = parts.iter().map(|part| part.weight * part.elastic.distortion()).sum();
-            *network = average_elastic(&parts, stored / (rest * left(damage)), self.rule);
+            *network = average_elastic(&parts, stored / (rest * left(damage) * strength), self.rule);
         }
-        SpatialState { networks, damage }
+        SpatialState { networks, damage, strength }
     }
 
     /// Returns the state of an old element; `None` if it is inverted.
@@ -221,7 +224,8 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         }
         let records = self.records(element);
         let networks = self.networks(&IsochoricDeformation::new(&array::rows(&f), out, det_f), records)?;
-        Some(SpatialState { networks, damage: records[0].damage })
+        let strength = self.past.potential.ratios(element).strength;
+        Some(SpatialState { networks, damage: records[0].damage, strength })
     }
 
     /// Returns b̄ of all networks; `None` if one is not positive definite.
@@ -305,6 +309,15 @@ impl<const D: usize> NetworkTransfer<'_, D> {
         let det_f = det(&f);
         (whole > 0.0 && det_f > 0.0 && out > 0.0).then(|| IsochoricDeformation::new(&array::rows(&f), out, det_f))
     }
+}
+
+/// Mean strength of states by these measures; 1 of a gel of one material.
+fn mean_strength<const D: usize>(states: &[(f64, &SpatialState<D>)]) -> f64 {
+    if states.iter().all(|(_, state)| state.strength == 1.0) {
+        return 1.0;
+    }
+    let whole: f64 = states.iter().map(|(measure, _)| measure).sum();
+    states.iter().map(|(measure, state)| measure * state.strength).sum::<f64>() / whole
 }
 
 /// Stores a tensor in a record.

@@ -41,6 +41,9 @@ impl<const D: usize> AdaptiveGel<D> {
         }
         let first_mesh = if own.is_none() { Some(self.current_mesh()) } else { self.first_mesh.clone() };
         let birth = state.birth.as_ref().or(first_mesh.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
+        if birth.parts.is_empty() == self.definition.layers.is_some() {
+            return Err(inconsistent("its materials are not those of this scene"));
+        }
         if !self.definition.has_positive_radii(&birth) {
             return Err(inconsistent("an element of its mesh is on the axis or beyond it"));
         }

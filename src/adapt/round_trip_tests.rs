@@ -56,6 +56,7 @@ impl<const D: usize> TestGel<D> {
             mass,
             corner_mass,
             references: vec![],
+            parts: vec![],
             steps: vec![],
         };
         Self { birth, position, velocity, section }
@@ -117,6 +118,7 @@ impl<const D: usize> TestGel<D> {
             corner_mass,
             references,
             patches,
+            parts: vec![],
             steps: vec![],
         };
         (Self { birth, position, velocity: new.velocity, section: self.section }, new.defects)

@@ -54,6 +54,17 @@ impl LayerStack {
         &self.depths
     }
 
+    /// Returns the greatest of each constant over all materials.
+    #[must_use]
+    pub fn greatest(&self) -> MaterialRatios {
+        let greatest = |of: fn(&MaterialRatios) -> f64| self.ratios.iter().map(of).fold(1.0, f64::max);
+        MaterialRatios {
+            strength: greatest(|ratios| ratios.strength),
+            bulk: greatest(|ratios| ratios.bulk),
+            density: greatest(|ratios| ratios.density),
+        }
+    }
+
     /// Returns the number of materials, that of the gel included.
     #[must_use]
     pub fn n_materials(&self) -> usize {

@@ -4,7 +4,9 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::history::HistoryLanes;
-use super::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
+use super::law::element_law::{
+    ElementDeformation, ElementLaw, LaneRatios, LawInput, VolumetricSlopes, evaluate_volumetric,
+};
 use super::simd::batch::{LANES, LaneArray, load_lanes, on};
 use super::simd::layout::{BatchLaw, ElementBatches, ReferenceBatch};
 use super::simd::node_cache::{HeldNodes, NodeCache, rounding};
@@ -71,7 +73,8 @@ impl<const D: usize> Simplices<D> {
     /// Collects the reference shapes of eight elements.
     fn reference_batch(&self, elements: &[Option<ElementId>; LANES]) -> ReferenceBatch<D> {
         let (edges, ones) = ([[[0.0; LANES]; D]; D], [1.0; LANES]);
-        let mut rest = ReferenceBatch { edges, radius: ones, filled: [0.0; LANES], density: ones };
+        let ratios = LaneRatios { strength: ones, bulk: ones };
+        let mut rest = ReferenceBatch { edges, radius: ones, filled: [0.0; LANES], density: ones, ratios };
         for (lane, element) in elements.iter().enumerate() {
             let Some(element) = element else {
                 (0..D).for_each(|i| rest.edges[i][i][lane] = 1.0);
@@ -80,6 +83,8 @@ impl<const D: usize> Simplices<D> {
             let reference = self.reference(*element);
             (rest.radius[lane], rest.filled[lane]) = (reference.radius, 1.0);
             rest.density[lane] = self.relative_density(*element);
+            let ratios = self.ratios(*element);
+            (rest.ratios.strength[lane], rest.ratios.bulk[lane]) = (ratios.strength, ratios.bulk);
             for i in 0..D {
                 for j in 0..D {
                     rest.edges[i][j][lane] = reference.edges[(i, j)];
@@ -97,7 +102,11 @@ impl<const D: usize> Simplices<D> {
         slots: &[Option<ElementId>; LANES],
         local: &[[u16; MAX_NODES]; LANES],
     ) {
-        lanes.set_batch(at, &self.reference_batch(slots), local);
+        let rest = self.reference_batch(slots);
+        lanes.set_batch(at, &rest, local);
+        if self.is_layered() {
+            lanes.set_ratios(at, rest.ratios);
+        }
         for (lane, element) in slots.iter().enumerate() {
             if element.is_some_and(|element| !self.is_compatible(element)) {
                 lanes.mark_incompatible(at * LANES + lane);
@@ -199,13 +208,21 @@ impl<const D: usize> ElementBatches<D> {
         for k in 0..N {
             volumes[k] = load_lanes(simd, &batches[k].volume);
         }
-        let mut energy = evaluate_volumetric(gel, &volumes, &strains, &mut slopes);
+        let ratios = self.ratios_of::<N, S>(simd, 0);
+        let mut energy =
+            evaluate_volumetric(gel, &volumes, &strains, &mut slopes, ratios.as_ref().map(<[_; N]>::as_slice));
         let (mut states, rows) = (BatchStates::default(), gel.rows());
         for k in 0..N {
             let history = &mut memory[k * rows..(k + 1) * rows];
             let scale = load_lanes(simd, &batches[k].scale);
             let input = LawInput { volume: volumes[k], scale, rest: &rest[k], kick: GroupKick::NONE, history };
-            let forces = gel.evaluate(self.section(), input, &strains[k], &slopes[k]);
+            let forces = match &ratios {
+                None => gel.evaluate(self.section(), input, &strains[k], &slopes[k]),
+                Some(ratios) => {
+                    let strength = ratios[k].strength;
+                    gel.evaluate(self.section(), input, &strains[k], &slopes[k].over(strength)).scaled(strength)
+                }
+            };
             energy = forces.energy.multiply_add(strained, energy);
             forces.stiffness.store_slice(&mut states.stiffness[k]);
             strains[k].jacobian().store_slice(&mut states.jacobian[k]);
@@ -228,14 +245,21 @@ fn evaluate_space(lanes: &ElementBatches<3>, cache: &NodeCache, memory: &mut [Hi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{Branch, BulkViscosity, Dashpot, EquationOfState, Material, NeoHookean, TwoNetwork};
+    use crate::constitutive::{
+        Branch, BulkViscosity, Dashpot, EquationOfState, LayerStack, Material, MaterialRatios, NeoHookean, TwoNetwork,
+    };
     use crate::fem::potential::measure_patches;
     use crate::fem::{Potential, ReferenceShape, Section};
     use crate::math::Tensor;
     use crate::mesh::{BlockSpec, CellSplit, ElementPatches, Mesh, block, uniform};
 
     /// Returns a mesh of elements, not a multiple of eight, some of them incompatible, with or without patches.
-    fn simplices<const D: usize>(material: &Material, section: Section, is_grouped: bool) -> Simplices<D> {
+    fn simplices<const D: usize>(
+        material: &Material,
+        section: Section,
+        is_grouped: bool,
+        is_layered: bool,
+    ) -> Simplices<D> {
         let planes = std::array::from_fn(|_| uniform(0.5, 1.5, 0.25));
         let mut mesh = block::<D>(BlockSpec { planes, split: CellSplit::Centred, faces: vec![] });
         mesh.elements.truncate(mesh.elements.len() - 3);
@@ -248,11 +272,18 @@ mod tests {
         let n = mesh.elements.len();
         let mesh = Mesh { elements: mesh.elements, ..mesh };
         let patches = if is_grouped { ElementPatches::grouped(&mesh) } else { ElementPatches::alone(n) };
-        Simplices::in_patches(&mesh, patches, (*material, section)).with_references(&references)
+        let simplices = Simplices::in_patches(&mesh, patches, (*material, section)).with_references(&references);
+        if !is_layered {
+            return simplices;
+        }
+        let bulk = if matches!(material, Material::TwoNetwork(_)) { 1.7 } else { 2.5 };
+        let stack = LayerStack::new(&[(1.0, MaterialRatios { strength: 2.5, bulk, density: 1.3 })]);
+        let parts = |e: usize| [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.3, 0.7, 0.0, 0.0]][e % 3];
+        simplices.with_layers(&stack, (0..n).map(parts).collect())
     }
 
-    fn check<const D: usize>(material: &Material, section: Section, is_grouped: bool) {
-        let all = simplices::<D>(material, section, is_grouped);
+    fn check<const D: usize>(material: &Material, section: Section, is_grouped: bool, is_layered: bool) {
+        let all = simplices::<D>(material, section, is_grouped, is_layered);
         let mut memory = vec![HistoryVariables::default(); all.memories() * all.len()];
         for (e, memory) in memory.iter_mut().enumerate() {
             memory.damage = 0.1 * (e % 3) as f64;
@@ -290,10 +321,10 @@ mod tests {
         let viscosity = BulkViscosity { linear: 0.1, quadratic: 1.0 };
         let gel = |n: usize| TwoNetwork::new(3.0, &branches[..n], EquationOfState::new(60.0, 0.0, 20.0), 1.0);
         for material in [NeoHookean::new(3.0, 40.0).into(), gel(0).with_viscosity(viscosity).into(), gel(2).into()] {
-            for is_grouped in [false, true] {
-                check::<2>(&material, Section::Planar { thickness: 0.7 }, is_grouped);
-                check::<2>(&material, Section::Axisymmetric, is_grouped);
-                check::<3>(&material, Section::Spatial, is_grouped);
+            for (is_grouped, is_layered) in [(false, false), (false, true), (true, false), (true, true)] {
+                check::<2>(&material, Section::Planar { thickness: 0.7 }, is_grouped, is_layered);
+                check::<2>(&material, Section::Axisymmetric, is_grouped, is_layered);
+                check::<3>(&material, Section::Spatial, is_grouped, is_layered);
             }
         }
     }

@@ -8,7 +8,7 @@ use crc32fast::Hasher;
 
 const MAGIC: [u8; 8] = *b"GELSTATE";
 /// Version of the layout, body included.
-pub(super) const VERSION: u32 = 18;
+pub(super) const VERSION: u32 = 19;
 const HEADER: usize = 8 + 4 + 16 + 8;
 const TRAILER: usize = 4;
 

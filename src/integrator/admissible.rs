@@ -22,6 +22,7 @@ pub(super) fn check<const D: usize, P: Potential<D>>(
         bodies: system.model.bodies.len(),
         born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
         references: state.birth.as_ref().map_or(0, |birth| birth.references.len()),
+        layered: state.birth.as_ref().map_or(0, |birth| birth.parts.len()),
     })?;
     if state.birth != system.state.birth {
         return Err("it belongs to another mesh");

@@ -107,8 +107,8 @@ mod tests {
             steps[0] = first;
             let (mass, corner_mass) = (engine.system.model.gel.mass.clone(), vec![[1.0; 4]; mesh.elements.len()]);
             let (mesh, position) = (mesh.clone(), mesh.rest.clone());
-            let (references, patches) = (vec![], ElementPatches::alone(mesh.elements.len()));
-            let birth = MeshInstance { tick: 7, mesh, position, mass, corner_mass, references, patches, steps };
+            let (references, parts, patches) = (vec![], vec![], ElementPatches::alone(mesh.elements.len()));
+            let birth = MeshInstance { tick: 7, mesh, position, mass, corner_mass, references, patches, parts, steps };
             let gel = test_cube::gel(&birth.mesh);
             engine
                 .engine_on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth)))

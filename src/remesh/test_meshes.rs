@@ -48,7 +48,7 @@ impl<const D: usize> ElementModel<D> for FlowingShapes {
     fn state(&self, _: &[Vector<D>; 4], now: &[Vector<D>; 4]) -> ElementState {
         let volume = signed_volume(now, &CORNERS);
         let hindrance = if volume > 0.0 { 0.4 / shape_quality(now, &CORNERS) } else { f64::INFINITY };
-        ElementState { volume, jacobian: 1.0, energy: 0.0, hindrance }
+        ElementState { volume, jacobian: 1.0, density: 1.0, strength: 1.0, energy: 0.0, hindrance }
     }
 
     fn common_energy(&self, _: f64) -> f64 {

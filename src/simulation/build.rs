@@ -47,7 +47,7 @@ where
     let adjacency = if definition.needs_adjacency() { face_neighbours::<D>(&mesh.elements) } else { vec![] };
     let patches = definition.build_patches(&mesh, &mesh.rest, &adjacency);
     let gel_of = |mesh: &Mesh<D>| {
-        let simplices = definition.build_simplices(mesh, patches.clone());
+        let simplices = definition.build_first_simplices(mesh, patches.clone());
         let mass = simplices.lumped_masses(mesh, definition.density);
         definition.build_gel(simplices, mesh, &mesh.rest, mass)
     };

@@ -6,7 +6,9 @@ use crate::constitutive::{
     Branch, BulkViscosity, EquationOfState, Material, MooneyRivlin, NeoHookean, Ogden, StretchDamage, TwoNetwork,
 };
 use crate::fem::Section;
-use crate::scene::{ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, MaterialModel, RemeshSpec, Scene};
+use crate::scene::{
+    ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, MaterialModel, RemeshSpec, Scene, layer_stack,
+};
 
 /// Defines the gel of a scene.
 pub(super) fn define_gel(scene: &Scene) -> GelDefinition {
@@ -19,6 +21,7 @@ pub(super) fn define_gel(scene: &Scene) -> GelDefinition {
         },
         material: build_material(&scaled),
         has_patches: scene.mesh.element == ElementKind::Patch,
+        layers: layer_stack(&scene.layer, &scene.gel),
         density: scaled.density,
         symmetry_planes: scene.gel.symmetry.mirrored(),
         meets_itself: scene.meets_itself(),

@@ -108,6 +108,8 @@ pub(super) trait ErasedModel: Send {
     /// Bytes of a copy of the state.
     fn state_bytes(&self) -> usize;
     fn mesh_size(&self) -> MeshSize;
+    /// Masses of the materials of the gel, kg, front to back.
+    fn material_masses(&self) -> Vec<f64>;
     /// Returns true if the scene has remeshing.
     fn can_remesh(&self) -> bool;
 }
@@ -435,6 +437,10 @@ where
 
     fn state_bytes(&self) -> usize {
         self.gel.engine.state().bytes()
+    }
+
+    fn material_masses(&self) -> Vec<f64> {
+        self.gel.material_masses()
     }
 
     fn mesh_size(&self) -> MeshSize {

@@ -173,6 +173,13 @@ impl Simulation {
         }
     }
 
+    /// Masses of the materials of the gel at the last remeshing, kg: those of its layers front to back, and that of the gel
+    /// below them. Eroded gel does not count.
+    #[must_use]
+    pub fn material_masses(&self) -> Vec<f64> {
+        self.model.material_masses()
+    }
+
     /// Additional bytes of a remeshing at most; 0 without remeshing.
     #[must_use]
     pub fn memory_of_remeshing(&self) -> u64 {

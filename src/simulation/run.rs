@@ -9,11 +9,12 @@ use super::model::ErasedModel;
 use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
+use crate::constitutive::MaterialRatios;
 use crate::contact::{BodyMotion, BodyState, ImpulseExchange, ShapeMotion, Wrench};
 use crate::integrator::{BlockMotion, StepError};
 use crate::ledger::Ledger;
 use crate::math::Vector3;
-use crate::scene::{CouplingMode, GelBox, Scene};
+use crate::scene::{CouplingMode, GelBox, Scene, layer_stack};
 
 /// Gel and rigid bodies in time.
 ///
@@ -61,12 +62,18 @@ pub(super) struct SceneConstants {
 impl SceneConstants {
     fn of(scene: &Scene, mode: CouplingMode, model: &dyn ErasedModel) -> Self {
         let material = build_material(&scene.gel);
+        // The gel stiffens and loads the importer's body no more than the stiffest and heaviest layer.
+        let layers = layer_stack(&scene.layer, &scene.gel);
+        let most = layers.map_or(MaterialRatios::GEL, |stack| stack.greatest());
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
             end_time: scene.scene.end_time,
             force_window: scene.force_window(),
-            contact_modulus: material.contact_modulus(),
-            specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
+            contact_modulus: most.strength * material.contact_modulus(),
+            specific_impedance: (most.density
+                * scene.gel.density
+                * (most.bulk.max(most.strength) * material.wave_modulus()))
+            .sqrt(),
             energy_round_off: model.energy_round_off(),
             shear_torque: model.shear_torque(),
             gel_box: scene.gel.shape.bounding_box(),

@@ -4,6 +4,7 @@
 
 use super::mesh_instance::{InstanceArrays, MeshInstance, numbers, simplex};
 use super::{CavityGas, DynamicState, GroupAlarm, GroupClock, RunRecord, StateSizes, Tick};
+use crate::constitutive::MaterialParts;
 use crate::contact::BodyState;
 use crate::fem::{HistoryVariables, ReferenceShape};
 use crate::ledger::Ledger;
@@ -240,6 +241,7 @@ fn read_mesh_instance<const D: usize>(
     read_all(&mut arrays.corner_mass, sizes.born, &mut bytes);
     read_all(&mut arrays.references, sizes.references, &mut bytes);
     read_all(&mut arrays.patch, sizes.born, &mut bytes);
+    read_all(&mut arrays.parts, sizes.layered, &mut bytes);
     read_all(&mut arrays.steps, sizes.born, &mut bytes);
     MeshInstance::from_arrays(tick, arrays, marks).map(Arc::new)
 }
@@ -256,6 +258,7 @@ impl StateSizes {
             (self.instance_nodes(), NODE_BYTES + 2 * Vector::<D>::SIZE),
             (self.born, ELEMENT_BYTES),
             (self.references, <(ElementId, ReferenceShape<D>)>::SIZE),
+            (self.layered, MaterialParts::SIZE),
         ];
         arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
     }
@@ -265,6 +268,7 @@ impl StateSizes {
         self.instance_nodes() * (NODE_BYTES + 2 * Vector::<D>::SIZE)
             + self.born * ELEMENT_BYTES
             + self.references * <(ElementId, ReferenceShape<D>)>::SIZE
+            + self.layered * MaterialParts::SIZE
     }
 
     /// Returns the number of nodes of the mesh instance.
@@ -285,6 +289,7 @@ impl<const D: usize> DynamicState<D> {
             bodies: self.bodies.len(),
             born: self.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
             references: self.birth.as_ref().map_or(0, |birth| birth.references.len()),
+            layered: self.birth.as_ref().map_or(0, |birth| birth.parts.len()),
         }
     }
 
@@ -324,6 +329,7 @@ impl<const D: usize> DynamicState<D> {
             write_all(&birth.corner_mass, sink);
             write_all(&birth.references, sink);
             write_all(&birth.patch_numbers(), sink);
+            write_all(&birth.parts, sink);
             write_all(&birth.steps, sink);
         }
         write_all(record.gas.as_slice(), sink);
@@ -459,6 +465,7 @@ mod tests {
             bodies: 0,
             born: 0,
             references: 0,
+            layered: 0,
         };
         let header: BinaryHeader = (sizes, (None, 0, vec![]), vec![], Ledger::default(), RunRecord::new(0));
         assert!(!DynamicState::<3>::empty().read(&postcard::to_stdvec(&header).unwrap()));

@@ -1,6 +1,7 @@
 //! Mesh instance: a mesh that a run has made by remeshing.
 
 use super::Tick;
+use crate::constitutive::MaterialParts;
 use crate::fem::ReferenceShape;
 use crate::math::{Vector, det};
 use crate::mesh::{ElementId, ElementPatches, Mesh, NodeId, Simplex, boundary, signed_volume};
@@ -22,6 +23,8 @@ pub struct MeshInstance<const D: usize> {
     pub references: Vec<(ElementId, ReferenceShape<D>)>,
     /// F-bar patches of its elements.
     pub patches: ElementPatches,
+    /// Parts of mass of the materials of its elements; empty of a gel of one material.
+    pub parts: Vec<MaterialParts>,
     /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
     /// until they are known, and of the first mesh.
     pub steps: Vec<f64>,
@@ -46,6 +49,8 @@ pub(super) struct InstanceArrays<const D: usize> {
     pub references: Vec<(ElementId, ReferenceShape<D>)>,
     /// Patch of each element.
     pub patch: Vec<u32>,
+    /// Parts of mass of the materials of the elements; empty of a gel of one material.
+    pub parts: Vec<MaterialParts>,
     /// Stable steps of the elements, s.
     pub steps: Vec<f64>,
 }
@@ -53,7 +58,8 @@ pub(super) struct InstanceArrays<const D: usize> {
 impl<const D: usize> MeshInstance<D> {
     /// Creates a mesh instance from unchecked arrays; `None` if they are no valid mesh.
     pub(super) fn from_arrays(tick: Tick, arrays: InstanceArrays<D>, marks: Vec<u8>) -> Option<Self> {
-        let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, patch, steps } = arrays;
+        let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, patch, parts, steps } =
+            arrays;
         let n = rest.len();
         let reference_is_valid = |(element, reference): &(ElementId, ReferenceShape<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
@@ -74,11 +80,14 @@ impl<const D: usize> MeshInstance<D> {
         let masses_are_positive = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
         let lengths_agree = [position.len(), mass.len(), held.len()] == [n; 3]
             && [corner_mass.len(), steps.len()] == [elements.len(); 2];
+        let parts_are_valid =
+            (parts.is_empty() || parts.len() == elements.len()) && parts.iter().all(are_parts_of_a_whole);
         let steps_are_positive = steps.iter().all(|step| *step > 0.0 && step.is_normal());
         let is_valid = |(simplex, is_compatible): (&Simplex, &bool)| {
             has_known_nodes(simplex) && is_upright(simplex, *is_compatible)
         };
         if !(lengths_agree
+            && parts_are_valid
             && steps_are_positive
             && masses_are_positive
             && positions_are_finite
@@ -93,7 +102,7 @@ impl<const D: usize> MeshInstance<D> {
             return None;
         }
         let mesh = Mesh { rest, elements, facets, held, marks };
-        Some(Self { tick, mesh, position, mass, corner_mass, references, patches, steps })
+        Some(Self { tick, mesh, position, mass, corner_mass, references, patches, parts, steps })
     }
 
     /// Returns the number of the patch of each element.
@@ -105,6 +114,13 @@ impl<const D: usize> MeshInstance<D> {
     pub(super) fn held(&self) -> Vec<u8> {
         self.mesh.held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect()
     }
+}
+
+/// Returns true if these parts are not negative and sum to 1.
+fn are_parts_of_a_whole(parts: &MaterialParts) -> bool {
+    /// Round-off of the sum over a run with many remeshings.
+    const ROUND_OFF: f64 = 1e-9;
+    parts.iter().all(|part| *part >= 0.0) && (parts.iter().sum::<f64>() - 1.0).abs() < ROUND_OFF
 }
 
 /// Converts the nodes of an element to numbers.

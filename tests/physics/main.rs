@@ -19,6 +19,7 @@ mod friction;
 mod hyperelastic;
 mod impacts;
 mod lanes;
+mod layers;
 mod loads;
 mod mirror;
 mod patches;

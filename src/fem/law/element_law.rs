@@ -83,6 +83,13 @@ pub(crate) struct ElementDeformation<const D: usize, V> {
     pub strained: V,
 }
 
+/// Strength and bulk modulus of elements of a layered gel, relative to those of the gel; 1 in an empty lane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LaneRatios<V> {
+    pub strength: V,
+    pub bulk: V,
+}
+
 /// U′ and max(U″, 0), element and patch parts together, Pa.
 #[derive(Clone, Copy)]
 pub(crate) struct VolumetricSlopes<V> {
@@ -141,18 +148,25 @@ fn hoop_gradient<V: Number>(volume: V, scale: V) -> V {
 
 /// Evaluates the volumetric energy of a patch, J, with the slope and curvature of each element (method 5).
 ///
-/// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄.
+/// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄. `ratios` are
+/// those of the elements of a layered gel, whose energies they multiply; the patch part has their mean by volume.
 #[inline(always)]
 pub(crate) fn evaluate_volumetric<const D: usize, V: Number>(
     gel: &impl ElementLaw<D>,
     volumes: &[V],
     strains: &[ElementDeformation<D, V>],
     slopes: &mut [VolumetricSlopes<V>],
+    ratios: Option<&[LaneRatios<V>]>,
 ) -> V {
     if volumes.len() == 1 {
         let u = gel.volume().volumetric(strains[0].jacobian());
         slopes[0] = VolumetricSlopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
-        return volumes[0] * u.energy;
+        let Some(ratios) = ratios else { return volumes[0] * u.energy };
+        slopes[0] = slopes[0].scaled(ratios[0].bulk);
+        return volumes[0] * u.energy * ratios[0].bulk;
+    }
+    if let Some(ratios) = ratios {
+        return evaluate_layered_patch(gel, volumes, strains, slopes, ratios);
     }
     let mut volume = volumes[0];
     let mut now = volume * strains[0].jacobian();
@@ -171,7 +185,68 @@ pub(crate) fn evaluate_volumetric<const D: usize, V: Number>(
     energy
 }
 
+/// Evaluates the volumetric energy of a patch of several elements of a layered gel.
+#[inline(always)]
+fn evaluate_layered_patch<const D: usize, V: Number>(
+    gel: &impl ElementLaw<D>,
+    volumes: &[V],
+    strains: &[ElementDeformation<D, V>],
+    slopes: &mut [VolumetricSlopes<V>],
+    ratios: &[LaneRatios<V>],
+) -> V {
+    let zero = volumes[0].constant(0.0);
+    let (mut volume, mut now, mut stiff) = (zero, zero, zero);
+    for k in 0..volumes.len() {
+        volume = volume + volumes[k];
+        now = now + volumes[k] * strains[k].jacobian();
+        stiff = stiff + volumes[k] * ratios[k].bulk;
+    }
+    let whole = volume.at_least(f64::MIN_POSITIVE);
+    let (shared, mean) = (gel.volume().shared(now / whole), stiff / whole);
+    let mut energy = stiff * shared.energy;
+    for k in 0..volumes.len() {
+        let own = gel.volume().own(strains[k].jacobian());
+        energy = energy + volumes[k] * own.energy * ratios[k].bulk;
+        slopes[k].slope = own.slope * ratios[k].bulk + shared.slope * mean;
+        slopes[k].curvature = own.curvature.at_least(0.0) * ratios[k].bulk + shared.curvature.at_least(0.0) * mean;
+    }
+    energy
+}
+
+impl<V: Number> VolumetricSlopes<V> {
+    /// Returns the slopes of a multiple of the energy.
+    #[inline(always)]
+    pub fn scaled(&self, factor: V) -> Self {
+        Self { slope: self.slope * factor, curvature: self.curvature * factor }
+    }
+
+    /// Returns the slopes over the strength of the element, with which a law is evaluated whose result is
+    /// [scaled](ElementForces::scaled) by it.
+    #[inline(always)]
+    pub fn over(&self, strength: V) -> Self {
+        Self { slope: self.slope / strength, curvature: self.curvature / strength }
+    }
+}
+
 impl<const D: usize, V: Number> ElementForces<D, V> {
+    /// Returns the response of a material of a multiple of the moduli, stresses and viscosities.
+    #[inline(always)]
+    pub fn scaled(&self, factor: V) -> Self {
+        let mut forces = self.forces;
+        for a in 0..D {
+            for i in 0..D {
+                forces[a][i] = forces[a][i] * factor;
+            }
+        }
+        Self {
+            forces,
+            hoop_force: self.hoop_force * factor,
+            stiffness: self.stiffness * factor,
+            energy: self.energy * factor,
+            lost: self.lost.map(|lost| lost * factor),
+        }
+    }
+
     /// Returns weight · f and κ at every node.
     #[inline(always)]
     pub fn nodal_kicks(&self, weight: V) -> [[V; 4]; MAX_NODES] {

@@ -13,8 +13,12 @@ pub(crate) struct RestGeometry<const D: usize, V> {
     pub gradients: [[V; D]; D],
     /// Rest volume w, m³.
     pub volume: V,
-    /// Density relative to that of the gel, at most 1: that of the lightest node of the element.
+    /// Density relative to that of the gel; of a gel of one material at most 1, that of the lightest node of the element.
     pub density: V,
+    /// Strength of the material relative to that of the gel.
+    pub strength: V,
+    /// Bulk modulus of the material relative to that of the gel.
+    pub bulk: V,
 }
 
 /// Returns the volume of an element, m³, from the determinant of its edges and R̄ of a ring, m.
@@ -31,7 +35,7 @@ pub(crate) fn volume_of<const D: usize, V: Number>(det: V, radius: V, section: S
 impl<const D: usize, V: Number> RestGeometry<D, V> {
     /// Computes the gradients and volumes from the edges as columns, m, and R̄ of rings, m.
     ///
-    /// `filled` is 1 for an element, and 0, as then are the results, in an empty lane. The relative density is 1.
+    /// `filled` is 1 for an element, and 0, as then are the results, in an empty lane. The material is that of the gel.
     #[inline(always)]
     pub fn new(edges: &[[V; D]; D], radius: V, filled: V, section: Section) -> Self {
         let det = array::det(edges);
@@ -42,7 +46,8 @@ impl<const D: usize, V: Number> RestGeometry<D, V> {
                 gradients[a][i] = array::cofactor(edges, i, a) / det * filled;
             }
         }
-        Self { gradients, volume: volume * filled, density: filled.constant(1.0) }
+        let one = filled.constant(1.0);
+        Self { gradients, volume: volume * filled, density: one, strength: one, bulk: one }
     }
 
     /// Returns the inverse determinant of the edges, 1/mᴰ.

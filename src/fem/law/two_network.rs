@@ -110,9 +110,10 @@ impl<const D: usize> HistoryLayout<D> for TwoNetwork {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct NetworkRest<const D: usize, L: Copy + Default = [f64; 8]> {
     gradients: ShapeGradients<D, L>,
-    /// Density relative to that of the gel.
+    /// Density relative to that of the gel, over the relative strength: forces and stiffness are scaled by the strength
+    /// afterwards, the viscous ones with them.
     density: L,
-    /// Speed of sound relative to that of the gel, the inverse root of the relative density.
+    /// Speed of sound relative to that of the gel, the root of the relative bulk modulus over the relative density.
     sound_speed: L,
 }
 
@@ -132,7 +133,7 @@ struct NetworkKinematics<const D: usize, V> {
     still: GradientSums<D, V>,
     /// True if an element is below the floor of J.
     is_crushed: bool,
-    /// Density at rest, kg/m³.
+    /// Density at rest over the relative strength, kg/m³.
     density: V,
     /// Speed of sound at this density, m/s.
     sound_speed: V,
@@ -158,10 +159,10 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
 
     #[inline(always)]
     fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> NetworkRest<D, V::Lanes> {
-        let sound_speed = shape.density.constant(1.0) / shape.density.root();
+        let sound_speed = shape.bulk.root() / shape.density.root();
         NetworkRest {
             gradients: ShapeGradients::new(shape),
-            density: shape.density.store(),
+            density: (shape.density / shape.strength).store(),
             sound_speed: sound_speed.store(),
         }
     }

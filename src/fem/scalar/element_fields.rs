@@ -1,6 +1,6 @@
 //! Cauchy stress, rate of deformation and viscous strain of elements, for output.
 
-use super::element_pressure::{StrainedElement, mean_jacobian};
+use super::element_pressure::{PatchVolume, StrainedElement};
 use super::rest_element::DeformationGradient;
 use super::simplices::Simplices;
 use crate::constitutive::{Hyperelastic, IsochoricDeformation, Material, NeoHookean, TwoNetwork};
@@ -30,24 +30,26 @@ impl<const D: usize> Simplices<D> {
         memory: &[HistoryVariables<D>],
     ) -> [StressInvariants; DEPTH] {
         let ids = self.patches.of(patch);
-        let mut members = [StrainedElement { volume: 0.0, strain: DeformationGradient::identity() }; DEPTH];
+        let mut members = [StrainedElement { volume: 0.0, bulk: 1.0, strain: DeformationGradient::identity() }; DEPTH];
         let members = &mut members[..ids.len()];
         for (id, member) in ids.iter().zip(&mut *members) {
             let element = self.rest_element(*id);
-            *member = StrainedElement { volume: element.volume, strain: self.element_deformation(*id, &element, x) };
+            let strain = self.element_deformation(*id, &element, x);
+            *member = StrainedElement { volume: element.volume, bulk: self.ratios(*id).bulk, strain };
         }
-        let mean = (ids.len() > 1).then(|| mean_jacobian(members.iter().copied()));
+        let volume = (ids.len() > 1).then(|| PatchVolume::of(members.iter().copied()));
         let n = self.records();
         let mut stresses = [StressInvariants::default(); DEPTH];
         for ((id, member), stress) in ids.iter().zip(members).zip(&mut stresses) {
             let records = &memory[id.index() * n..(id.index() + 1) * n];
-            let pressure = self.pressure_of(&member.strain, mean);
-            *stress = StressInvariants { pressure, von_mises: self.von_mises(&member.strain, records) };
+            let pressure = self.pressure_of(*id, &member.strain, volume);
+            let von_mises = self.ratios(*id).strength * self.von_mises(&member.strain, records);
+            *stress = StressInvariants { pressure, von_mises };
         }
         stresses
     }
 
-    /// Returns the von Mises stress of a deformed element, Pa.
+    /// Returns the von Mises stress of a deformed element of the gel's own material, Pa.
     ///
     /// A hyperelastic material has s = dev(∂ψ_s/∂F Fᵀ)/J, a two-network gel s = Σ μ_k dev b̄_k/J. J is at least the
     /// floor of the volumetric energy.

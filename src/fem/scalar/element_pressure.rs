@@ -2,7 +2,7 @@
 
 use super::rest_element::DeformationGradient;
 use super::simplices::Simplices;
-use crate::constitutive::{Hyperelastic, Material, NeoHookean, VolumetricEnergy};
+use crate::constitutive::{Hyperelastic, Material, MaterialRatios, NeoHookean, VolumetricEnergy};
 use crate::math::{Tensor, Vector, array};
 use crate::mesh::{ElementId, NodeId};
 
@@ -19,36 +19,59 @@ impl<const D: usize> Simplices<D> {
         let own = self.element_deformation_by(element, &self.rest_element(element), x);
         let strains = ids.iter().map(|id| {
             let element = self.rest_element(*id);
-            StrainedElement { volume: element.volume, strain: self.element_deformation_by(*id, &element, x) }
+            let strain = self.element_deformation_by(*id, &element, x);
+            StrainedElement { volume: element.volume, bulk: self.ratios(*id).bulk, strain }
         });
-        self.pressure_of(&own, (ids.len() > 1).then(|| mean_jacobian(strains)))
+        self.pressure_of(element, &own, (ids.len() > 1).then(|| PatchVolume::of(strains)))
     }
 
-    /// Returns the pressure of a deformed element, Pa; `mean` is J̄ in a patch of several elements.
-    pub(super) fn pressure_of(&self, strain: &DeformationGradient<D>, mean: Option<f64>) -> f64 {
-        match (&self.material, mean) {
-            (Material::NeoHookean(gel), _) => hyperelastic_pressure(gel, strain, mean),
-            (Material::MooneyRivlin(gel), _) => hyperelastic_pressure(gel, strain, mean),
-            (Material::Ogden(gel), _) => hyperelastic_pressure(gel, strain, mean),
-            (Material::TwoNetwork(gel), None) => -gel.volumetric(strain.jacobian()).slope,
-            (Material::TwoNetwork(gel), Some(mean)) => -(gel.own(strain.jacobian()).slope + gel.shared(mean).slope),
+    /// Returns the pressure of a deformed element, Pa, in a patch of several elements by the volume of the patch.
+    pub(super) fn pressure_of(
+        &self,
+        element: ElementId,
+        strain: &DeformationGradient<D>,
+        patch: Option<PatchVolume>,
+    ) -> f64 {
+        let MaterialRatios { strength, bulk, .. } = self.ratios(element);
+        let mean = patch.map(|patch| patch.jacobian);
+        match (&self.material, patch) {
+            (Material::NeoHookean(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
+            (Material::MooneyRivlin(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
+            (Material::Ogden(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
+            (Material::TwoNetwork(gel), None) => -bulk * gel.volumetric(strain.jacobian()).slope,
+            (Material::TwoNetwork(gel), Some(PatchVolume { jacobian, bulk: of_patch })) => {
+                -(bulk * gel.own(strain.jacobian()).slope + of_patch * gel.shared(jacobian).slope)
+            }
         }
     }
 }
 
-/// Element of a patch: its rest volume, m³, and its deformation.
+/// Element of a patch: its rest volume, m³, its relative bulk modulus, and its deformation.
 #[derive(Clone, Copy)]
 pub(super) struct StrainedElement<const D: usize> {
     pub volume: f64,
+    pub bulk: f64,
     pub strain: DeformationGradient<D>,
 }
 
-/// Returns the volume ratio J̄ of a patch.
-pub(super) fn mean_jacobian<const D: usize>(members: impl Iterator<Item = StrainedElement<D>>) -> f64 {
-    let (rest, now) = members.fold((0.0, 0.0), |(rest, now), StrainedElement { volume, strain }| {
-        (rest + volume, now + volume * strain.jacobian())
-    });
-    now / rest
+/// Volume ratio J̄ of a patch, and the mean of its relative bulk moduli by volume.
+#[derive(Clone, Copy)]
+pub(super) struct PatchVolume {
+    jacobian: f64,
+    bulk: f64,
+}
+
+impl PatchVolume {
+    /// Returns the volume ratio and the bulk modulus of these elements together.
+    pub(super) fn of<const D: usize>(members: impl Iterator<Item = StrainedElement<D>>) -> Self {
+        let (mut rest, mut now, mut stiff) = (0.0, 0.0, 0.0);
+        for StrainedElement { volume, bulk, strain } in members {
+            rest += volume;
+            now += volume * strain.jacobian();
+            stiff += volume * bulk;
+        }
+        Self { jacobian: now / rest, bulk: stiff / rest }
+    }
 }
 
 /// Returns the pressure of a hyperelastic element, Pa; `mean` is J̄ in a patch of several elements.

@@ -3,8 +3,11 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use super::simplices::Simplices;
+use crate::constitutive::MaterialRatios;
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
-use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
+use crate::fem::law::element_law::{
+    ElementDeformation, ElementLaw, LaneRatios, LawInput, VolumetricSlopes, evaluate_volumetric,
+};
 use crate::fem::law::rest_geometry::RestGeometry;
 use crate::fem::{DEPTH, Dissipation, ElementResponse, GroupKick, HistoryVariables, ReferenceShape, Section};
 use crate::math::{Vector, array};
@@ -18,16 +21,17 @@ pub(super) struct LoneElement<const D: usize, R> {
 }
 
 impl<const D: usize, R> LoneElement<D, R> {
-    /// Prepares an element of this rest shape and relative density.
+    /// Prepares an element of this rest shape and material; its density is that of its lightest node.
     #[inline(always)]
     pub fn of<G: ElementLaw<D, Rest<f64> = R>>(
         gel: &G,
         section: Section,
         reference: &ReferenceShape<D>,
-        density: f64,
+        material: MaterialRatios,
     ) -> Self {
         let shape = RestGeometry::new(&array::rows(&reference.edges), reference.radius, 1.0, section);
-        let geometry = RestGeometry { density, ..shape };
+        let MaterialRatios { strength, bulk, density } = material;
+        let geometry = RestGeometry { density, strength, bulk, ..shape };
         Self { volume: geometry.volume, scale: geometry.scale(), rest: gel.rest(&geometry) }
     }
 }
@@ -63,7 +67,10 @@ impl<const D: usize> Simplices<D> {
             volumes[k] = element.volume;
             self.strain_element::<G>(*id, element, x, &mut strains[k]);
         }
-        let energy = evaluate_volumetric(gel, &volumes[..n], &strains[..n], &mut slopes[..n]);
+        let ratios: [_; DEPTH] = std::array::from_fn(|k| ids.get(k).map_or(MaterialRatios::GEL, |id| self.ratios(*id)))
+            .map(|ratios| LaneRatios { strength: ratios.strength, bulk: ratios.bulk });
+        let layered = self.is_layered().then_some(&ratios[..n]);
+        let energy = evaluate_volumetric(gel, &volumes[..n], &strains[..n], &mut slopes[..n], layered);
         let strained = strains.iter().fold(0.0, |most: f64, strain| most.max(strain.strained));
         let mut sum = Dissipation { energy, ..Dissipation::default() };
         let records = memory.len() / n;
@@ -76,7 +83,13 @@ impl<const D: usize> Simplices<D> {
             let LoneElement { volume, scale, rest } = element;
             let history_rows = &mut history[..gel.rows()];
             let input = LawInput { volume: *volume, scale: *scale, rest, kick, history: history_rows };
-            let forces = gel.evaluate(self.section, input, &strains[k], &slopes[k]);
+            let forces = match layered {
+                None => gel.evaluate(self.section, input, &strains[k], &slopes[k]),
+                Some(ratios) => {
+                    let strength = ratios[k].strength;
+                    gel.evaluate(self.section, input, &strains[k], &slopes[k].over(strength)).scaled(strength)
+                }
+            };
             gel.load_history(&history.map(|row| row.0)[..gel.rows()], memory);
             sum.energy += forces.energy * strained;
             let [viscous, bulk, damage] = forces.lost;
@@ -91,7 +104,8 @@ impl<const D: usize> Simplices<D> {
     /// Prepares an element at rest.
     #[inline(always)]
     fn lone_element<G: ElementLaw<D>>(&self, gel: &G, id: ElementId) -> LoneElement<D, G::Rest<f64>> {
-        LoneElement::of(gel, self.section, &self.reference(id), self.relative_density(id))
+        let material = MaterialRatios { density: self.relative_density(id), ..self.ratios(id) };
+        LoneElement::of(gel, self.section, &self.reference(id), material)
     }
 
     /// Computes the deformation of an element; at rest, where no node has moved, without rounding.

@@ -1,5 +1,5 @@
 use super::rest_element::{DeformationGradient, RestElement};
-use crate::constitutive::Material;
+use crate::constitutive::{LayerStack, Material, MaterialParts, MaterialRatios};
 use crate::fem::law::rest_geometry::volume_of;
 use crate::fem::{ReferenceShape, Section, max_patch_size};
 use crate::math::{Tensor, Vector, array, det};
@@ -40,6 +40,10 @@ pub struct Simplices<const D: usize> {
     references: Vec<ReferenceShape<D>>,
     /// Relative density of each element; empty if all have that of the gel.
     density: Vec<f64>,
+    /// Parts of mass of the materials of each element; empty of a gel of one material.
+    parts: Vec<MaterialParts>,
+    /// Constants of these mixtures.
+    ratios: Vec<MaterialRatios>,
     pub(crate) patches: ElementPatches,
 }
 
@@ -62,8 +66,9 @@ impl<const D: usize> Simplices<D> {
     ) -> Self {
         assert!(patches.largest() <= max_patch_size(D), "a patch has at most {} elements", max_patch_size(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let (material, reference_index, references, density) = (material.into(), vec![], vec![], vec![]);
-        Self { material, section, elements, rest, reference_index, references, density, patches }
+        let (reference_index, references, density, parts, ratios) = (vec![], vec![], vec![], vec![], vec![]);
+        let material = material.into();
+        Self { material, section, elements, rest, reference_index, references, density, parts, ratios, patches }
     }
 
     /// Returns the elements with the reference shapes of the incompatible elements.
@@ -84,6 +89,36 @@ impl<const D: usize> Simplices<D> {
         self
     }
 
+    /// Returns the elements of a layered gel with these parts of mass of its materials.
+    ///
+    /// # Panics
+    /// If an element has none.
+    #[must_use]
+    pub fn with_layers(mut self, stack: &LayerStack, parts: Vec<MaterialParts>) -> Self {
+        assert_eq!(parts.len(), self.elements.len(), "each element of a layered gel has materials");
+        self.ratios = parts.iter().map(|parts| stack.mixed(parts)).collect();
+        self.parts = parts;
+        self
+    }
+
+    /// Returns true for a layered gel.
+    #[must_use]
+    pub fn is_layered(&self) -> bool {
+        !self.ratios.is_empty()
+    }
+
+    /// Returns the parts of mass of the materials of all elements; empty of a gel of one material.
+    #[must_use]
+    pub fn material_parts(&self) -> &[MaterialParts] {
+        &self.parts
+    }
+
+    /// Returns the constants of the material of an element, relative to those of the gel.
+    #[must_use]
+    pub fn ratios(&self, element: ElementId) -> MaterialRatios {
+        self.ratios.get(element.index()).copied().unwrap_or(MaterialRatios::GEL)
+    }
+
     /// Returns the elements with the relative densities that these nodal masses, kg, give them, of nodes at `x` when they
     /// were new (method 1.3h): remeshing moves mass and rest volume apart. Only viscosity depends on it.
     #[must_use]
@@ -92,7 +127,8 @@ impl<const D: usize> Simplices<D> {
         let all = || (0..self.elements.len() as u32).map(ElementId);
         let mut usual = vec![0.0; mass.len()];
         for element in all() {
-            let (whole, nodes) = (gel.density() * self.volume(element), self.corners(element));
+            let density = gel.density() * self.ratios(element).density;
+            let (whole, nodes) = (density * self.volume(element), self.corners(element));
             let radii = nodes.iter().map(|node| x[node.index()][0]).sum::<f64>();
             for node in nodes {
                 let share = match self.section {
@@ -105,15 +141,19 @@ impl<const D: usize> Simplices<D> {
         let relative = |node: &NodeId| mass[node.index()] / usual[node.index()];
         let least = |element| self.corners(element).iter().map(relative).fold(1.0, f64::min);
         // Sums of shares differ by round-off.
-        let density = all().map(least).map(|least| if least > 1.0 - ROUND_OFF { 1.0 } else { least });
-        self.density = density.collect();
+        let of_lightest = |element: ElementId| {
+            let least = least(element);
+            self.ratios(element).density * if least > 1.0 - ROUND_OFF { 1.0 } else { least }
+        };
+        self.density = all().map(of_lightest).collect();
         self
     }
 
-    /// Returns the density of an element relative to that of the gel, at most 1: that of its lightest node.
+    /// Returns the density of an element relative to that of the gel: that of its lightest node, and at most that of its
+    /// material.
     #[must_use]
     pub fn relative_density(&self, element: ElementId) -> f64 {
-        self.density.get(element.index()).copied().unwrap_or(1.0)
+        self.density.get(element.index()).copied().unwrap_or_else(|| self.ratios(element).density)
     }
 
     /// Returns the kinematic model.
@@ -184,7 +224,7 @@ impl<const D: usize> Simplices<D> {
         (strain.f, strain.out)
     }
 
-    /// Returns the lumped nodal masses for the rest density, kg/m³, in kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a
+    /// Returns the lumped nodal masses for the rest density of the gel, kg/m³, in kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a
     /// ring (A1).
     #[must_use]
     pub fn lumped_masses(&self, mesh: &Mesh<D>, density: f64) -> Vec<f64> {
@@ -196,7 +236,7 @@ impl<const D: usize> Simplices<D> {
                     Section::Planar { .. } | Section::Spatial => 1.0 / (D + 1) as f64,
                     Section::Axisymmetric => (3.0 * mesh.rest[node.index()][0] * element.hoop + 3.0) / 12.0,
                 };
-                mass[node.index()] += density * element.volume * share;
+                mass[node.index()] += density * self.ratios(id).density * element.volume * share;
             }
         }
         mass

@@ -1,7 +1,7 @@
 //! An element by itself, by its rest shape and its shape, outside any mesh.
 
 use super::one_lane::LoneElement;
-use crate::constitutive::{Material, VolumetricEnergy};
+use crate::constitutive::{Material, MaterialRatios, VolumetricEnergy};
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
 use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes};
 use crate::fem::{GroupKick, HistoryVariables, ReferenceShape, Section};
@@ -71,7 +71,7 @@ impl SingleElementLaw {
         now: &ReferenceShape<D>,
         memory: &[HistoryVariables<D>],
     ) -> SingleElementResponse {
-        let LoneElement { volume, scale, rest } = LoneElement::of(gel, self.section, rest, 1.0);
+        let LoneElement { volume, scale, rest } = LoneElement::of(gel, self.section, rest, MaterialRatios::GEL);
         let mut strain = ElementDeformation::at_rest(0.0);
         strain.f = array::rows(&now.edges);
         strain.deform::<G>(self.section, &rest, volume, scale, 1.0, 3.0 * now.radius);

@@ -13,13 +13,13 @@ use super::node_cache::{NodeAccumulator, NodeRows, number_of, row_of};
 use super::transpose::gather;
 use crate::constitutive::{Material, NeoHookean, TwoNetwork};
 use crate::fem::history::{HistoryLanes, HistoryLayout, MOST_MEMORIES, MOST_ROWS};
-use crate::fem::law::element_law::{ElementDeformation, ElementLaw};
+use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LaneRatios};
 use crate::fem::law::neo_hookean::ShearStiffness;
 use crate::fem::law::rest_geometry::RestGeometry;
 use crate::fem::law::two_network::NetworkRest;
 use crate::fem::{GroupKick, HistoryVariables, MAX_NODES, Section, max_patch_size};
 use crate::math::Number;
-use fearless_simd::{Level, Simd, f64x8};
+use fearless_simd::{Level, Simd, SimdBase, f64x8};
 use std::ops::Range;
 
 /// Response of a group of eight patches.
@@ -50,6 +50,8 @@ pub(crate) struct ReferenceBatch<const D: usize> {
     pub filled: LaneArray,
     /// Relative density; 1 in an empty lane.
     pub density: LaneArray,
+    /// Relative strength and bulk modulus.
+    pub ratios: LaneRatios<LaneArray>,
 }
 
 /// Corner of an element in a slot.
@@ -108,6 +110,8 @@ pub struct ElementBatches<const D: usize> {
     batches: Vec<ElementBatch>,
     /// Mask of each batch: 1 in the lanes of incompatible elements; empty if all elements are compatible.
     incompatible: Vec<LaneArray>,
+    /// Relative strength and bulk modulus of each batch; empty of a gel of one material.
+    ratios: Vec<LaneRatios<LaneArray>>,
     depth: usize,
     law: BatchLaw<D>,
     section: Section,
@@ -130,7 +134,8 @@ impl<const D: usize> ElementBatches<D> {
             Material::TwoNetwork(gel) => BatchLaw::TwoNetwork(*gel, vec![NetworkRest::default(); n]),
             Material::MooneyRivlin(_) | Material::Ogden(_) => return None,
         };
-        Some(Self { batches: vec![ElementBatch::default(); n], incompatible: vec![], depth, law, section })
+        let (batches, incompatible, ratios) = (vec![ElementBatch::default(); n], vec![], vec![]);
+        Some(Self { batches, incompatible, ratios, depth, law, section })
     }
 
     /// Fills a batch with the rest shapes of eight elements and the numbers of their nodes.
@@ -147,6 +152,29 @@ impl<const D: usize> ElementBatches<D> {
                 on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
             }
         }
+    }
+
+    /// Sets the relative strength and bulk modulus of a batch of a layered gel.
+    pub(crate) fn set_ratios(&mut self, at: usize, ratios: LaneRatios<LaneArray>) {
+        let gel = LaneRatios { strength: [1.0; LANES], bulk: [1.0; LANES] };
+        self.ratios.resize(self.batches.len(), gel);
+        self.ratios[at] = ratios;
+    }
+
+    /// Returns the relative strengths and bulk moduli of a group of a layered gel.
+    #[inline(always)]
+    pub(crate) fn ratios_of<const N: usize, S: Simd>(
+        &self,
+        simd: S,
+        group: usize,
+    ) -> Option<[LaneRatios<f64x8<S>>; N]> {
+        let ratios: &[LaneRatios<LaneArray>; N] = self.ratios.get(group * N..)?.first_chunk()?;
+        let mut loaded = [LaneRatios { strength: f64x8::splat(simd, 1.0), bulk: f64x8::splat(simd, 1.0) }; N];
+        for k in 0..N {
+            loaded[k].strength = load_lanes(simd, &ratios[k].strength);
+            loaded[k].bulk = load_lanes(simd, &ratios[k].bulk);
+        }
+        Some(loaded)
     }
 
     /// Marks an element whose rest shape is not that of the rest positions of its nodes.
@@ -218,7 +246,8 @@ impl<const D: usize> ElementBatches<D> {
             BatchLaw::NeoHookean(_, rest) => size_of_val(rest.as_slice()),
             BatchLaw::TwoNetwork(_, rest) => size_of_val(rest.as_slice()),
         };
-        law_size + size_of_val(self.batches.as_slice()) + size_of_val(self.incompatible.as_slice())
+        let batches = size_of_val(self.batches.as_slice()) + size_of_val(self.ratios.as_slice());
+        law_size + batches + size_of_val(self.incompatible.as_slice())
     }
 
     /// Returns the number of history rows of a batch.
@@ -322,8 +351,9 @@ fn store_rest_geometry<const D: usize, G: ElementLaw<D>, S: Simd>(
 ) {
     let edges = load_edges(simd, &rest.edges);
     let (radius, filled) = (load_lanes(simd, &rest.radius), load_lanes(simd, &rest.filled));
-    let density = load_lanes(simd, &rest.density);
-    let shape = RestGeometry { density, ..RestGeometry::new(&edges, radius, filled, section) };
+    let [density, strength, bulk] =
+        [&rest.density, &rest.ratios.strength, &rest.ratios.bulk].map(|lanes| load_lanes(simd, lanes));
+    let shape = RestGeometry { density, strength, bulk, ..RestGeometry::new(&edges, radius, filled, section) };
     (batch.volume, batch.scale) = (shape.volume.store(), shape.scale().store());
     *law = gel.rest(&shape);
 }
@@ -353,7 +383,9 @@ mod tests {
         let edges = std::array::from_fn(|i| std::array::from_fn(|j| std::array::from_fn(|lane| edge(i, j, lane))));
         // One lane is empty.
         let filled = std::array::from_fn(|lane| if lane < 7 { 1.0 } else { 0.0 });
-        let rest = ReferenceBatch { edges, radius: [1.0; LANES], filled, density: [1.0; LANES] };
+        let ones = [1.0; LANES];
+        let ratios = LaneRatios { strength: ones, bulk: ones };
+        let rest = ReferenceBatch { edges, radius: ones, filled, density: ones, ratios };
         let made = |level: Level| {
             let (mut batch, mut law) = (ElementBatch::default(), ShearStiffness::<3>::default());
             on!(level, simd => store_rest_geometry(simd, &gel, &mut batch, &mut law, &rest, Section::Spatial));

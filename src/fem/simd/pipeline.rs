@@ -207,7 +207,9 @@ impl<const D: usize> ElementBatches<D> {
             for k in 0..N {
                 volumes[k] = load_lanes(pipeline.energy[g].simd, &batches[k].volume);
             }
-            pipeline.energy[g] = evaluate_volumetric(gel, &volumes, strains, slopes);
+            let ratios = self.ratios_of::<N, S>(pipeline.energy[g].simd, pipeline.groups[g].0);
+            let layered = ratios.as_ref().map(<[_; N]>::as_slice);
+            pipeline.energy[g] = evaluate_volumetric(gel, &volumes, strains, slopes, layered);
         }
     }
 
@@ -228,13 +230,20 @@ impl<const D: usize> ElementBatches<D> {
         let zero = f64x8::splat(simd, 0.0);
         let (mut power, mut lost) = (zero, [zero; 3]);
         let mut answer = GroupResponse { least_jacobian: f64::INFINITY, ..GroupResponse::default() };
+        let ratios = self.ratios_of::<N, S>(simd, group);
         for k in 0..N {
             let (strains, slopes) = (&pipeline.strains[g * N + k], &pipeline.slopes[g * N + k]);
             let history = &mut output.memory[k * rows..(k + 1) * rows];
             let volume = load_lanes(simd, &batches[k].volume);
             let scale = load_lanes(simd, &batches[k].scale);
             let input = LawInput { volume, scale, rest: &rest[k], kick, history };
-            let forces = gel.evaluate(self.section(), input, strains, slopes);
+            let forces = match &ratios {
+                None => gel.evaluate(self.section(), input, strains, slopes),
+                Some(ratios) => {
+                    let strength = ratios[k].strength;
+                    gel.evaluate(self.section(), input, strains, &slopes.over(strength)).scaled(strength)
+                }
+            };
             let (jacobian, volumetric_stiffness) = (strains.jacobian(), volume * slopes.curvature);
             if may_invert::<D, S>(
                 forces.stiffness,

@@ -27,12 +27,13 @@ impl<const D: usize> EditableMesh<'_, D> {
                 self.star_mut(node).retain(|other| other != element);
             }
         }
-        // Every part of the cavity has the density of the whole, at rest.
-        let volume = states.iter().map(|state| state.volume).sum::<f64>();
+        // Every part of the cavity has the density of the whole, at rest, but for that of its materials.
+        let share = |state: &ElementState| state.volume * state.density;
+        let shares = states.iter().map(share).sum::<f64>();
         let step = operation.old.iter().map(|element| self.step[element.index()]).fold(f64::INFINITY, f64::min);
         let (first, over) = (self.elements.len(), self.first_elements(&operation.old));
         for (nodes, state) in operation.new.iter().zip(states) {
-            self.add(*nodes, *state, whole * state.volume / volume);
+            self.add(*nodes, *state, whole * share(state) / shares);
             self.step.push(step);
             self.made_of.push(Arc::clone(&over));
         }

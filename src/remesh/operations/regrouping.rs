@@ -27,13 +27,14 @@ pub struct Regrouping {
 
 /// Stored energy of a patch, J.
 fn energy_of<const D: usize>(states: impl Iterator<Item = ElementState>, model: &impl ElementModel<D>) -> f64 {
-    let (mut volume, mut flow, mut energy) = (0.0, 0.0, 0.0);
+    let (mut volume, mut stiff, mut flow, mut energy) = (0.0, 0.0, 0.0, 0.0);
     for state in states {
         volume += state.volume;
+        stiff += state.volume * state.strength;
         flow += state.volume * state.jacobian;
         energy += state.energy;
     }
-    energy + volume * model.common_energy(flow / volume)
+    energy + stiff * model.common_energy(flow / volume)
 }
 
 impl<const D: usize> EditableMesh<'_, D> {

@@ -36,7 +36,8 @@ impl<const D: usize> ElementModel<D> for Solid {
         let strain = f.norm_squared() + hoop * hoop - (D + 1) as f64 - 2.0 * jacobian.abs().ln();
         let energy = volume * 0.5 * strain;
         let frequency = now_edges.norm() / signed_volume(now, &CORNERS);
-        ElementState { volume, jacobian, energy, hindrance: frequency / self.limit }
+        let hindrance = frequency / self.limit;
+        ElementState { volume, jacobian, density: 1.0, strength: 1.0, energy, hindrance }
     }
 
     fn common_energy(&self, jacobian: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! Forces, energy and stiffness bound of elements against central differences.
 
 use super::*;
-use crate::constitutive::{Hyperelastic, NeoHookean, VolumetricEnergy};
-use crate::fem::{DEPTH, ElementResponse, Potential};
+use crate::constitutive::{Branch, Dashpot, EquationOfState, Hyperelastic, NeoHookean, TwoNetwork, VolumetricEnergy};
+use crate::fem::{DEPTH, ElementResponse, HistoryVariables, Potential};
 use crate::math::array;
 
 fn triangle(section: Section) -> (Mesh<2>, Simplices<2>) {
@@ -120,5 +120,50 @@ fn lumped_masses_add_up_to_the_mass() {
         let (mesh, simplices) = triangle(section);
         let total: f64 = simplices.lumped_masses(&mesh, 1030.0).iter().sum();
         assert!((total / (1030.0 * simplices.volume(ElementId(0))) - 1.0).abs() < 1e-14);
+    }
+}
+
+/// Two elements of a patch, one of a layer, the other a mixture of it and the gel.
+fn layered_patch(material: Material, bulk: f64) -> (Mesh<3>, Simplices<3>) {
+    let rest = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1], [1.2, 1.1, 1.0]];
+    let nodes = [[0, 1, 2, 3], [1, 4, 2, 3]].map(|nodes| nodes.map(NodeId));
+    let mesh = Mesh::new(rest.map(Vector::<3>::from).to_vec(), nodes.to_vec());
+    let stack = LayerStack::new(&[(1.0, MaterialRatios { strength: 2.5, bulk, density: 1.3 })]);
+    let simplices = Simplices::in_patches(&mesh, ElementPatches::grouped(&mesh), (material, Section::Spatial));
+    (mesh, simplices.with_layers(&stack, vec![[1.0, 0.0, 0.0, 0.0], [0.4, 0.6, 0.0, 0.0]]))
+}
+
+#[test]
+fn forces_of_a_layered_patch_are_minus_the_gradient_of_its_energy() {
+    let state = EquationOfState::new(40.0, 2.0, f64::INFINITY);
+    let networks = TwoNetwork::new(3.0, &[Branch::new(2.0, Dashpot::linear(1.0))], state, 1.0);
+    for (material, bulk) in [(NeoHookean::new(3.0, 40.0).into(), 2.5), (networks.into(), 1.7)] {
+        let (mesh, simplices) = layered_patch(material, bulk);
+        assert_eq!(simplices.patches().len(), 1);
+        let memory = vec![HistoryVariables::default(); 2 * simplices.memories()];
+        let evaluate = |x: &[Vector<3>]| {
+            let mut answers = [ElementResponse::default(); DEPTH];
+            let energy = simplices.evaluate(0, x, &memory, &mut answers);
+            let mut forces = vec![Vector::<3>::zeros(); 5];
+            for (element, answer) in simplices.patches().of(0).iter().zip(answers) {
+                let nodes = simplices.corners(*element).iter().zip(answer.forces);
+                nodes.for_each(|(node, force)| forces[node.index()] += force);
+            }
+            (energy, forces)
+        };
+        let (step, x) = (1e-6, deformed(&mesh, 0.1));
+        let forces = evaluate(&x).1;
+        for (node, axis) in (0..5).flat_map(|node| (0..3).map(move |axis| (node, axis))) {
+            let energy = |s: f64| {
+                let mut moved = x.clone();
+                moved[node][axis] += s;
+                evaluate(&moved).0
+            };
+            let slope = (energy(step) - energy(-step)) / (2.0 * step);
+            assert!(
+                (slope + forces[node][axis]).abs() < 1e-6 * (1.0 + forces[node].norm()),
+                "node {node}, axis {axis}"
+            );
+        }
     }
 }
