@@ -30,6 +30,9 @@ pub(crate) trait ElementLaw<const D: usize>: HistoryLayout<D> + Copy {
     type Rest<L: Copy + Default + Debug>: RestOperator<D, L>;
     /// True if elements may be strained at the rest positions of their nodes.
     const HAS_HISTORY: bool;
+    /// True if the element part of the volumetric energy of a patch balances the patch part, whose bulk modulus it then
+    /// has; false if it balances the shear energy of the element.
+    const OWN_BALANCES_SHARED: bool;
     /// Computes the rest data; 0 in empty lanes.
     fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> Self::Rest<V::Lanes>;
     /// Returns the volumetric energy law.
@@ -187,8 +190,8 @@ pub(crate) fn evaluate_volumetric<const D: usize, V: Number>(
 
 /// Evaluates the volumetric energy of a patch of several elements of a layered gel.
 #[inline(always)]
-fn evaluate_layered_patch<const D: usize, V: Number>(
-    gel: &impl ElementLaw<D>,
+fn evaluate_layered_patch<const D: usize, V: Number, G: ElementLaw<D>>(
+    gel: &G,
     volumes: &[V],
     strains: &[ElementDeformation<D, V>],
     slopes: &mut [VolumetricSlopes<V>],
@@ -206,9 +209,10 @@ fn evaluate_layered_patch<const D: usize, V: Number>(
     let mut energy = stiff * shared.energy;
     for k in 0..volumes.len() {
         let own = gel.volume().own(strains[k].jacobian());
-        energy = energy + volumes[k] * own.energy * ratios[k].bulk;
-        slopes[k].slope = own.slope * ratios[k].bulk + shared.slope * mean;
-        slopes[k].curvature = own.curvature.at_least(0.0) * ratios[k].bulk + shared.curvature.at_least(0.0) * mean;
+        let bulk = if G::OWN_BALANCES_SHARED { mean } else { ratios[k].bulk };
+        energy = energy + volumes[k] * own.energy * bulk;
+        slopes[k].slope = own.slope * bulk + shared.slope * mean;
+        slopes[k].curvature = own.curvature.at_least(0.0) * bulk + shared.curvature.at_least(0.0) * mean;
     }
     energy
 }

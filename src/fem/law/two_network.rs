@@ -156,6 +156,7 @@ struct NetworkForces<const D: usize, V> {
 impl<const D: usize> ElementLaw<D> for TwoNetwork {
     type Rest<L: Copy + Default + Debug> = NetworkRest<D, L>;
     const HAS_HISTORY: bool = true;
+    const OWN_BALANCES_SHARED: bool = true;
 
     #[inline(always)]
     fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> NetworkRest<D, V::Lanes> {

@@ -40,7 +40,7 @@ impl<const D: usize> Simplices<D> {
             (Material::Ogden(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
             (Material::TwoNetwork(gel), None) => -bulk * gel.volumetric(strain.jacobian()).slope,
             (Material::TwoNetwork(gel), Some(PatchVolume { jacobian, bulk: of_patch })) => {
-                -(bulk * gel.own(strain.jacobian()).slope + of_patch * gel.shared(jacobian).slope)
+                -of_patch * (gel.own(strain.jacobian()).slope + gel.shared(jacobian).slope)
             }
         }
     }

@@ -151,6 +151,11 @@ fn forces_of_a_layered_patch_are_minus_the_gradient_of_its_energy() {
             }
             (energy, forces)
         };
+        // A uniform dilatation loads a patch of several materials uniformly; unstrained it stays at rest.
+        let nearly = |factor: f64| mesh.rest.iter().map(|x| x * factor).collect::<Vec<_>>();
+        let greatest = |x: &[Vector<3>]| evaluate(x).1.iter().map(Vector::<3>::norm).fold(0.0, f64::max);
+        let [small, smaller] = [1e-6, 1e-7].map(|strain| greatest(&nearly(1.0 + strain)));
+        assert!((small / smaller - 10.0).abs() < 0.01, "{small:e} {smaller:e}");
         let (step, x) = (1e-6, deformed(&mesh, 0.1));
         let forces = evaluate(&x).1;
         for (node, axis) in (0..5).flat_map(|node| (0..3).map(move |axis| (node, axis))) {
