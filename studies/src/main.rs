@@ -22,6 +22,7 @@ mod rest;
 mod rheology;
 mod run;
 mod shot;
+mod skin;
 mod steps;
 mod thousand;
 mod touch;
@@ -35,7 +36,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 17] = [
+const STUDIES: [Study; 18] = [
     (
         "ball-bounce",
         "depth and restitution against the reference table, by mesh size and bulk modulus",
@@ -78,6 +79,7 @@ const STUDIES: [Study; 17] = [
         "a rigid bullet by the yaw with which it comes: yaw by depth, neck, law of the cosh",
         bullet_yaw::study,
     ),
+    ("skin", "perforation thresholds of skin as a layer, one of them fitted", skin::study),
     ("steps", "a hundred shots over the range of gels and speeds: whether asynchronous steps diverge", steps::study),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "every limit against what is known beforehand; masses, speeds, a second of rest", extremes::study),
