@@ -138,6 +138,21 @@ mod tests {
         }
     }
 
+    /// Hence a layer of one preset is in proportion to a gel of another.
+    #[test]
+    fn all_presets_have_the_same_networks_but_for_their_scale() {
+        for key in [MODULI, DAMAGE].concat() {
+            let values = Preset::ALL.map(|preset| preset.network_value(key).unwrap());
+            assert!(values.iter().all(|value| *value == values[0]), "{key}: {values:?}");
+        }
+        let plain = read(builtin("fbi-bb").unwrap()).unwrap().gel;
+        assert!(has_moduli_of_preset(&plain));
+        assert!(has_moduli_of_preset(&GelSpec { strength_scale: 2.0, density: 1e3, ..plain.clone() }));
+        assert!(!has_moduli_of_preset(&GelSpec { shear_modulus: 21e3, ..plain.clone() }));
+        assert!(!has_moduli_of_preset(&GelSpec { branches: vec![], ..plain.clone() }));
+        assert!(!has_moduli_of_preset(&GelSpec { preset: None, ..plain }));
+    }
+
     #[test]
     fn every_preset_has_its_own_networks_and_classes_in_order() {
         for preset in Preset::ALL {

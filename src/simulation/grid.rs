@@ -286,15 +286,30 @@ mod tests {
         assert!(has_all(&plane_block(&scene_with("ball-square", &[layers])).planes[1]));
     }
 
-    /// In the plane no element of a uniform mesh lies in two layers.
+    /// In space those that join the centres of cells on both sides do, unless the cells are divided by Kuhn.
     #[test]
-    fn triangles_do_not_cross_an_interface() {
-        let scene = scene_with("ball-square", &["layer=[{thickness=7.3e-3, density=900.0}]"]);
-        let mesh = plane_mesh(&scene).unwrap();
-        let crosses = |element: &mesh::Simplex| {
-            let heights = || element.iter().take(3).map(|node| mesh.rest[node.index()].y);
+    fn triangles_do_not_cross_an_interface_and_a_sixth_of_the_cells_on_both_sides_does() {
+        let layer = "layer=[{thickness=7.3e-3, density=900.0}]";
+        let plane = plane_mesh(&scene_with("ball-square", &[layer])).unwrap();
+        assert!(plane.elements.len() > 100 && crossing_volume(&plane) == 0.0);
+        let [centred, kuhn] = ["centred", "kuhn"].map(|lattice| {
+            let scene = scene_with("sphere-block", &[layer, "mesh.size=7e-3", &format!("mesh.lattice={lattice}")]);
+            crossing_volume(&space_mesh(&scene).unwrap())
+        });
+        assert_eq!(kuhn, 0.0);
+        let block = space_block(&scene_with("sphere-block", &[layer, "mesh.size=7e-3"]));
+        let [x, y, z] = block.planes;
+        let below = z[z.len() - 2] - z[z.len() - 3];
+        let expected = (x[x.len() - 1] - x[0]) * (y[y.len() - 1] - y[0]) * (7.3e-3 + below) / 6.0;
+        assert!((centred / expected - 1.0).abs() < 1e-9, "{centred} {expected}");
+    }
+
+    /// Volume of the elements on both sides of a depth of 7.3 mm.
+    fn crossing_volume<const D: usize>(mesh: &Mesh<D>) -> f64 {
+        let crosses = |element: &&mesh::Simplex| {
+            let heights = || element[..=D].iter().map(|node| mesh.rest[node.index()][D - 1]);
             heights().any(|z| z > -7.3e-3) && heights().any(|z| z < -7.3e-3)
         };
-        assert!(mesh.elements.len() > 100 && !mesh.elements.iter().any(crosses));
+        mesh.elements.iter().filter(crosses).map(|element| mesh.measure(element)).sum()
     }
 }
