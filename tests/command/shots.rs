@@ -80,11 +80,13 @@ fn new_puts_layers_on_the_gel_and_check_describes_them() {
     assert!(told("modelled", "layer[1]: skin, 0.002 m thick, 3.0000 times the strength"), "{result}");
     assert!(told("doubts", "no measured shot through layers was computed"), "{result}");
     assert!(result["model_error"].is_null() && result["values"]["layer"][1]["strength_scale"] == 1.95, "{result}");
-    refused(
-        &["new", "--projectile", "bb", "--layer", "2mm,strength=3"],
-        "found the key \"strength\", expected a thickness",
-    );
-    refused(&["new", "--projectile", "bb", "--layer", "0.2mm"], "layer[1].thickness: found 0.0002, expected at least");
+    for (layer, part) in [
+        ("2mm,strength=3", "found the key \"strength\", expected a thickness, and after commas name=, preset="),
+        ("0.2mm", "layer[1].thickness: found 0.0002, expected at least mesh.size, 0.00027 m"),
+    ] {
+        let said = gelfmu(&["new", "--projectile", "bb", "--layer", layer]);
+        assert!(said.status == Some(2) && said.err.contains(part), "{layer}: {}", said.err);
+    }
 }
 
 #[test]

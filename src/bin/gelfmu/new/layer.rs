@@ -21,9 +21,9 @@ impl ShotLayer {
         Ok(Self { thickness, entries: parts.map(parse_entry).collect::<Result<_, _>>()? })
     }
 
-    /// Table of the layer; `bulk_ratio` is that of the bulk modulus of the gel to that of its preset.
+    /// Table of the layer behind an empty line; `bulk_ratio` is that of the bulk modulus of the gel to that of its preset.
     pub fn table(&self, bulk_ratio: f64) -> String {
-        let mut table = format!("[[layer]]\nthickness = {:?}\n", self.thickness);
+        let mut table = format!("\n[[layer]]\nthickness = {:?}\n", self.thickness);
         for (key, value) in &self.entries {
             writeln!(table, "{key} = {value}").expect("a string grows");
         }
@@ -73,10 +73,10 @@ mod tests {
     #[test]
     fn a_layer_is_a_thickness_and_keys_with_units() {
         let skin = ShotLayer::parse("2mm, name=skin,strength_scale=3, density=1.1 g/cm3").unwrap();
-        let table = "[[layer]]\nthickness = 0.002\nname = \"skin\"\nstrength_scale = 3.0\ndensity = 1100.0\n";
+        let table = "\n[[layer]]\nthickness = 0.002\nname = \"skin\"\nstrength_scale = 3.0\ndensity = 1100.0\n";
         assert_eq!(skin.table(0.5), table);
         let firm = ShotLayer::parse("2mm,preset=gelatin-20").unwrap();
-        assert_eq!(firm.table(1.0), "[[layer]]\nthickness = 0.002\npreset = \"gelatin-20\"\n");
+        assert_eq!(firm.table(1.0), "\n[[layer]]\nthickness = 0.002\npreset = \"gelatin-20\"\n");
         assert!(firm.table(0.5).ends_with("\nbulk_modulus = 1300000000.0\n"), "{}", firm.table(0.5));
         for text in ["", "skin", "0mm", "2mm,3", "2mm,strength=3", "2mm,strength_scale=much", "2mm,density=3 mm"] {
             assert!(ShotLayer::parse(text).is_err(), "{text}");

@@ -210,7 +210,7 @@ fn gel(shot: &Shot) -> String {
 /// Tables of the layers in front of the gel.
 fn layers(shot: &Shot) -> String {
     let ratio = ReducedBulk::of(shot).map_or(1.0, |bulk| bulk.enough / bulk.own);
-    let tables: String = shot.layers.iter().map(|layer| format!("\n{}", layer.table(ratio))).collect();
+    let tables: String = shot.layers.iter().map(|layer| layer.table(ratio)).collect();
     let comment = "\n# Layers on the front of the gel, bonded: their thickness is a part of the length of the block.";
     if tables.is_empty() { tables } else { format!("{comment}{tables}") }
 }
