@@ -29,7 +29,7 @@ const LONG: f64 = 1.05;
 /// and smaller for large and fast bodies, whose cavities open slowly beside their size. The energy is the force of
 /// Poncelet's law at the speed of the impact, on the section of the body across its path. The cavity is no wider than a
 /// sphere that takes all of the kinetic energy, and until the end of the run no wider than inertia lets it become:
-/// a² = 2 t √(E'/(π ρ)), a cylinder of radius a in gel that moves out to e times that radius.
+/// a² = 2 t √(E'/(π ρ)), a cylinder of radius a in gel that moves out to e times that radius. Layers are left out.
 #[must_use]
 pub fn cavity_estimate(scene: &Scene, body: usize) -> Option<f64> {
     let (projectile, shape) = (scene.body(body), scene.shape_in_gel(body));

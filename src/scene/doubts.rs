@@ -3,8 +3,8 @@
 use super::block_fit::approach;
 use super::model_error::{ShotFigures, calibre, extent, has_networks_of, preset_of, shot_class};
 use super::{
-    BranchSpec, DifferingValue, Dimension, LibraryProjectile, MaterialModel, ProjectileSpec, Scene, block_doubts,
-    body_name, numbered,
+    BranchSpec, DifferingValue, Dimension, LibraryProjectile, MaterialModel, Preset, ProjectileSpec, Scene,
+    block_doubts, body_name, numbered,
 };
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
@@ -22,7 +22,31 @@ pub fn doubts(scene: &Scene) -> Vec<String> {
         let projectile = body.library.as_deref().and_then(LibraryProjectile::named);
         projectile.map_or_else(Vec::new, |projectile| changed_values(&body_name(i), body, &projectile))
     });
-    bodies.chain(changed).chain(short_relaxation(scene)).chain(block_doubts(scene)).collect()
+    let of_gel = short_relaxation(scene).into_iter().chain(layer_doubts(scene));
+    bodies.chain(changed).chain(of_gel).chain(block_doubts(scene)).collect()
+}
+
+/// Doubts about layers: nothing is known of their validity, and a preset may meet a gel of another bulk modulus.
+fn layer_doubts(scene: &Scene) -> Vec<String> {
+    if scene.layer.is_empty() {
+        return vec![];
+    }
+    let unknown = "layer: no measured shot through layers was computed, so no model error is known; strength and density of \
+                   skin, bone or cloth are values of the scene";
+    let of_preset = |preset: Option<Preset>| preset?.network_value("gel.bulk_modulus")?.parse::<f64>().ok();
+    let reduced = of_preset(scene.gel.preset).map(|own| scene.gel.bulk_modulus / own).filter(|ratio| *ratio != 1.0);
+    let unequal = scene.layer.iter().enumerate().filter_map(|(i, layer)| {
+        let (ratio, modulus) = (reduced?, of_preset(layer.preset)?);
+        let key = numbered("layer", i) + ".bulk_modulus";
+        (layer.bulk_modulus == Some(modulus)).then(|| {
+            format!(
+                "{key} is that of its preset, {modulus:?} Pa, and gel.bulk_modulus is {ratio:.3} times that of its own: waves \
+                 are reflected where these gels meet; give {key} = {:.3e}",
+                ratio * modulus
+            )
+        })
+    });
+    std::iter::once(unknown.to_owned()).chain(unequal).collect()
 }
 
 /// Values of a body that the library has changed since the version that the scene states.
@@ -219,6 +243,18 @@ mod tests {
             let told = "projectile.mass is 0.000343, of version 2 of the library: bb has 0.00035 since version 3";
             assert!(found.iter().all(|doubt| doubt == told), "{found:?}");
         }
+    }
+
+    #[test]
+    fn layers_are_doubted_and_so_is_a_preset_beside_a_softer_gel() {
+        let layer = |keys: &str| doubts_with("fbi-bb", &[&format!("layer=[{{thickness=2e-3{keys}}}]")]);
+        let [unknown] = &layer(", strength_scale=3.0")[..] else { panic!("{:?}", layer(", strength_scale=3.0")) };
+        assert!(unknown.contains("no measured shot through layers"), "{unknown}");
+        let found = layer(", preset='gelatin-20'");
+        let told =
+            "layer[1].bulk_modulus is that of its preset, 2610000000.0 Pa, and gel.bulk_modulus is 0.277 times that of";
+        assert!(found.len() == 2 && found[1].starts_with(told), "{found:?}");
+        assert_eq!(layer(", preset='gelatin-20', bulk_modulus=723e6").len(), 1);
     }
 
     #[test]

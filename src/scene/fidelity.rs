@@ -193,6 +193,16 @@ mod tests {
     }
 
     #[test]
+    fn a_level_whose_cells_a_layer_does_not_hold_is_refused_with_its_size() {
+        let layer = "layer=[{thickness=6e-3, density=900.0}]";
+        assert!(with(&[layer]).is_ok());
+        let refused = with(&[layer, "scene.fidelity=draft"]).unwrap_err();
+        assert_eq!(refused.key, "fidelity.draft.set");
+        let told = "(layer[1].thickness: found 0.006, expected at least mesh.size, 0.01 m: ";
+        assert!(refused.to_string().contains(told), "{refused}");
+    }
+
+    #[test]
     fn the_levels_of_builtin_scenes_are_scenes_that_cost_more_and_miss_by_less_down_to_the_scatter() {
         for (name, text) in builtins() {
             let levels = read(text).unwrap().fidelity;

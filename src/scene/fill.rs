@@ -27,8 +27,7 @@ pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a st
     if let Some(modulus) = shear_modulus {
         insert_at_path(gel, &["shear_modulus"], modulus, 0..0);
     }
-    let preset = gel.get("preset").and_then(|name| Some((Preset::named(name.get_ref().as_str()?)?, name.span())));
-    let Some((preset, place)) = preset else { return vec![] };
+    let Some((preset, place)) = named_preset(gel) else { return vec![] };
     let mut given = vec![];
     for fact in preset.facts() {
         let model = gel.get("material").and_then(|model| model.get_ref().as_str()).unwrap_or_default();
@@ -38,6 +37,35 @@ pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a st
         }
     }
     given
+}
+
+/// Values that the preset of a layer fills in: key of the layer, key of the preset, and the value of a preset that
+/// leaves it out.
+const LAYER_VALUES: [(&str, &str, Option<&str>); 3] = [
+    ("density", "gel.density", None),
+    ("bulk_modulus", "gel.bulk_modulus", None),
+    ("strength_scale", "gel.strength_scale", Some("1.0")),
+];
+
+/// Writes the values of their presets into keys of layers that the text does not set, each with the source location of
+/// the preset's name.
+pub(super) fn fill_layers(scene: &mut DeTable<'_>) {
+    let Some(DeValue::Array(layers)) = scene.get_mut("layer").map(Spanned::get_mut) else { return };
+    for layer in layers.iter_mut() {
+        let Some(layer) = as_table(Some(layer)) else { continue };
+        let Some((preset, place)) = named_preset(layer) else { continue };
+        for (key, of_preset, otherwise) in LAYER_VALUES {
+            if let Some(value) = preset.network_value(of_preset).or(otherwise) {
+                insert_at_path(layer, &[key], value, place.clone());
+            }
+        }
+    }
+}
+
+/// Preset that a table names, with the source location of its name.
+fn named_preset(table: &DeTable<'_>) -> Option<(Preset, Range<usize>)> {
+    let name = table.get("preset")?;
+    Some((Preset::named(name.get_ref().as_str()?)?, name.span()))
 }
 
 /// Writes values of the library into bodies that name it, each with the source location of the name.

@@ -9,8 +9,10 @@ use std::fmt;
 
 /// Relative margin around the speeds, calibres and lengths of a class: its data are no sharper.
 const MARGIN: f64 = 0.1;
-/// Keys of the networks of a gel: with others the model error of the preset is not that of the gel.
-const NETWORKS: [&str; 4] = ["gel.shear_modulus", "gel.branches", "gel.damage.critical_stretch", "gel.damage.delay"];
+/// Keys of the networks of a gel, but for their scale: all presets have the same values.
+const MODULI: [&str; 2] = ["gel.shear_modulus", "gel.branches"];
+/// Keys of the damage of a gel: with other networks and damage the model error of the preset is not that of the gel.
+const DAMAGE: [&str; 2] = ["gel.damage.critical_stretch", "gel.damage.delay"];
 
 /// Returns the class of shots to which a body belongs that flies at the gel of a preset.
 #[must_use]
@@ -22,26 +24,32 @@ pub fn shot_class(scene: &Scene, body: usize) -> Option<&'static ShotClass> {
     preset.shots().classes.iter().find(|class| class.is_of_balls == is_ball && class.has(&shot))
 }
 
-/// Returns the preset of a gel that can be penetrated by a body, not by a prism.
+/// Returns the preset of a gel without layers that can be penetrated by a body, not by a prism.
 pub(super) fn preset_of(scene: &Scene) -> Option<Preset> {
-    let can_penetrate = scene.gel.material == MaterialModel::TwoNetwork;
+    let can_penetrate = scene.gel.material == MaterialModel::TwoNetwork && scene.layer.is_empty();
     scene.gel.preset.filter(|_| can_penetrate && scene.scene.dimension != Dimension::Planar)
 }
 
-/// Returns true if the networks of a gel are those of a preset.
+/// Returns true if networks and damage of a gel are those of a preset.
 pub(super) fn has_networks_of(gel: &GelSpec, preset: Preset) -> bool {
+    let scale = preset.network_value("gel.strength_scale").map_or(Some(1.0), |text| text.parse().ok());
+    has_values_of(gel, preset, &[MODULI, DAMAGE].concat()) && scale == Some(gel.strength_scale)
+}
+
+/// Returns true if the networks of a gel are those of its preset but for their scale.
+pub(super) fn has_moduli_of_preset(gel: &GelSpec) -> bool {
+    gel.preset.is_some_and(|preset| has_values_of(gel, preset, &MODULI))
+}
+
+/// Returns true if the values of these keys of a gel are those of a preset.
+fn has_values_of(gel: &GelSpec, preset: Preset, keys: &[&str]) -> bool {
     let Ok(own) = toml::Value::try_from(gel) else { return false };
-    let of_network = |key: &str| {
-        let facts = preset.facts().iter().filter(|fact| fact.of.includes("two-network"));
-        facts.into_iter().find(|fact| fact.key == key).map(|fact| fact.value)
-    };
     let is_same = |key: &&str| {
         let found = key.split('.').skip(1).try_fold(&own, |value, name| value.get(name));
-        let told = of_network(key).and_then(|text| format!("value = {text}").parse::<toml::Table>().ok());
+        let told = preset.network_value(key).and_then(|text| format!("value = {text}").parse::<toml::Table>().ok());
         told.is_some_and(|told| told.get("value") == found)
     };
-    let scale = of_network("gel.strength_scale").map_or(Some(1.0), |text| text.parse().ok());
-    NETWORKS.iter().all(is_same) && scale == Some(gel.strength_scale)
+    keys.iter().all(is_same)
 }
 
 /// Ratio of length to width, width, m, and speed, m/s, of a body that moves.
@@ -124,9 +132,25 @@ mod tests {
             (&["gel.damage.delay=11e-6"], None),
             (&["gel.bulk_modulus=700e6"], Some("steel balls")),
             (&["projectile.velocity=[0, 0, 0]"], None),
+            (&["layer=[{thickness=2e-3, strength_scale=2.0}]"], None),
         ] {
             assert_eq!(class_of(changes), class, "{changes:?}");
         }
+    }
+
+    /// Hence a layer of one preset is in proportion to a gel of another.
+    #[test]
+    fn all_presets_have_the_same_networks_but_for_their_scale() {
+        for key in [MODULI, DAMAGE].concat() {
+            let values = Preset::ALL.map(|preset| preset.network_value(key).unwrap());
+            assert!(values.iter().all(|value| *value == values[0]), "{key}: {values:?}");
+        }
+        let plain = read(builtin("fbi-bb").unwrap()).unwrap().gel;
+        assert!(has_moduli_of_preset(&plain));
+        assert!(has_moduli_of_preset(&GelSpec { strength_scale: 2.0, density: 1e3, ..plain.clone() }));
+        assert!(!has_moduli_of_preset(&GelSpec { shear_modulus: 21e3, ..plain.clone() }));
+        assert!(!has_moduli_of_preset(&GelSpec { branches: vec![], ..plain.clone() }));
+        assert!(!has_moduli_of_preset(&GelSpec { preset: None, ..plain }));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Lists the physics that a scene models, and the physics that it leaves out.
 
+use super::layer::{describe_layers, omitted_in_layers};
 use super::{
     BodyShape, CellLattice, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSpec, GelSymmetry,
     MaterialModel, RemeshMethod, Scene, ScheduleKind, SupportSpec, body_name, numbered,
@@ -45,6 +46,7 @@ pub fn modelled_physics(scene: &Scene) -> Vec<String> {
     let general = general.chain(part);
     general
         .map(str::to_owned)
+        .chain(describe_layers(&scene.layer, &scene.gel))
         .chain(describe_loads(scene))
         .chain(scene.gel.cavity.describe())
         .chain(describe_damping(scene))
@@ -276,6 +278,7 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "gravity: none",
         "heat: none",
         scene.gel.cavity.omitted(),
+        omitted_in_layers(&scene.layer),
         if scene.bodies().any(|body| body.expansion.is_some()) {
             "deformation of the bodies: none but the prescribed expansion, which takes no energy of the body"
         } else {

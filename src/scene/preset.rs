@@ -145,6 +145,13 @@ impl Preset {
             Self::SyntheticClear => &SYNTHETIC_CLEAR,
         }
     }
+
+    /// Value of a key of a `two-network` gel, such as `gel.density`, as TOML; `None` for a key that the preset leaves out.
+    #[must_use]
+    pub(super) fn network_value(self, key: &str) -> Option<&'static str> {
+        let facts = self.facts().iter().filter(|fact| fact.of.includes("two-network"));
+        facts.into_iter().find(|fact| fact.key == key).map(|fact| fact.value)
+    }
 }
 
 pub(super) const NOTHING: &str = "nothing";

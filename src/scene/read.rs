@@ -126,6 +126,7 @@ fn read_without_level(text: &str, files: &FileSource<'_>) -> Result<Scene, Scene
     let values = values.map_err(at_its_line)?;
     let mut whole = table.clone();
     fill::fill_gel(whole.get_mut(), shear_modulus.as_deref());
+    fill::fill_layers(whole.get_mut());
     bodies.iter().zip(&values).for_each(|(body, values)| fill::fill_named(whole.get_mut(), body, values));
     let scene = Scene::deserialize(Deserializer::from(whole));
     let mut scene = scene.map_err(|error| explain::content_error(text, &places, &error))?;

@@ -6,6 +6,7 @@ mod domain;
 mod expansion;
 mod gel;
 mod hyperelastic;
+mod layer;
 mod library;
 mod load;
 mod motion;
@@ -45,6 +46,7 @@ pub(super) fn validate(scene: &Scene) -> CheckResult {
     }
     check_mesh(scene)?;
     check_remesh(scene)?;
+    layer::check(scene)?;
     check_integrator(&scene.integrator)?;
     check_levels(&scene.fidelity)?;
     check_contact(&scene.contact)?;

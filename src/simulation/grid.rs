@@ -187,9 +187,48 @@ fn centred_planes(scene: &Scene, half: f64) -> Vec<f64> {
     right.iter().rev().map(|x| -x).chain(right.iter().skip(1).copied()).collect()
 }
 
-/// Planes from −`height` to the entry surface at 0.
+/// Planes from −`height` to the entry surface at 0, one of them at each interface of the layers.
 fn depth_planes(scene: &Scene, height: f64) -> Vec<f64> {
-    axis_planes(scene, height).iter().rev().map(|z| -z).collect()
+    let (planes, layers) = (axis_planes(scene, height), scene::layer_stack(&scene.layer, &scene.gel));
+    let depths = match &layers {
+        Some(layers) => follow_interfaces(&planes, layers.depths()),
+        None => planes,
+    };
+    depths.iter().rev().map(|z| -z).collect()
+}
+
+/// Moves planes so that each interface lies on one of them, bit for bit; those between two interfaces in proportion.
+///
+/// A layer takes the cells nearest to its thickness, but at least one, and leaves one for each material below it: on
+/// uniform planes its cells are then two thirds to one and a half of the others. The number of planes stays, as a tree
+/// needs it, unless there are fewer cells than materials. Large cells of a tree do not use all planes: where such a cell
+/// spans an interface, its elements are mixtures.
+fn follow_interfaces(planes: &[f64], interfaces: &[f64]) -> Vec<f64> {
+    let n_cells = planes.len() - 1;
+    let last = planes[n_cells];
+    if n_cells <= interfaces.len() {
+        return std::iter::once(planes[0]).chain(interfaces.iter().copied()).chain([last]).collect();
+    }
+    let mut moved = vec![planes[0]];
+    for (i, &depth) in interfaces.iter().enumerate() {
+        let above = moved.len() - 1;
+        let unmoved = planes[above] + depth - moved[above];
+        let next = planes.partition_point(|z| *z < unmoved).clamp(1, n_cells);
+        let is_nearer = unmoved - planes[next - 1] <= planes[next] - unmoved;
+        let nearest = if is_nearer { next - 1 } else { next };
+        append_scaled(&mut moved, &planes[above..=nearest.clamp(above + 1, n_cells + i - interfaces.len())], depth);
+    }
+    let above = moved.len() - 1;
+    append_scaled(&mut moved, &planes[above..], last);
+    moved
+}
+
+/// Appends planes behind the first of them, with equal ratios of their distances, from the last plane up to `end`.
+fn append_scaled(moved: &mut Vec<f64>, planes: &[f64], end: f64) {
+    let (start, first, n) = (moved[moved.len() - 1], planes[0], planes.len() - 1);
+    let scale = (end - start) / (planes[n] - first);
+    moved.extend(planes[1..n].iter().map(|z| start + (z - first) * scale));
+    moved.push(end);
 }
 
 /// Planes along a leg, one of them at its thickness.
@@ -197,4 +236,80 @@ fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
     let mut planes = mesh::uniform(0.0, thickness, scene.mesh.size);
     planes.extend(mesh::uniform(thickness, leg, scene.mesh.size).into_iter().skip(1));
     planes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Override, builtin, read, resolve};
+
+    fn scene_with(name: &str, changes: &[&str]) -> Scene {
+        let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+        read(&resolve(builtin(name).unwrap(), &changes).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn planes_follow_interfaces_to_the_bit_and_keep_their_number() {
+        let planes = mesh::uniform(0.0, 0.1, 1e-3);
+        for interfaces in [&[1.7e-3][..], &[1e-3, 2e-3, 3e-3], &[1.51e-3, 3.49e-3], &[0.0973, 0.0983], &[0.05]] {
+            let moved = follow_interfaces(&planes, interfaces);
+            assert_eq!((moved.len(), moved[0], moved[100]), (101, 0.0, 0.1));
+            assert!(interfaces.iter().all(|depth| moved.contains(depth)), "{interfaces:?}");
+            let longest = moved.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+            assert!(moved.windows(2).all(|pair| pair[1] > pair[0]) && longest <= 1.6e-3, "{interfaces:?}: {longest}");
+        }
+        assert_eq!(follow_interfaces(&[0.0, 1.0, 2.0, 4.0], &[1.5]), [0.0, 1.5, 2.333_333_333_333_333_5, 4.0]);
+        assert_eq!(follow_interfaces(&[0.0, 1.0, 2.0, 4.0], &[1.75]), [0.0, 0.875, 1.75, 4.0]);
+    }
+
+    #[test]
+    fn each_layer_has_a_cell_where_cells_grow() {
+        assert_eq!(follow_interfaces(&[0.0, 1.0, 5.0, 21.0], &[1.0, 2.0]), [0.0, 1.0, 2.0, 21.0]);
+        assert_eq!(follow_interfaces(&[0.0, 1.0, 21.0], &[1.0, 2.0]), [0.0, 1.0, 2.0, 21.0]);
+        assert_eq!(follow_interfaces(&[0.0, 10.0, 20.0], &[19.0]), [0.0, 19.0, 20.0]);
+    }
+
+    #[test]
+    fn the_planes_of_every_shape_follow_its_layers() {
+        let layers = "layer=[{thickness=5e-3, density=900.0}, {thickness=7.3e-3, density=1100.0}]";
+        let depths = [5e-3, 5e-3 + 7.3e-3].map(|depth: f64| -depth);
+        let has_all = |planes: &[f64]| depths.iter().all(|depth| planes.contains(depth));
+        let grading = "mesh.grading={core=0.01, growth=1.5, largest=0.02}";
+        for (name, change) in
+            [("sphere-block", "mesh.size=4e-3"), ("sphere-block", grading), ("fbi-bb-3d", "mesh.size=1e-3")]
+        {
+            let [bare, layered] = [&[change][..], &[change, layers]].map(|set| space_block(&scene_with(name, set)));
+            assert_eq!((&bare.planes[..2], bare.planes[2].len()), (&layered.planes[..2], layered.planes[2].len()));
+            assert!(has_all(&layered.planes[2]) && !has_all(&bare.planes[2]), "{name} {change}");
+        }
+        assert!(has_all(&section_block(&scene_with("fbi-bb", &[layers])).planes[1]));
+        assert!(has_all(&plane_block(&scene_with("ball-square", &[layers])).planes[1]));
+    }
+
+    /// In space those that join the centres of cells on both sides do, unless the cells are divided by Kuhn.
+    #[test]
+    fn triangles_do_not_cross_an_interface_and_a_sixth_of_the_cells_on_both_sides_does() {
+        let layer = "layer=[{thickness=7.3e-3, density=900.0}]";
+        let plane = plane_mesh(&scene_with("ball-square", &[layer])).unwrap();
+        assert!(plane.elements.len() > 100 && crossing_volume(&plane) == 0.0);
+        let [centred, kuhn] = ["centred", "kuhn"].map(|lattice| {
+            let scene = scene_with("sphere-block", &[layer, "mesh.size=7e-3", &format!("mesh.lattice={lattice}")]);
+            crossing_volume(&space_mesh(&scene).unwrap())
+        });
+        assert_eq!(kuhn, 0.0);
+        let block = space_block(&scene_with("sphere-block", &[layer, "mesh.size=7e-3"]));
+        let [x, y, z] = block.planes;
+        let below = z[z.len() - 2] - z[z.len() - 3];
+        let expected = (x[x.len() - 1] - x[0]) * (y[y.len() - 1] - y[0]) * (7.3e-3 + below) / 6.0;
+        assert!((centred / expected - 1.0).abs() < 1e-9, "{centred} {expected}");
+    }
+
+    /// Volume of the elements on both sides of a depth of 7.3 mm.
+    fn crossing_volume<const D: usize>(mesh: &Mesh<D>) -> f64 {
+        let crosses = |element: &&mesh::Simplex| {
+            let heights = || element[..=D].iter().map(|node| mesh.rest[node.index()][D - 1]);
+            heights().any(|z| z > -7.3e-3) && heights().any(|z| z < -7.3e-3)
+        };
+        mesh.elements.iter().filter(crosses).map(|element| mesh.measure(element)).sum()
+    }
 }

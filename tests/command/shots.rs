@@ -64,6 +64,32 @@ fn new_and_check_warn_of_a_block_and_a_level_that_do_not_fit() {
 }
 
 #[test]
+fn new_puts_layers_on_the_gel_and_check_describes_them() {
+    let folder = folder();
+    let skin = "2mm,name=skin,strength_scale=3,density=1100";
+    let shot = ["new", "--projectile", "bb", "--layer", skin, "--layer", "5mm,preset=gelatin-20", "--out", "skin.toml"];
+    let said = gelfmu_in(folder.path(), &shot);
+    assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{}", said.out);
+    let scene = scene::read(&fs::read_to_string(folder.path().join("skin.toml")).unwrap()).unwrap();
+    assert_eq!(scene.layer.iter().map(|layer| layer.thickness).collect::<Vec<_>>(), [2e-3, 5e-3]);
+    let checked = gelfmu_in(folder.path(), &["check", "skin.toml", "--set", "scene.fidelity=draft", "--json"]);
+    assert_eq!(checked.status, Some(0), "{}", checked.err);
+    let result = json(&checked.out);
+    let told =
+        |key: &str, part: &str| result[key].as_array().unwrap().iter().any(|line| line.to_string().contains(part));
+    assert!(told("modelled", "layer[1]: skin, 0.002 m thick, 3.0000 times the strength"), "{result}");
+    assert!(told("doubts", "no measured shot through layers was computed"), "{result}");
+    assert!(result["model_error"].is_null() && result["values"]["layer"][1]["strength_scale"] == 1.95, "{result}");
+    for (layer, part) in [
+        ("2mm,strength=3", "found the key \"strength\", expected a thickness, and after commas name=, preset="),
+        ("0.2mm", "layer[1].thickness: found 0.0002, expected at least mesh.size, 0.00027 m"),
+    ] {
+        let said = gelfmu(&["new", "--projectile", "bb", "--layer", layer]);
+        assert!(said.status == Some(2) && said.err.contains(part), "{layer}: {}", said.err);
+    }
+}
+
+#[test]
 fn a_run_takes_values_with_units() {
     let folder = folder();
     let set = ["--set", "projectile.mass=0.343 g", "--set", "scene.end_time=20 us", "--set", "mesh.size=0.54 mm"];

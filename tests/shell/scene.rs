@@ -52,6 +52,12 @@ fn l_beam() -> String {
     SPATIAL.replace(BLOCK, beam).replace("supports.z_min = \"fixed\"\n", "")
 }
 
+/// A scene with the gel of a preset.
+fn shot() -> String {
+    let values = "material = \"neo-hookean\"\ndensity = 1030.0\nshear_modulus = 7e4\nbulk_modulus = 7e5\n";
+    SPATIAL.replace(values, "").replace("supports.z_min = \"fixed\"", "preset = \"gelatin-10\"")
+}
+
 /// A scene whose projectile is held.
 fn held(base: &str) -> String {
     base.replace(MASS, "fixed = true").replace(VELOCITY, "velocity = [0.0, 0.0, 0.0]")
@@ -86,6 +92,7 @@ fn base(name: &str) -> String {
         "spatial" => SPATIAL.to_owned(),
         "planar" => planar(),
         "axisymmetric" => axisymmetric(),
+        "shot" => shot(),
         "l-beam" => l_beam(),
         "held" => held(SPATIAL),
         "wall" => wall(&l_beam()),
@@ -252,7 +259,7 @@ fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     );
     not_a_scene(
         &resolved("mesch.size=1"),
-        "line 1: mesch: found the unknown key `mesch` (did you mean `mesh`?), expected one of `scene`, `gel`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`, `fidelity`",
+        "line 1: mesch: found the unknown key `mesch` (did you mean `mesh`?), expected one of `scene`, `gel`, `layer`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`, `fidelity`",
     );
 }
 

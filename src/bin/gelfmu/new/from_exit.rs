@@ -49,7 +49,8 @@ pub fn shot_from_exit(options: &NewOptions, folder: &Path) -> Result<Shot, Comma
     check_block(options.block, arrival.radius)?;
     let projectile = library_form(&scene, arrival.projectile());
     let (block, gel) = (options.block, options.gel);
-    Ok(Shot { projectile, speed, yaw, roll: 0.0, block, gel, arrival: Some(arrival) })
+    let layers = options.layer.clone();
+    Ok(Shot { projectile, speed, yaw, roll: 0.0, block, gel, layers, arrival: Some(arrival) })
 }
 
 /// Refuses options that the run answers.

@@ -113,10 +113,11 @@ impl LevelErrors {
     /// Errors that hold for a shot.
     pub fn of(shot: &Shot) -> Self {
         let identity = ShotIdentity::of(shot);
-        let is_measured = shot.is_square_on() && shot.arrival.as_ref().is_none_or(Arrival::is_like_fired);
+        let is_of_gel = shot.is_square_on() && shot.layers.is_empty();
+        let is_measured = is_of_gel && shot.arrival.as_ref().is_none_or(Arrival::is_like_fired);
         let holds = |row: &LevelErrorRow| is_measured && row.holds_for(&identity, shot.block.length);
         let of_scene = || "python -m ballistic_gel trade FILE".to_owned();
-        let command = if shot.arrival.is_some() { of_scene() } else { identity.command() };
+        let command = if shot.arrival.is_some() || !shot.layers.is_empty() { of_scene() } else { identity.command() };
         Self { rows: measured_errors().filter(holds).collect(), command }
     }
 
@@ -155,6 +156,7 @@ mod tests {
             roll: 0.0,
             block,
             gel: Preset::Gelatin10,
+            layers: vec![],
             arrival: None,
         }
     }

@@ -51,6 +51,7 @@ impl MeasuredShot {
             roll: 0.0,
             block: BlockSize::parse(&self.block).unwrap(),
             gel: Preset::Gelatin10,
+            layers: vec![],
             arrival: None,
         }
     }

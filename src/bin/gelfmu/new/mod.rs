@@ -5,6 +5,7 @@ mod arrival_text;
 mod block;
 mod flight;
 mod from_exit;
+mod layer;
 mod level_errors;
 #[cfg(test)]
 mod measured_shots;
@@ -108,7 +109,16 @@ mod tests {
         let doubts = |block: &str| {
             let projectile = named_projectile("45acp-185-silvertip-recovered").unwrap();
             let (speed, block) = (projectile.speed, BlockSize::parse(block).unwrap());
-            let shot = Shot { projectile, speed, yaw: 0.0, roll: 0.0, block, gel: Preset::Gelatin10, arrival: None };
+            let shot = Shot {
+                projectile,
+                speed,
+                yaw: 0.0,
+                roll: 0.0,
+                block,
+                gel: Preset::Gelatin10,
+                layers: vec![],
+                arrival: None,
+            };
             doubts_of(&scene_text(&shot).unwrap()).unwrap()
         };
         let narrow = doubts("10x10x10cm");

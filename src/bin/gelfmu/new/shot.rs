@@ -2,6 +2,7 @@
 
 use super::arrival::Arrival;
 use super::block::{BlockSize, MeshedPart};
+use super::layer::ShotLayer;
 use super::options::NewOptions;
 use crate::failure::CommandError;
 use crate::rounding::rounded;
@@ -29,6 +30,8 @@ pub struct Shot {
     pub block: BlockSize,
     /// Gel.
     pub gel: Preset,
+    /// Layers in front of the gel, from the entry surface on.
+    pub layers: Vec<ShotLayer>,
     /// State of a projectile that comes out of another gel; `None` for one as it was fired.
     pub arrival: Option<Arrival>,
 }
@@ -61,7 +64,8 @@ impl Shot {
         let speed = options.speed.unwrap_or(projectile.speed);
         check_speed(speed)?;
         check_block(options.block, radius_of(&projectile.shape))?;
-        Ok(Self { projectile, speed, yaw, roll, block: options.block, gel: options.gel, arrival: None })
+        let (block, gel, layers) = (options.block, options.gel, options.layer.clone());
+        Ok(Self { projectile, speed, yaw, roll, block, gel, layers, arrival: None })
     }
 
     /// Part of the gel that has to be meshed.
@@ -233,7 +237,7 @@ mod tests {
         let projectile = LibraryProjectile::named(name).unwrap();
         let speed = projectile.speed;
         let block = BlockSize::parse("15x20x40cm").unwrap();
-        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10, arrival: None }
+        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10, layers: vec![], arrival: None }
     }
 
     /// The depth fits the resistance, and validates nothing: other shots do in `measured_shots`.

@@ -125,7 +125,7 @@ mod tests {
         let ([width, height, length], speed) = (edges, projectile.speed);
         let yaw = if roll == 0.0 { 0.0 } else { 2.0 };
         let block = BlockSize { width, height, length };
-        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10, arrival: None }
+        Shot { projectile, speed, yaw, roll, block, gel: Preset::Gelatin10, layers: vec![], arrival: None }
     }
 
     #[test]

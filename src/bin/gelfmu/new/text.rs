@@ -2,6 +2,7 @@
 
 use super::arrival_text;
 use super::block::MeshedPart;
+use super::layer::network_value;
 use super::level_errors::LevelErrors;
 use super::shot::{Shot, USUAL_YAW};
 use super::sizes::{LevelSizes, STANDARD};
@@ -62,7 +63,7 @@ fn text_at(shot: &Shot, height: f64) -> String {
     let sizes = LevelSizes::of(shot);
     [
         header(shot),
-        gel(shot),
+        gel(shot) + &layers(shot),
         projectile(shot, height),
         mesh(shot, &sizes[STANDARD]),
         output(shot),
@@ -77,7 +78,13 @@ fn header(shot: &Shot) -> String {
     let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.shown_yaw()) };
     let behind = shot.arrival.as_ref().map_or_else(String::new, |arrival| format!(", out of {}", arrival.scene));
     let origin = shot.arrival.as_ref().map_or_else(String::new, arrival_text::origin);
-    let title = format!("{}: {} m/s{yaw} into {}{behind}", projectile.title, rounded(*speed), gel_name(shot.gel));
+    let title = format!(
+        "{}: {} m/s{yaw} into {}{}{behind}",
+        projectile.title,
+        rounded(*speed),
+        layers_told(shot),
+        gel_name(shot.gel)
+    );
     let path = format!("{:.0} mm", 1e3 * shot.longest_path());
     let fate = if shot.longest_path() > block.length { "may leave the block" } else { "should stay in the block" };
     let not_modelled =
@@ -100,8 +107,17 @@ fn header(shot: &Shot) -> String {
     )
 }
 
-/// Name of the scene: projectile and speed, and yaw, roll and gel where they are not the usual ones; or the run whose gel
-/// the projectile has left.
+/// Layers in front of the gel, in a title.
+fn layers_told(shot: &Shot) -> String {
+    match shot.layers.len() {
+        0 => String::new(),
+        1 => "a layer and ".to_owned(),
+        n => format!("{n} layers and "),
+    }
+}
+
+/// Name of the scene: projectile and speed, and yaw, roll, gel and layers where they are not the usual ones; or the run
+/// whose gel the projectile has left.
 fn name(shot: &Shot) -> String {
     if let Some(arrival) = &shot.arrival {
         return format!("{}-exit", arrival.scene);
@@ -114,6 +130,9 @@ fn name(shot: &Shot) -> String {
     }
     if shot.gel != Preset::Gelatin10 {
         write!(name, "-{}", shot.gel.name()).expect("a string grows");
+    }
+    if !shot.layers.is_empty() {
+        name.push_str("-layered");
     }
     name.replace('.', "_")
 }
@@ -188,21 +207,37 @@ fn gel(shot: &Shot) -> String {
     )
 }
 
+/// Tables of the layers in front of the gel.
+fn layers(shot: &Shot) -> String {
+    let ratio = ReducedBulk::of(shot).map_or(1.0, |bulk| bulk.enough / bulk.own);
+    let tables: String = shot.layers.iter().map(|layer| layer.table(ratio)).collect();
+    let comment = "\n# Layers on the front of the gel, bonded: their thickness is a part of the length of the block.";
+    if tables.is_empty() { tables } else { format!("{comment}{tables}") }
+}
+
 /// Bulk modulus of a slow shot, less than that of the preset: it saves steps.
-fn bulk_modulus(shot: &Shot) -> String {
-    let value = |key: &str| {
-        let facts = shot.gel.facts();
-        facts
-            .iter()
-            .find(|fact| fact.key == key && fact.of.includes("two-network"))
-            .and_then(|fact| fact.value.parse::<f64>().ok())
-    };
-    let (Some(own), Some(density)) = (value("gel.bulk_modulus"), value("gel.density")) else { return String::new() };
-    let wave = (WAVE_RATIO * shot.speed).max(LEAST_WAVE);
-    let enough = rounded(density * wave * wave);
-    if enough >= own {
-        return String::new();
+struct ReducedBulk {
+    /// Speed of its wave, m/s.
+    wave: f64,
+    /// Bulk modulus, Pa.
+    enough: f64,
+    /// Bulk modulus of the preset, Pa.
+    own: f64,
+}
+
+impl ReducedBulk {
+    /// Bulk modulus of a shot; `None` for a fast one.
+    fn of(shot: &Shot) -> Option<Self> {
+        let [own, density] = ["gel.bulk_modulus", "gel.density"].map(|key| network_value(shot.gel, key));
+        let (own, density) = (own?, density?);
+        let wave = (WAVE_RATIO * shot.speed).max(LEAST_WAVE);
+        let enough = rounded(density * wave * wave);
+        (enough < own).then_some(Self { wave, enough, own })
     }
+}
+
+fn bulk_modulus(shot: &Shot) -> String {
+    let Some(ReducedBulk { wave, enough, own }) = ReducedBulk::of(shot) else { return String::new() };
     format!(
         "# That of a wave of {wave:.0} m/s: the projectile is at Mach {:.2} with it (0.22 in `fbi-bb`), which saves steps.\n\
          # Without this line it is the {own:?} Pa of the preset.\nbulk_modulus = {enough:?}\n",
@@ -268,11 +303,12 @@ mod tests {
     use super::super::shot::named_projectile;
     use super::*;
     use crate::new::block::BlockSize;
+    use crate::new::layer::ShotLayer;
 
     fn text(name: &str, yaw: f64, roll: f64, gel: Preset) -> String {
         let projectile = named_projectile(name).unwrap();
         let (speed, block) = (projectile.speed, BlockSize::parse("15x15x40cm").unwrap());
-        scene_text(&Shot { projectile, speed, yaw, roll, block, gel, arrival: None }).unwrap()
+        scene_text(&Shot { projectile, speed, yaw, roll, block, gel, layers: vec![], arrival: None }).unwrap()
     }
 
     #[test]
@@ -299,6 +335,25 @@ mod tests {
                 assert!(scene.mesh.size > 0.0, "{name} {level}");
             }
         }
+    }
+
+    #[test]
+    fn a_shot_through_layers_is_a_scene_without_a_measured_error() {
+        let projectile = named_projectile("bb").unwrap();
+        let (speed, block) = (projectile.speed, BlockSize::parse("15x15x40cm").unwrap());
+        let layers =
+            ["2mm,name=skin,strength_scale=3", "5mm,preset=gelatin-20"].map(|text| ShotLayer::parse(text).unwrap());
+        let layers = layers.to_vec();
+        let shot =
+            Shot { projectile, speed, yaw: 0.0, roll: 0.0, block, gel: Preset::Gelatin10, layers, arrival: None };
+        let scene = scene::read(&scene_text(&shot).unwrap()).unwrap();
+        assert_eq!((scene.scene.name.as_str(), scene.layer.len()), ("bb-180-layered", 2));
+        assert_eq!((scene.layer[0].name.as_deref(), scene.layer[0].strength_scale), (Some("skin"), Some(3.0)));
+        // Gels of presets keep the ratio of their bulk moduli where that of the gel is reduced.
+        let ratio = scene.layer[1].bulk_modulus.unwrap() / scene.gel.bulk_modulus;
+        assert!((ratio / (2.61e9 / 2.38e9) - 1.0).abs() < 1e-3, "{ratio}");
+        assert!(scene.fidelity.known().all(|(_, level)| level.error.is_none()));
+        assert!(scene.scene.title.contains("into 2 layers and 10 % gelatin"), "{}", scene.scene.title);
     }
 
     #[test]
