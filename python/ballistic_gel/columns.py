@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 UNITS = {
     "_m_per_s": "m/s",
     "_rad_per_s": "rad/s",
+    "_kg_per_m3": "kg/m3",
     "_N_m_s": "N m s",
     "_N_s": "N s",
     "_rad": "rad",
@@ -85,4 +86,8 @@ def to_dataset(shot: Shot) -> xarray.Dataset:
         cracks = stack_components(shot.cracks, "slice_depth")
         data = data.assign_coords(slice_depth=("slice_depth", middle, {"units": "m"}))
         data = data.assign({f"{name}_by_slice": variable for name, variable in cracks.items()})
+    if "layers" in shot.tables:
+        layers = stack_components(shot.layers, "layer")
+        data = data.assign_coords(layer=layers.pop("layer")[1].tolist())
+        data = data.assign({f"{name}_by_layer": variable for name, variable in layers.items()})
     return data

@@ -25,7 +25,13 @@ _FILES = {
     "cavity": "cavity.csv",
     "track": "track.csv",
     "cracks": "cracks.csv",
+    "layers": "layers.csv",
 }
+# Columns of the table of the layers.
+_LAYERS = (
+    *("layer", "depth_from_m", "depth_to_m", "density_kg_per_m3"),
+    *("entry_speed_m_per_s", "energy_J", "energy_fraction"),
+)
 _ONLY_DEEP = "it is written for a projectile that goes deeper along -z than its length"
 # Key figures of a shot: key of the summary, caption, factor and unit.
 _FIGURES = (
@@ -127,7 +133,7 @@ class Shot:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that this run has, of history, by_depth, cavity, track and cracks."""
+        """Names of the tables that this run has, of history, by_depth, cavity, track, cracks and layers."""
         return tuple(name for name, file in _FILES.items() if (self.folder / file).is_file())
 
     @functools.cached_property
@@ -163,12 +169,28 @@ class Shot:
         """
         return self._table("cracks", _ONLY_DEEP)
 
+    @functools.cached_property
+    def layers(self) -> pd.DataFrame:
+        """Layers of the target front to back, and last the gel below them, one row each.
+
+        Columns are ``layer`` (its name, ``gel`` in the last row), ``depth_from_m`` and ``depth_to_m`` (undeformed
+        interfaces below the entry surface), ``density_kg_per_m3``, ``entry_speed_m_per_s`` (when the nose first passes
+        the upper interface, NaN where it does not), ``energy_J`` given to the gel while the nose is between the
+        interfaces, and ``energy_fraction``, its part of that of all rows.
+
+        Without rows for a scene without layers, and for a projectile that goes less deep than its length.
+        """
+        if "layers" not in self.tables:
+            return pd.DataFrame(columns=list(_LAYERS))
+        return self._table("layers", _ONLY_DEEP)
+
     def _table(self, name: str, reason: str) -> pd.DataFrame:
         path = self.folder / _FILES[name]
         if not path.is_file():
             raise GelfmuError(f"{path}: this run has no such table: {reason}", remedy="Shot.tables lists its tables")
         try:
-            return pd.read_csv(path)
+            # A layer may be called 1 or NA; only an empty cell has no value.
+            return pd.read_csv(path, dtype={"layer": str}, keep_default_na=False, na_values=[""])
         except (OSError, ValueError) as error:
             remedy = "expected the table that gelfmu writes: run it again"
             raise GelfmuError(f"{path}: found a damaged table ({error}), {remedy}", remedy=remedy) from error
@@ -212,7 +234,8 @@ class Shot:
         Dataset
             The history by ``time``, vectors of shape (time, axis); the table by depth by ``path_depth``;
             ``cavity_diameter`` of shape (cavity_time, cavity_depth), NaN where there is no cavity; the track by
-            ``track_depth``, the cracks by ``slice_depth``, the depth of the middle of each slice.
+            ``track_depth``, the cracks by ``slice_depth``, the depth of the middle of each slice; the layers by
+            ``layer``, their names.
         """
         return to_dataset(self)
 

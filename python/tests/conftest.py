@@ -22,6 +22,17 @@ def long_scene():
 
 
 @pytest.fixture(scope="session")
+def layered(tmp_path_factory):
+    """The same shot for a fifth of a millisecond, into two layers and the gel."""
+    folder = tmp_path_factory.mktemp("layered")
+    layers = '\n[[layer]]\nname = "NA"\nthickness = 0.01\n[[layer]]\nthickness = 0.008\n'
+    scene = folder / "two.toml"
+    scene.write_text(bg.Scene.built_in("fbi-bb").text + layers, encoding="utf-8")
+    values = {"scene.end_time": 2e-4, "mesh.size": 2e-3}
+    return bg.run(scene, values=values, out=folder / "shot", frames=False, report=False, threads=1)
+
+
+@pytest.fixture(scope="session")
 def deep(tmp_path_factory):
     """The first millisecond of the calibration shot, with frames."""
     values = {"scene.end_time": 1e-3, "output.frames": 3}

@@ -34,6 +34,27 @@ def test_cracks_follow_from_the_cavity_of_each_slice(deep):
     assert cracks["crack_length_m"].max() > 0.0
 
 
+def test_layers_share_the_energy_that_is_given_to_the_gel(layered, deep):
+    layers = layered.layers
+    assert layers["layer"].tolist() == ["NA", "layer-2", "gel"]
+    assert layers["depth_from_m"].tolist() == pytest.approx([0.0, 0.01, 0.018])
+    assert layers["depth_to_m"].tolist()[:-1] == layers["depth_from_m"].tolist()[1:]
+    assert layers["energy_J"].sum() == pytest.approx(sum(layered.summary["energy_per_centimetre"]))
+    assert layers["energy_fraction"].sum() == pytest.approx(1.0)
+    assert layers["entry_speed_m_per_s"].is_monotonic_decreasing and layers["entry_speed_m_per_s"].iloc[-1] > 100.0
+    assert "layers" in layered.tables
+    assert deep.layers.empty and list(deep.layers.columns) == list(layers.columns)
+
+
+def test_the_data_set_has_the_layers_by_name(layered):
+    pytest.importorskip("xarray")
+    data = layered.to_xarray()
+    assert data["layer"].to_numpy().tolist() == ["NA", "layer-2", "gel"]
+    assert data["entry_speed_by_layer"].dims == ("layer",)
+    assert data["entry_speed_by_layer"].attrs["units"] == "m/s"
+    assert data["density_by_layer"].attrs["units"] == "kg/m3"
+
+
 def test_a_table_that_is_missing_says_why(quick, tmp_path):
     shot = bg.run(quick, out=tmp_path / "q", frames=False, report=False)
     with pytest.raises(bg.GelfmuError, match="goes deeper along -z") as missing:
@@ -120,6 +141,7 @@ def test_the_data_set_has_units_and_axes(deep):
         ("velocity_x_m_per_s", "velocity_x", "m/s"),
         ("angular_impulse_z_N_m_s", "angular_impulse_z", "N m s"),
         ("contact_area_m2", "contact_area", "m2"),
+        ("density_kg_per_m3", "density", "kg/m3"),
         ("remeshes", "remeshes", "1"),
     ],
 )

@@ -48,7 +48,7 @@ pub(crate) use reading::{MOST_FILE_BYTES, read_limited};
 pub use reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited_text, read_scene_text, scene_file_reader};
 #[cfg(feature = "cli")]
 pub use report::{
-    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, FigureRow, figure_rows, insert_comparison,
+    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, FigureRow, figure_rows, insert_comparison, layer_rows,
     peak_force_label, report_page, summary_schema,
 };
 #[cfg(feature = "cli")]
@@ -59,7 +59,7 @@ pub use wound::WoundFigures;
 
 use frames::FrameSeries;
 use history::HistoryFile;
-use penetration::{CavityProfile, PenetrationRecord, PermanentTrack, ShotLine};
+use penetration::{CavityProfile, LAYERS, PenetrationRecord, PermanentTrack, ShotLine};
 use scene_digest::scene_digest;
 use summary::RunInfo;
 
@@ -89,7 +89,7 @@ const CAVITY_PROFILES: f64 = 200.0;
 const TIME_TOLERANCE: f64 = 1e-6;
 /// File name of the history table.
 const HISTORY: &str = "history.csv";
-/// File names of the summary, the report and the tables of a shot.
+/// File names of the summary, the report and the tables of a shot; a scene with layers has [`LAYERS`], too.
 const FILES: [&str; 6] = ["summary.json", REPORT, "shot.csv", "cavity.csv", "track.csv", "cracks.csv"];
 /// File name of the report.
 pub const REPORT: &str = "report.html";
@@ -99,7 +99,9 @@ pub const SCENE: &str = "scene.toml";
 /// Returns the names of all files that a recorder can write for a scene.
 #[must_use]
 pub fn result_names(scene: &Scene) -> Vec<String> {
-    [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::frame_file_names(scene)).collect()
+    let layers = (!scene.layer.is_empty()).then_some(LAYERS);
+    let tables = [HISTORY].into_iter().chain(FILES).chain(layers).map(str::to_owned);
+    tables.chain(frames::frame_file_names(scene)).collect()
 }
 
 /// Returns the text of a scene whose file no command has written. Its values are those of the run, so it is `standard`
@@ -234,8 +236,8 @@ impl RunRecorder {
         self.frames.rewind(time, &mut self.folder)
     }
 
-    /// Writes `series.pvd` and `summary.json`, for a shot `shot.csv`, `cavity.csv`, `track.csv` and `cracks.csv`, and a
-    /// page that names the command that makes the report.
+    /// Writes `series.pvd` and `summary.json`, for a shot `shot.csv`, `cavity.csv`, `track.csv` and `cracks.csv`, with
+    /// layers `layers.csv`, and a page that names the command that makes the report.
     /// `failure` is the diagnosis of a run that stopped early.
     ///
     /// # Errors
@@ -281,7 +283,7 @@ impl RunRecorder {
         let tear_diameter = line.tear_diameter(&self.run.scene, &end.bodies[0]);
         let penetration = PenetrationRecord::of(line, &self.history, &self.cavities, damage, tear_diameter)?;
         if let Some(penetration) = &penetration {
-            penetration.write(&mut self.folder)?;
+            penetration.write(&self.run.scene, &mut self.folder)?;
         }
         Ok(penetration)
     }

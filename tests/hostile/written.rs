@@ -11,7 +11,7 @@ const MOST_BYTES: u64 = 8_000_000;
 
 /// Names the first file of a folder of results that holds a value that is not finite, or is too long.
 pub fn defect(folder: &Path) -> Result<(), String> {
-    for name in ["history.csv", "shot.csv", "cavity.csv", "track.csv", "cracks.csv"] {
+    for name in ["history.csv", "shot.csv", "cavity.csv", "track.csv", "cracks.csv", "layers.csv"] {
         checked(&folder.join(name), table)?;
     }
     for name in ["summary.json", "report.html", "series.pvd"] {
@@ -35,17 +35,19 @@ fn checked(path: &Path, check: impl Fn(&[u8]) -> Result<(), String>) -> Result<(
     check(&bytes).map_err(|found| format!("{name}: {found}"))
 }
 
-/// Cells are empty or finite numbers.
+/// Cells are empty or finite numbers, but for the names of layers.
 fn table(bytes: &[u8]) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     let names: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
     for (row, line) in text.lines().enumerate().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let is_sound = |cell: &&str| cell.is_empty() || cell.parse().is_ok_and(f64::is_finite);
+        let is_sound = |(name, cell): (&&str, &&str)| {
+            cell.is_empty() || *name == "layer" || cell.parse().is_ok_and(f64::is_finite)
+        };
         if cells.len() != names.len() {
             return Err(format!("row {row} has {} cells", cells.len()));
         }
-        if let Some(column) = cells.iter().position(|cell| !is_sound(cell)) {
+        if let Some(column) = names.iter().zip(&cells).position(|cell| !is_sound(cell)) {
             return Err(format!("{} is {} in row {row}", names[column], cells[column]));
         }
     }

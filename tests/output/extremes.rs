@@ -4,6 +4,7 @@ use super::page::page_of;
 use super::stage::{frame, observation, scene};
 use super::{folder, written};
 use ballistic_gel::output::{DriverInterface, FinalState, RunRecorder};
+use ballistic_gel::scene::LayerSpec;
 use ballistic_gel::simulation::Observation;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,8 @@ use std::time::Instant;
 
 /// The files of a run of these observations, of which the frame of each is the one of its time.
 fn recorded(name: &str, seen: &[Observation]) -> PathBuf {
-    let (scene, folder) = (scene("axisymmetric"), folder(name));
+    let (mut scene, folder) = (scene("axisymmetric"), folder(name));
+    scene.layer = ["skin", "fat"].map(layer).to_vec();
     let mut recorder = RunRecorder::create(&folder, &scene, DriverInterface::Direct, 1).unwrap();
     for observation in seen {
         recorder.record_observation(observation, || frame(&scene, observation.time)).unwrap();
@@ -20,6 +22,11 @@ fn recorded(name: &str, seen: &[Observation]) -> PathBuf {
     let frame = frame(&scene, last.time);
     recorder.conclude(&FinalState { observation: last, frame: &frame, digest: 1, failure: None }).unwrap();
     folder
+}
+
+/// A layer of 15 mm, of the gel.
+fn layer(name: &str) -> LayerSpec {
+    toml::from_str(&format!("name = \"{name}\"\nthickness = 0.015\n")).unwrap()
 }
 
 /// Observations at the start of the run and after each tenth of it, the later ones at these depths, m.
@@ -73,6 +80,7 @@ fn a_projectile_that_is_far_below_the_gel_leaves_small_tables() {
         assert_eq!(written::defect(&folder), Ok(()), "{depth}");
         assert!(rows(&folder, "shot.csv") <= 2002 && rows(&folder, "cavity.csv") <= 2002 * 6);
         assert!(rows(&folder, "cracks.csv") <= 2000);
+        assert_eq!(rows(&folder, "layers.csv"), 3);
         let summary: serde_json::Value =
             serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap();
         assert!(summary["energy_per_centimetre"].as_array().unwrap().len() <= 2000);

@@ -13,6 +13,7 @@ mod calibrate;
 mod command;
 mod fields;
 mod folders;
+mod layers;
 mod levels;
 mod output;
 mod perforation;

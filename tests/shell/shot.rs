@@ -10,20 +10,20 @@ use page::page_of;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const SPEED: f64 = 5.0;
+pub const SPEED: f64 = 5.0;
 /// Deceleration, m/s²: 30 mm and 1 m/s after 10 ms.
-const SLOWING: f64 = 400.0;
-const STEPS: usize = 50;
-const END: f64 = 0.01;
-const MASS: f64 = 0.033;
+pub const SLOWING: f64 = 400.0;
+pub const STEPS: usize = 50;
+pub const END: f64 = 0.01;
+pub const MASS: f64 = 0.033;
 /// Radius of the ball, m.
 const BALL: f64 = 0.002;
 
-fn scene() -> Scene {
+pub fn scene() -> Scene {
     stage::scene_of_ball("axisymmetric", BALL)
 }
 
-fn depth(t: f64) -> f64 {
+pub fn depth(t: f64) -> f64 {
     SPEED * t - 0.5 * SLOWING * t * t
 }
 
@@ -67,20 +67,20 @@ fn frame(scene: &Scene, t: f64, part: f64) -> MeshFrame {
     MeshFrame { mass: 1.0, points, velocities, displacements, cells, fields, bodies, ..frame }
 }
 
-fn record(recorder: &mut RunRecorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {
+pub fn record(recorder: &mut RunRecorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {
     for step in steps {
         let t = END * step as f64 / STEPS as f64;
         recorder.record_observation(&observation(scene, t, part), || frame(scene, t, part)).unwrap();
     }
 }
 
-fn conclude(recorder: &mut RunRecorder, scene: &Scene, part: f64) {
+pub fn conclude(recorder: &mut RunRecorder, scene: &Scene, part: f64) {
     let (o, f) = (observation(scene, END, part), frame(scene, END, part));
     recorder.conclude(&FinalState { observation: &o, frame: &f, digest: 1, failure: None }).unwrap();
 }
 
 /// A new folder: an earlier run of the tests may have left one.
-fn folder(name: &str) -> PathBuf {
+pub fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join(name);
     drop(fs::remove_dir_all(&folder));
     folder
@@ -102,7 +102,7 @@ fn table(file: &Path) -> (String, Vec<Vec<f64>>) {
     (text.lines().next().unwrap().to_owned(), text.lines().skip(1).map(numbers).collect())
 }
 
-fn summary(folder: &Path) -> serde_json::Value {
+pub fn summary(folder: &Path) -> serde_json::Value {
     serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
 }
 

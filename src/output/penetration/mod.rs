@@ -1,11 +1,12 @@
 //! Terminal ballistics of a shot: deceleration of the projectile along its path through the gel, the cavity
-//! behind it, the track of damaged gel that it leaves, and an estimate of the cracks.
+//! behind it, the track of damaged gel that it leaves, an estimate of the cracks, and the share of each layer.
 
 mod cavity;
 mod course;
 mod cracks;
 mod damage_track;
 mod gauge;
+mod layers;
 mod shot_line;
 mod track;
 
@@ -14,12 +15,16 @@ pub use course::CavityCoursePoint;
 pub(super) use cracks::CrackSlice;
 pub(super) use damage_track::PermanentTrack;
 pub use gauge::CavityGauge;
+pub(super) use layers::LAYERS;
+#[cfg(feature = "cli")]
+pub(super) use layers::LayerPassage;
 pub(super) use shot_line::ShotLine;
 pub(super) use track::ProjectileTrack;
 
 use super::files::OutputError;
 use super::folder::ResultFolder;
 use super::history::HistoryFile;
+use crate::scene::Scene;
 
 /// Penetration of a projectile to more than its own length.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,12 +63,15 @@ impl PenetrationRecord {
         Ok(is_deep.then_some(Self { track, cavity, damage, cracks, profiles }))
     }
 
-    /// Writes `shot.csv`, `cavity.csv`, `track.csv` and `cracks.csv`.
-    pub(super) fn write(&self, folder: &mut ResultFolder) -> Result<(), OutputError> {
+    /// Writes `shot.csv`, `cavity.csv`, `track.csv` and `cracks.csv`, and `layers.csv` for a scene with layers.
+    pub(super) fn write(&self, scene: &Scene, folder: &mut ResultFolder) -> Result<(), OutputError> {
         folder.write("shot.csv", self.track.csv().as_bytes())?;
         folder.write("cavity.csv", cavity::csv(&self.profiles).as_bytes())?;
         let (depth, energies) = (self.track.greatest_depth(), self.track.energy_per_centimetre());
         folder.write("track.csv", self.damage.csv(depth, &energies).as_bytes())?;
+        if !scene.layer.is_empty() {
+            folder.write(LAYERS, layers::csv(scene, &self.track).as_bytes())?;
+        }
         folder.write("cracks.csv", cracks::csv(&self.cracks).as_bytes())
     }
 }

@@ -132,8 +132,25 @@ impl ProjectileTrack {
         let n = (((self.greatest_depth() - DEPTH_TOLERANCE) * CENTIMETRES).ceil() as usize).min(MAX_DEPTHS);
         let end =
             |i: usize| if i == n { self.greatest_depth() } else { (i as f64 / CENTIMETRES).min(self.greatest_depth()) };
-        let reached = |i: usize| self.interpolate(end(i)).energy;
-        (0..n).map(|i| reached(i + 1) - reached(i)).collect()
+        (0..n).map(|i| self.energy_between(end(i), end(i + 1))).collect()
+    }
+
+    /// Returns the energy given to the gel between two depths, J: there is none below the greatest depth.
+    pub(super) fn energy_between(&self, from: f64, to: f64) -> f64 {
+        let reached = |depth: f64| self.interpolate(depth.min(self.greatest_depth())).energy;
+        reached(to) - reached(from)
+    }
+
+    /// Returns the speed along −z relative to the block at the first arrival at a depth, m/s; `None` for a projectile that
+    /// goes no deeper, or begins deeper.
+    pub(super) fn speed_at(&self, depth: f64) -> Option<f64> {
+        let passes = self.first_depth() < depth + DEPTH_TOLERANCE && self.greatest_depth() > depth + DEPTH_TOLERANCE;
+        passes.then(|| self.interpolate(depth).velocity)
+    }
+
+    /// Returns the depth of the gel at rest, m.
+    pub(super) fn gel_depth(&self) -> f64 {
+        self.end
     }
 
     /// Returns the text of `shot.csv`.
@@ -177,6 +194,23 @@ impl ProjectileTrack {
             side_impulse: a.side_impulse + share * (b.side_impulse - a.side_impulse),
             expansion: between(a.expansion, b.expansion),
         }
+    }
+}
+
+#[cfg(test)]
+impl ProjectileTrack {
+    /// Creates the track of a mass of 1 kg through these depths, m, in a gel of a depth, m; a constant force, N, brakes it
+    /// from a speed, m/s.
+    pub(super) fn with_depths(depths: impl Iterator<Item = f64>, speed: f64, force: f64, gel_depth: f64) -> Self {
+        let (mut points, mut first) = (vec![], None);
+        for depth in depths {
+            let path = depth - *first.get_or_insert(depth);
+            let velocity = (speed * speed - 2.0 * force * path).sqrt();
+            let time = (speed - velocity) / force;
+            let (energy, yaw, side_impulse) = (force * path, 0.0, Vector2::zeros());
+            points.push(TrackPoint { depth, time, path, velocity, energy, yaw, side_impulse, expansion: 0.0 });
+        }
+        Self { points, end: gel_depth }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Plots of the report for a shot: against depth, and energy and cavity against time.
 
 use super::crack_slices;
+use super::layers;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
 use super::wound_profile;
 use crate::output::saved_run::{SavedShot, ShotPoint};
@@ -13,7 +14,8 @@ const MIN_YAW: f64 = 0.01;
 const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
                     over the same axis go together.</p>\n";
 
-/// Returns the wound profile of a shot, its plots against depth, and the slices with estimated cracks.
+/// Returns the wound profile of a shot, its plots against depth, the table of its layers, and the slices with estimated
+/// cracks.
 pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
     let plots = [
         cavity_plot(shot),
@@ -21,12 +23,13 @@ pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
         speed_plot(shot),
         expansion_plot(shot),
         force_plot(shot),
-        energy_plot(shot),
+        energy_plot(scene, shot),
     ];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!(
-        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}{}</section>\n",
-        wound_profile::figure(shot),
+        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}{}{}</section>\n",
+        wound_profile::figure(scene, shot),
+        layers::table(scene, shot),
         crack_slices::figure(scene, shot)
     )
 }
@@ -48,14 +51,15 @@ fn force_plot(shot: &SavedShot) -> CurvePlot {
     depth_plot(shot, "Force on the projectile by depth", "N", curves)
 }
 
-/// Returns the plot of the energy per centimetre, as a step curve.
-fn energy_plot(shot: &SavedShot) -> CurvePlot {
+/// Returns the plot of the energy per centimetre, as a step curve, with the interfaces of the layers.
+fn energy_plot(scene: &Scene, shot: &SavedShot) -> CurvePlot {
     let (energies, end) = (&shot.energies, shot.greatest_depth());
     let level =
         |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
     let points = energies.iter().enumerate().flat_map(level).collect();
     let curve = PlotCurve::line("in each centimetre", points);
-    depth_plot(shot, "Energy given to the gel by depth", "J", vec![curve])
+    let curves = [curve].into_iter().chain(layers::interface_curves(scene, shot)).collect();
+    depth_plot(shot, "Energy given to the gel by depth", "J", curves)
 }
 
 /// Returns the plot of the yaw, without a curve if the projectile flies straight.

@@ -283,7 +283,7 @@ fn figure(s: &Value, key: &str) -> String {
 }
 
 /// Replaces the marks of the report in a number: a terminal shows powers, minus and spaces as plain characters.
-fn plain(number: &str) -> String {
+pub(super) fn plain(number: &str) -> String {
     number.replace("<sup>", "^").replace("</sup>", "").replace('−', "-").replace('\u{202f}', " ")
 }
 

@@ -63,6 +63,12 @@ fn format_prefixed(value: f64, model: f64, unit: &str, significant: i32) -> Stri
     format!("{} {prefix}{unit}", format_digits(value * factor, significant))
 }
 
+/// Formats a length, m, in millimetres without trailing zeros.
+pub(super) fn millimetres(length: f64) -> String {
+    let text = format!("{:.3}", 1e3 * length);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 /// Formats a ratio or an error in few digits, with an exponent if small or large.
 pub(super) fn ratio(value: f64) -> String {
     match value.abs() {

@@ -3,7 +3,7 @@
 use super::format::{bullet_list, escape};
 use super::tables::{row, table};
 use crate::output::summary::RunSummary;
-use crate::scene::{self, LibraryProjectile, Preset, PresetValue, ProjectileSpec, Scene, ShotClass};
+use crate::scene::{self, LayerSpec, LibraryProjectile, Preset, PresetValue, ProjectileSpec, Scene, ShotClass};
 use serde_json::Value;
 
 /// Value of the scene with its dotted key.
@@ -12,19 +12,25 @@ struct InputValue {
     value: Value,
 }
 
+/// Value of a preset at its dotted key in the scene: of the gel, or of a layer.
+struct PresetFact {
+    key: String,
+    fact: &'static PresetValue,
+}
+
 /// Sources of the values of a scene.
 struct ValueSources {
-    /// Values of the preset that the material of the scene uses.
-    facts: Vec<&'static PresetValue>,
+    /// Values of the presets of gel and layers that the material of the scene uses.
+    facts: Vec<PresetFact>,
     /// Dotted keys, or beginnings of them, of the values that are those of the library, with their sources.
     library: Vec<(String, String)>,
 }
 
-/// Returns the section of the inputs: projectile, gel and discretisation, each value with its source.
+/// Returns the section of the inputs: projectile, gel, layers and discretisation, each value with its source.
 pub(super) fn inputs(scene: &Scene) -> String {
     let all = serde_json::to_value(scene).unwrap_or_default();
     let sources = ValueSources { facts: applicable_facts(scene), library: library_sources(scene) };
-    let open = [("projectile", "Projectile"), ("fragment", "Fragments"), ("gel", "Gel")];
+    let open = [("projectile", "Projectile"), ("fragment", "Fragments"), ("gel", "Gel"), ("layer", "Layers")];
     let folded = [
         ("scene", "Run"),
         ("mesh", "Mesh"),
@@ -46,12 +52,20 @@ pub(super) fn inputs(scene: &Scene) -> String {
     )
 }
 
-/// Returns the values of the preset that the material of the scene uses.
-fn applicable_facts(scene: &Scene) -> Vec<&'static PresetValue> {
+/// Returns the values of the presets of gel and layers that the material of the scene uses.
+fn applicable_facts(scene: &Scene) -> Vec<PresetFact> {
     let all = serde_json::to_value(scene).unwrap_or_default();
     let material = all["gel"]["material"].as_str().unwrap_or_default().to_owned();
-    let facts = scene.gel.preset.map(Preset::facts).unwrap_or_default();
-    facts.iter().filter(|fact| fact.of.includes(&material)).collect()
+    let of_table = |table: String, preset: Option<Preset>| {
+        let facts = preset.map(Preset::facts).unwrap_or_default().iter();
+        let keyed = facts
+            .filter(|fact| fact.of.includes(&material))
+            .filter_map(|fact| Some(PresetFact { key: format!("{table}.{}", fact.key.strip_prefix("gel.")?), fact }));
+        keyed.collect::<Vec<_>>()
+    };
+    let of_layer = |(i, layer): (usize, &LayerSpec)| of_table(scene::numbered("layer", i), layer.preset);
+    let of_layers = scene.layer.iter().enumerate().flat_map(of_layer);
+    of_table("gel".to_owned(), scene.gel.preset).into_iter().chain(of_layers).collect()
 }
 
 /// Returns the sources of the bodies' values that are those of the library, by their dotted keys.
@@ -77,7 +91,7 @@ fn input_table(name: &str, title: &str, values: &Value, sources: &ValueSources) 
 }
 
 /// Collects the values below a key; the value of a preset's key is one, even if it is a table.
-fn collect_leaves(key: &str, value: &Value, facts: &[&PresetValue], leaves: &mut Vec<InputValue>) {
+fn collect_leaves(key: &str, value: &Value, facts: &[PresetFact], leaves: &mut Vec<InputValue>) {
     let is_fact = facts.iter().any(|fact| fact.key == key);
     match value {
         Value::Null => {}
@@ -97,9 +111,9 @@ fn collect_leaves(key: &str, value: &Value, facts: &[&PresetValue], leaves: &mut
 
 /// Returns the source of a value: that of the preset or the library if the value is theirs, otherwise the scene.
 fn source(leaf: &InputValue, sources: &ValueSources) -> String {
-    let of_preset = |fact: &&&PresetValue| fact.key == leaf.key && has_same_value(fact.value, &leaf.value);
-    if let Some(fact) = sources.facts.iter().find(of_preset) {
-        return format!("preset: {}", fact.source);
+    let of_preset = |known: &&PresetFact| known.key == leaf.key && has_same_value(known.fact.value, &leaf.value);
+    if let Some(known) = sources.facts.iter().find(of_preset) {
+        return format!("preset: {}", known.fact.source);
     }
     let covers = |(key, _): &&(String, String)| {
         leaf.key.strip_prefix(key.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))

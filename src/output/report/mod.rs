@@ -9,6 +9,7 @@ mod figures;
 mod film;
 mod format;
 mod inputs;
+mod layers;
 mod plot;
 mod tables;
 mod view;
@@ -20,6 +21,7 @@ pub use figures::{FigureRow, figure_rows, summary_schema};
 pub(super) use film::speed_pictures;
 pub(super) use format::escape;
 pub use format::peak_force_label;
+pub use layers::layer_rows;
 
 use super::history::HistoryRow;
 use super::picture::{Camera, MeshPicture};

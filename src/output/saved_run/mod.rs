@@ -7,7 +7,7 @@ mod shot;
 mod table;
 
 pub use exit::{ExitedBody, ExitedRun, exited_run};
-pub(super) use shot::{SavedShot, ShotPoint};
+pub(super) use shot::{SavedShot, ShotPoint, layer_passages};
 
 use super::SCENE;
 use super::folder::read_scene_digest;

@@ -1,8 +1,9 @@
-//! Tables of a shot, read back: the track of the projectile, the cavity, the permanent track and the cracks by depth.
+//! Tables of a shot, read back: the track of the projectile, the cavity, the permanent track, the cracks by depth, and
+//! the layers.
 
 use super::SavedRunError;
 use super::table::CsvTable;
-use crate::output::penetration::{CavityCoursePoint, CrackSlice};
+use crate::output::penetration::{CavityCoursePoint, CrackSlice, LAYERS, LayerPassage};
 use crate::output::summary::RunSummary;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -57,6 +58,8 @@ pub(in crate::output) struct SavedShot {
     pub(in crate::output) energies: Vec<f64>,
     /// Estimated cracks of `cracks.csv`.
     pub(in crate::output) cracks: Vec<CrackSlice>,
+    /// Layers of `layers.csv`, the gel below them included; empty without layers.
+    pub(in crate::output) layers: Vec<LayerPassage>,
 }
 
 impl SavedShot {
@@ -86,6 +89,7 @@ impl SavedShot {
             track: track_curve(&CsvTable::read(&folder.join("track.csv"))?),
             energies: summary.energy_per_centimetre.clone().unwrap_or_default(),
             cracks: crack_slices(&folder.join("cracks.csv"))?,
+            layers: layer_passages(folder)?,
         }))
     }
 
@@ -145,4 +149,25 @@ fn crack_slices(path: &Path) -> Result<Vec<CrackSlice>, SavedRunError> {
         }
     };
     Ok(table.rows().iter().map(slice).collect())
+}
+
+/// Reads the layers of a run in the order of the scene; none in the folder of a run without layers.
+pub(in crate::output) fn layer_passages(folder: &Path) -> Result<Vec<LayerPassage>, SavedRunError> {
+    let path = folder.join(LAYERS);
+    if !path.is_file() {
+        return Ok(vec![]);
+    }
+    let table = CsvTable::read(&path)?;
+    let passage = |row: &Vec<f64>| {
+        let value = |name: &str| table.value(row, name).unwrap_or(f64::NAN);
+        LayerPassage {
+            depth_from: value("depth_from_m"),
+            depth_to: value("depth_to_m"),
+            density: value("density_kg_per_m3"),
+            entry_speed: value("entry_speed_m_per_s"),
+            energy: value("energy_J"),
+            energy_fraction: value("energy_fraction"),
+        }
+    };
+    Ok(table.rows().iter().map(passage).collect())
 }
