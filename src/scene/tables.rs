@@ -372,11 +372,14 @@ pub enum OutputField {
     ViscousStrain,
     /// Damage of the elastic network, 0 to 1.
     Damage,
+    /// Number of the layer, 0 at the entry surface, the gel last; of an element of several the mean by mass.
+    Layer,
 }
 
 impl OutputField {
     /// All fields.
-    pub const ALL: [Self; 5] = [Self::Pressure, Self::VonMises, Self::StrainRate, Self::ViscousStrain, Self::Damage];
+    pub const ALL: [Self; 6] =
+        [Self::Pressure, Self::VonMises, Self::StrainRate, Self::ViscousStrain, Self::Damage, Self::Layer];
 
     /// Name of the field in a scene and in the files of frames.
     #[must_use]
@@ -387,6 +390,7 @@ impl OutputField {
             Self::StrainRate => "strain_rate",
             Self::ViscousStrain => "viscous_strain",
             Self::Damage => "damage",
+            Self::Layer => "layer",
         }
     }
 
@@ -399,6 +403,7 @@ impl OutputField {
             Self::StrainRate => "Strain rate",
             Self::ViscousStrain => "Viscous strain",
             Self::Damage => "Damage",
+            Self::Layer => "Layer",
         }
     }
 
@@ -408,7 +413,7 @@ impl OutputField {
         match self {
             Self::Pressure | Self::VonMises => "Pa",
             Self::StrainRate => "1/s",
-            Self::ViscousStrain | Self::Damage => "-",
+            Self::ViscousStrain | Self::Damage | Self::Layer => "-",
         }
     }
 }

@@ -51,7 +51,7 @@ pub(super) fn validate(scene: &Scene) -> CheckResult {
     check_levels(&scene.fidelity)?;
     check_contact(&scene.contact)?;
     check_output(&scene.output, scene.scene.end_time)?;
-    output::check_fields(&scene.output.fields, &scene.gel)
+    output::check_fields(scene)
 }
 
 /// Checks the projectile of a scene.

@@ -1,6 +1,7 @@
 //! Fields of the gel in a frame: element values from the constitutive state, and their means at the nodes.
 
 use super::observe::FrameField;
+use crate::constitutive::MaterialParts;
 use crate::fem::{DEPTH, Potential, Simplices, StressInvariants};
 use crate::integrator::Engine;
 use crate::math::Vector;
@@ -69,6 +70,10 @@ impl<'a, const D: usize> FieldSource<'a, D> {
             }
             OutputField::ViscousStrain => {
                 self.elements().map(|element| potential.viscous_strain(element, &state.memory)).collect()
+            }
+            OutputField::Layer => {
+                let number = |parts: &MaterialParts| (0..).zip(parts).map(|(n, part)| f64::from(n) * part).sum();
+                potential.material_parts().iter().map(number).collect()
             }
             OutputField::Damage => {
                 let records = potential.memories();

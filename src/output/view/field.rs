@@ -59,7 +59,7 @@ pub(super) fn fields(scene: &Scene) -> Vec<ViewField> {
         let scale = match field {
             OutputField::Pressure => FieldScale::Signed,
             OutputField::VonMises | OutputField::StrainRate => FieldScale::Logarithmic,
-            OutputField::ViscousStrain | OutputField::Damage => FieldScale::FromZero,
+            OutputField::ViscousStrain | OutputField::Damage | OutputField::Layer => FieldScale::FromZero,
         };
         let unit = if field.unit() == "-" { "" } else { field.unit() };
         ViewField { name: field.title(), unit, scale, values: ViewValues::Asked(i) }

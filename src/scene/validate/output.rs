@@ -1,19 +1,20 @@
 //! Validation of the output fields: each is of the gel, and named once.
 
 use super::domain::{CheckResult, require};
-use crate::scene::{GelSpec, OutputField};
+use crate::scene::{OutputField, Scene};
 
 /// Key of the list.
 const KEY: &str = "output.fields";
 
 /// Checks that the gel has the fields.
-pub(super) fn check_fields(fields: &[OutputField], gel: &GelSpec) -> CheckResult {
+pub(super) fn check_fields(scene: &Scene) -> CheckResult {
+    let fields = &scene.output.fields;
     for (i, field) in fields.iter().enumerate() {
         let name = field.name();
         let is_first = !fields[..i].contains(field);
         require(is_first, KEY, || format!("\"{name}\" twice"), "each field once")?;
-        let Some(remedy) = missing_key(*field, gel) else { continue };
-        let known = OutputField::ALL.into_iter().filter(|known| missing_key(*known, gel).is_none());
+        let Some(remedy) = missing_key(*field, scene) else { continue };
+        let known = OutputField::ALL.into_iter().filter(|known| missing_key(*known, scene).is_none());
         let known: Vec<String> = known.map(|known| format!("\"{}\"", known.name())).collect();
         let expected = format!("fields that this gel has, {}: \"{name}\" is of {remedy}", known.join(", "));
         require(false, KEY, || format!("\"{name}\""), &expected)?;
@@ -22,12 +23,14 @@ pub(super) fn check_fields(fields: &[OutputField], gel: &GelSpec) -> CheckResult
 }
 
 /// Returns the gel that has a field, if this one has not.
-fn missing_key(field: OutputField, gel: &GelSpec) -> Option<&'static str> {
+fn missing_key(field: OutputField, scene: &Scene) -> Option<&'static str> {
+    let gel = &scene.gel;
     match field {
         OutputField::Pressure | OutputField::VonMises | OutputField::StrainRate => None,
         OutputField::ViscousStrain => {
             gel.branches.is_empty().then_some("a gel of material \"two-network\" with gel.branches")
         }
+        OutputField::Layer => scene.layer.is_empty().then_some("a scene with layers"),
         OutputField::Damage => gel.damage.is_none().then_some("a gel of material \"two-network\" with gel.damage"),
     }
 }
