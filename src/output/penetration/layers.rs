@@ -54,7 +54,9 @@ fn passages(scene: &Scene, track: &ProjectileTrack) -> Vec<LayerPassage> {
         depth = end;
     }
     let total: f64 = found.iter().map(|passage| passage.energy).sum();
-    found.iter_mut().for_each(|passage| passage.energy_fraction = passage.energy / total);
+    for passage in &mut found {
+        passage.energy_fraction = passage.energy / total;
+    }
     found
 }
 
