@@ -2,7 +2,7 @@
 
 use super::layer_parts::first_parts;
 use super::settings::{AdaptSettings, RemeshMethod};
-use crate::constitutive::{LayerStack, Material, MaterialParts};
+use crate::constitutive::{LayerStack, Material, MaterialParts, MaterialRatios};
 use crate::contact::ContactSurface;
 use crate::fem::{Potential, ReferenceShape, Section, Simplices};
 use crate::integrator::{
@@ -48,12 +48,23 @@ impl GelDefinition {
     pub fn energy_round_off(&self, mass: f64) -> f64 {
         /// Round-off relative to the energy of a strain of one; real strains are a millionth of that or more.
         const ROUND_OFF: f64 = 1e-14;
-        ROUND_OFF * self.material.wave_modulus() * mass / self.density
+        ROUND_OFF * self.greatest_modulus() * mass / self.density
+    }
+
+    /// Greatest speed of sound of a layer, relative to that of the gel; 1 of a gel of one material.
+    pub fn greatest_speed(&self) -> f64 {
+        self.layers.as_ref().map_or(1.0, LayerStack::greatest_speed)
+    }
+
+    /// Greatest modulus of pressure waves of a layer or the gel, Pa.
+    pub fn greatest_modulus(&self) -> f64 {
+        let most = self.layers.as_ref().map_or(MaterialRatios::GEL, LayerStack::greatest);
+        most.bulk.max(most.strength) * self.material.wave_modulus()
     }
 
     /// Shear modulus times volume of this mass of gel, J: the torque of stresses of the size of the shear modulus.
     pub fn shear_torque(&self, mass: f64) -> f64 {
-        self.material.wave_modulus() * self.material.shear_wave_ratio().powi(2) * mass / self.density
+        self.greatest_modulus() * self.material.shear_wave_ratio().powi(2) * mass / self.density
     }
 
     /// Number of copies of the computed part that make the whole gel.
@@ -193,6 +204,13 @@ impl GelDefinition {
             (area, facet_measure(position, facet).min(greatest))
         });
         surface.mirrored(planes)
+    }
+
+    /// Returns true if these parts are of the materials of this gel.
+    pub fn has_materials(&self, parts: &[MaterialParts]) -> bool {
+        let Some(stack) = &self.layers else { return parts.is_empty() };
+        let is_known = |parts: &MaterialParts| parts[stack.n_materials()..].iter().all(|part| *part == 0.0);
+        !parts.is_empty() && parts.iter().all(is_known)
     }
 
     /// Returns true if all elements lie at rest at a positive radius, where there is an axis.

@@ -65,13 +65,13 @@ impl ElasticElements {
 
 impl FlowingElements {
     /// Elements of a gel to which this energy, J, has been provided: an element of height h and wave speed c has the frequency
-    /// √(D + 1) c/h.
+    /// √(D + 1) c/h, in the fastest of layers.
     pub fn of<const D: usize>(gel: &AdaptiveGel<D>, settings: &AdaptSettings, provided: f64) -> Self {
         let modulus = gel.definition.material.wave_modulus();
-        let speed = (modulus / gel.definition.density).sqrt();
+        let speed = (modulus / gel.definition.density).sqrt() * gel.definition.greatest_speed();
         let height = ((D + 1) as f64).sqrt() * speed / greatest_frequency(gel, settings);
         let section = gel.definition.section;
-        let smoothed = 2.0 * SMOOTHING_ENERGY * provided / (modulus * section.extent());
+        let smoothed = 2.0 * SMOOTHING_ENERGY * provided / (gel.definition.greatest_modulus() * section.extent());
         let is_ring = section == Section::Axisymmetric;
         Self { height, quality: poor_quality_of(settings), is_ring, smoothed }
     }

@@ -13,7 +13,7 @@ use crate::remesh::{OverlapSource, UnchangedElement};
 /// Part of a volume, or of a height relative to the extent of an element, that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 /// Mass of a material, relative to that of the replaced elements, that is round-off.
-const MASS_ROUND_OFF: f64 = 1e-15;
+const MASS_ROUND_OFF: f64 = 1e-14;
 
 /// Parts of mass of the materials of an element, by the rest positions of its corners.
 pub(super) fn parts_at_rest<const D: usize>(
@@ -92,13 +92,12 @@ pub(super) fn inherited_parts(remeshed: &RemeshedMasses<'_>) -> Vec<MaterialPart
     same.iter().flatten().for_each(|same| is_gone[same.element.index()] = false);
     let required = masses((0..old.len()).filter(|e| is_gone[*e]).map(|e| (old_mass[e], &old[e])));
     let whole: f64 = required.iter().sum();
-    let mean = required.map(|mass| mass / whole);
+    let mean = mean_parts(&required);
     let mut parts: Vec<MaterialParts> =
         same.iter().map(|same| same.map_or(mean, |same| old[same.element.index()])).collect();
     for own in sources.chunk_by(|a, b| a.new == b.new) {
         let sum = masses(own.iter().map(|source| (source.mass, &old[source.old.index()])));
-        let mass: f64 = sum.iter().sum();
-        parts[own[0].new.index()] = sum.map(|part| part / mass);
+        parts[own[0].new.index()] = mean_parts(&sum);
     }
     let changed: Vec<usize> = (0..same.len()).filter(|e| same[*e].is_none()).collect();
     let found = masses(changed.iter().map(|e| (mass[*e], &parts[*e])));
@@ -111,6 +110,13 @@ pub(super) fn inherited_parts(remeshed: &RemeshedMasses<'_>) -> Vec<MaterialPart
         changed.iter().for_each(|e| convert(&mut parts[*e], &taken, &given));
     }
     parts
+}
+
+/// Parts of these masses together, of which one may be negative: elements of negative mass come from transfers.
+fn mean_parts(masses: &MaterialParts) -> MaterialParts {
+    let positive = masses.map(|mass| mass.max(0.0));
+    let sum: f64 = positive.iter().sum();
+    if sum > 0.0 { positive.map(|mass| mass / sum) } else { [1.0, 0.0, 0.0, 0.0] }
 }
 
 /// Masses of the materials of elements of these masses and parts.
@@ -128,12 +134,12 @@ fn convert(parts: &mut MaterialParts, taken: &MaterialParts, given: &MaterialPar
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::MaterialRatios;
+    use crate::constitutive::{MaterialLayer, MaterialRatios, MixedModuli};
     use crate::mesh::ElementId;
 
     fn stack(thicknesses: &[f64]) -> LayerStack {
-        let of = |thickness: &f64| (*thickness, MaterialRatios::GEL);
-        LayerStack::new(&thicknesses.iter().map(of).collect::<Vec<_>>())
+        let of = |thickness: &f64| MaterialLayer { thickness: *thickness, ratios: MaterialRatios::GEL };
+        LayerStack::new(&thicknesses.iter().map(of).collect::<Vec<_>>(), MixedModuli::Apart)
     }
 
     /// A unit tetrahedron whose height is 1: (1 − z)³ of its volume lies above the height z.
@@ -179,5 +185,17 @@ mod tests {
         let [before, after] = [masses(old_mass.iter().copied().zip(&old)), masses(mass.iter().copied().zip(&parts))];
         assert!(before.iter().zip(after).all(|(before, after)| (before - after).abs() < 1e-14), "{after:?}");
         assert!(parts.iter().all(|parts| (parts.iter().sum::<f64>() - 1.0).abs() < 1e-14));
+    }
+
+    #[test]
+    fn elements_of_negative_mass_leave_no_negative_parts() {
+        let old = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]];
+        let source = OverlapSource { new: ElementId(1), old: ElementId(1), mass: 3.0, part: 1.0 };
+        let (same, mass) = (&[None; 2], &[-0.5, 2.5]);
+        for old_mass in [&[-1.0, 3.0], &[-2.0, 2.0], &[-3.0, 2.0]] {
+            let parts = inherited_parts(&RemeshedMasses { old: &old, old_mass, same, sources: &[source], mass });
+            let is_whole = |parts: &MaterialParts| (parts.iter().sum::<f64>() - 1.0).abs() < 1e-14;
+            assert!(parts.iter().all(|parts| is_whole(parts) && parts.iter().all(|part| *part >= 0.0)), "{parts:?}");
+        }
     }
 }

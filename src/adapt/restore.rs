@@ -41,7 +41,7 @@ impl<const D: usize> AdaptiveGel<D> {
         }
         let first_mesh = if own.is_none() { Some(self.current_mesh()) } else { self.first_mesh.clone() };
         let birth = state.birth.as_ref().or(first_mesh.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
-        if birth.parts.is_empty() == self.definition.layers.is_some() {
+        if !self.definition.has_materials(&birth.parts) {
             return Err(inconsistent("its materials are not those of this scene"));
         }
         if !self.definition.has_positive_radii(&birth) {

@@ -22,6 +22,15 @@ pub const MOST_MATERIALS: usize = 4;
 /// Parts of the materials in a volume, front to back: those of its mass, or those of its volume at rest. They sum to 1.
 pub type MaterialParts = [f64; MOST_MATERIALS];
 
+/// Layer of a stack.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaterialLayer {
+    /// Thickness, m.
+    pub thickness: f64,
+    /// Material.
+    pub ratios: MaterialRatios,
+}
+
 /// Layers on a gel, between planes across the z axis, and the gel as the last material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerStack {
@@ -29,23 +38,40 @@ pub struct LayerStack {
     depths: Vec<f64>,
     /// Materials front to back; those beyond the gel are the gel.
     ratios: [MaterialRatios; MOST_MATERIALS],
+    moduli: MixedModuli,
+}
+
+/// Moduli of a mixture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MixedModuli {
+    /// Strength and bulk modulus apart, of a two-network gel.
+    Apart,
+    /// All in proportion, of a hyperelastic gel: its volumetric energy balances the rest stress of its shear energy.
+    InProportion,
 }
 
 impl LayerStack {
-    /// Creates a stack from thicknesses, m, and materials, front to back.
+    /// Creates a stack from layers, front to back.
     ///
     /// # Panics
     /// If there are [`MOST_MATERIALS`] layers or more.
     #[must_use]
-    pub fn new(layers: &[(f64, MaterialRatios)]) -> Self {
+    pub fn new(layers: &[MaterialLayer], moduli: MixedModuli) -> Self {
         assert!(layers.len() < MOST_MATERIALS, "the gel is one of the materials");
         let mut ratios = [MaterialRatios::GEL; MOST_MATERIALS];
-        ratios.iter_mut().zip(layers).for_each(|(ratios, (_, own))| *ratios = *own);
-        let sum = |depth: &mut f64, (thickness, _): &(f64, MaterialRatios)| {
-            *depth += thickness;
+        ratios.iter_mut().zip(layers).for_each(|(ratios, layer)| *ratios = layer.ratios);
+        let sum = |depth: &mut f64, layer: &MaterialLayer| {
+            *depth += layer.thickness;
             Some(*depth)
         };
-        Self { depths: layers.iter().scan(0.0, sum).collect(), ratios }
+        Self { depths: layers.iter().scan(0.0, sum).collect(), ratios, moduli }
+    }
+
+    /// Returns the greatest speed of sound of a material, relative to that of the gel; at least 1.
+    #[must_use]
+    pub fn greatest_speed(&self) -> f64 {
+        let speed = |ratios: &MaterialRatios| (ratios.bulk.max(ratios.strength) / ratios.density).sqrt();
+        self.ratios.iter().map(speed).fold(1.0, f64::max)
     }
 
     /// Returns the depths of the interfaces, m, ascending.
@@ -79,8 +105,9 @@ impl LayerStack {
 
     /// Returns the constants of a mixture with these parts of mass.
     ///
-    /// The strength is the mean by volume (equal strains; Voigt), the bulk modulus the harmonic mean (equal pressures;
-    /// Reuss, for fluids Wood), and the density that of the volumes together. A pure material has its own, to the bit.
+    /// The strength is the mean by volume (equal strains; Voigt), and the density that of the volumes together. The bulk
+    /// modulus is the harmonic mean (equal pressures; Reuss, for fluids Wood), or in proportion to the strength. A pure
+    /// material has its own, to the bit.
     #[must_use]
     pub fn mixed(&self, mass_parts: &MaterialParts) -> MaterialRatios {
         if let Some(pure) = mass_parts.iter().position(|part| *part == 1.0) {
@@ -91,9 +118,13 @@ impl LayerStack {
         let mean = |of: &dyn Fn(&MaterialRatios) -> f64| -> f64 {
             volume_parts.iter().zip(&self.ratios).map(|(part, ratios)| part * of(ratios)).sum()
         };
+        let strength = mean(&|ratios| ratios.strength);
         MaterialRatios {
-            strength: mean(&|ratios| ratios.strength),
-            bulk: 1.0 / mean(&|ratios| 1.0 / ratios.bulk),
+            strength,
+            bulk: match self.moduli {
+                MixedModuli::Apart => 1.0 / mean(&|ratios| 1.0 / ratios.bulk),
+                MixedModuli::InProportion => strength,
+            },
             density: 1.0 / specific.iter().sum::<f64>(),
         }
     }
@@ -111,9 +142,14 @@ mod tests {
 
     const SKIN: MaterialRatios = MaterialRatios { strength: 3.0, bulk: 2.0, density: 1.5 };
 
+    fn stack(moduli: MixedModuli) -> LayerStack {
+        let layer = |thickness, ratios| MaterialLayer { thickness, ratios };
+        LayerStack::new(&[layer(0.01, SKIN), layer(0.02, MaterialRatios::GEL)], moduli)
+    }
+
     #[test]
     fn a_pure_material_has_its_own_constants() {
-        let stack = LayerStack::new(&[(0.01, SKIN), (0.02, MaterialRatios::GEL)]);
+        let stack = stack(MixedModuli::Apart);
         assert_eq!((stack.depths(), stack.n_materials()), (&[0.01, 0.03][..], 3));
         let pure = |k: usize| stack.mixed(&stack.mass_parts(&std::array::from_fn(|i| f64::from(u8::from(i == k)))));
         assert_eq!([0, 1, 2].map(pure), [SKIN, MaterialRatios::GEL, MaterialRatios::GEL]);
@@ -122,11 +158,18 @@ mod tests {
     /// Halves by volume: strength 2, compliance (1/2 + 1)/2, density 1.25.
     #[test]
     fn a_mixture_has_the_mean_strength_the_mean_compliance_and_the_mass_of_its_volumes() {
-        let stack = LayerStack::new(&[(0.01, SKIN)]);
+        let stack = stack(MixedModuli::Apart);
         let parts = stack.mass_parts(&[0.5, 0.5, 0.0, 0.0]);
         assert_eq!(parts, [0.6, 0.4, 0.0, 0.0]);
         let mixed = stack.mixed(&parts);
         assert!((mixed.strength - 2.0).abs() < 1e-15 && (mixed.density - 1.25).abs() < 1e-15, "{mixed:?}");
         assert!((mixed.bulk - 4.0 / 3.0).abs() < 1e-15, "{mixed:?}");
+    }
+
+    #[test]
+    fn moduli_of_a_hyperelastic_mixture_stay_in_proportion() {
+        let stack = stack(MixedModuli::InProportion);
+        let mixed = stack.mixed(&stack.mass_parts(&[0.5, 0.5, 0.0, 0.0]));
+        assert_eq!(mixed.bulk, mixed.strength);
     }
 }

@@ -25,7 +25,7 @@ pub use equation_of_state::EquationOfState;
 pub use hyperelastic::{Hyperelastic, ShearResponse};
 pub(crate) use isochoric::IsochoricDeformation;
 pub(crate) use isochoric_shape::IsochoricShape;
-pub use layers::{LayerStack, MOST_MATERIALS, MaterialParts, MaterialRatios};
+pub use layers::{LayerStack, MOST_MATERIALS, MaterialLayer, MaterialParts, MaterialRatios, MixedModuli};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use ogden::{Ogden, OgdenTerm};

@@ -131,6 +131,13 @@ impl TwoNetwork {
         (self.state.bulk_modulus() / self.density).sqrt()
     }
 
+    /// Returns the stabilisation modulus k of a material of these ratios to the gel, relative to that of the gel.
+    #[inline(always)]
+    pub(crate) fn relative_stabilisation<T: Number>(&self, strength: T, bulk: T) -> T {
+        let [shear, volume] = [self.instantaneous_modulus(), Self::SOFTEST * self.state.bulk_modulus()];
+        (strength * shear).or_greater(bulk * volume) / strength.constant(shear.max(volume))
+    }
+
     /// Returns the stabilisation modulus k, Pa.
     #[inline(always)]
     fn stabilisation_modulus(&self) -> f64 {

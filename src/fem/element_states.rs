@@ -5,7 +5,7 @@
 
 use super::history::HistoryLanes;
 use super::law::element_law::{
-    ElementDeformation, ElementLaw, LaneRatios, LawInput, VolumetricSlopes, evaluate_volumetric,
+    ElementDeformation, ElementLaw, LaneRatios, LawInput, VolumetricSlopes, evaluate_elements, evaluate_volumetric,
 };
 use super::simd::batch::{LANES, LaneArray, load_lanes, on};
 use super::simd::layout::{BatchLaw, ElementBatches, ReferenceBatch};
@@ -216,13 +216,8 @@ impl<const D: usize> ElementBatches<D> {
             let history = &mut memory[k * rows..(k + 1) * rows];
             let scale = load_lanes(simd, &batches[k].scale);
             let input = LawInput { volume: volumes[k], scale, rest: &rest[k], kick: GroupKick::NONE, history };
-            let forces = match &ratios {
-                None => gel.evaluate(self.section(), input, &strains[k], &slopes[k]),
-                Some(ratios) => {
-                    let strength = ratios[k].strength;
-                    gel.evaluate(self.section(), input, &strains[k], &slopes[k].over(strength)).scaled(strength)
-                }
-            };
+            let ratios = ratios.as_ref().map(|ratios| &ratios[k]);
+            let forces = evaluate_elements(gel, self.section(), input, &strains[k], &slopes[k], ratios);
             energy = forces.energy.multiply_add(strained, energy);
             forces.stiffness.store_slice(&mut states.stiffness[k]);
             strains[k].jacobian().store_slice(&mut states.jacobian[k]);
@@ -246,7 +241,8 @@ fn evaluate_space(lanes: &ElementBatches<3>, cache: &NodeCache, memory: &mut [Hi
 mod tests {
     use super::*;
     use crate::constitutive::{
-        Branch, BulkViscosity, Dashpot, EquationOfState, LayerStack, Material, MaterialRatios, NeoHookean, TwoNetwork,
+        Branch, BulkViscosity, Dashpot, EquationOfState, LayerStack, Material, MaterialLayer, MaterialRatios,
+        MixedModuli, NeoHookean, TwoNetwork,
     };
     use crate::fem::potential::measure_patches;
     use crate::fem::{Potential, ReferenceShape, Section};
@@ -276,8 +272,12 @@ mod tests {
         if !is_layered {
             return simplices;
         }
-        let bulk = if matches!(material, Material::TwoNetwork(_)) { 1.7 } else { 2.5 };
-        let stack = LayerStack::new(&[(1.0, MaterialRatios { strength: 2.5, bulk, density: 1.3 })]);
+        let (bulk, moduli) = match material {
+            Material::TwoNetwork(_) => (1.7, MixedModuli::Apart),
+            _ => (2.5, MixedModuli::InProportion),
+        };
+        let layer = MaterialLayer { thickness: 1.0, ratios: MaterialRatios { strength: 2.5, bulk, density: 1.3 } };
+        let stack = LayerStack::new(&[layer], moduli);
         let parts = |e: usize| [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.3, 0.7, 0.0, 0.0]][e % 3];
         simplices.with_layers(&stack, (0..n).map(parts).collect())
     }

@@ -31,8 +31,8 @@ fn layer_doubts(scene: &Scene) -> Vec<String> {
     if scene.layer.is_empty() {
         return vec![];
     }
-    let unknown = "layer: no measured shot through layers was computed, so no model error is known; strength and density of \
-                   skin, bone or cloth are values of the scene";
+    let unknown = "layer: no model error of shots through layers is known, only perforation thresholds of skin were compared; strength \
+                   and density of skin, bone or cloth are values of the scene";
     let of_preset = |preset: Option<Preset>| preset?.network_value("gel.bulk_modulus")?.parse::<f64>().ok();
     let reduced = of_preset(scene.gel.preset).map(|own| scene.gel.bulk_modulus / own).filter(|ratio| *ratio != 1.0);
     let unequal = scene.layer.iter().enumerate().filter_map(|(i, layer)| {
@@ -249,7 +249,7 @@ mod tests {
     fn layers_are_doubted_and_so_is_a_preset_beside_a_softer_gel() {
         let layer = |keys: &str| doubts_with("fbi-bb", &[&format!("layer=[{{thickness=2e-3{keys}}}]")]);
         let [unknown] = &layer(", strength_scale=3.0")[..] else { panic!("{:?}", layer(", strength_scale=3.0")) };
-        assert!(unknown.contains("no measured shot through layers"), "{unknown}");
+        assert!(unknown.contains("no model error of shots through layers"), "{unknown}");
         let found = layer(", preset='gelatin-20'");
         let told =
             "layer[1].bulk_modulus is that of its preset, 2610000000.0 Pa, and gel.bulk_modulus is 0.277 times that of";

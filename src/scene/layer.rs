@@ -2,7 +2,7 @@
 
 use super::places::numbered;
 use super::{GelSpec, MaterialModel, Preset};
-use crate::constitutive::{LayerStack, MaterialRatios};
+use crate::constitutive::{LayerStack, MaterialLayer, MaterialRatios, MixedModuli};
 use serde::{Deserialize, Serialize};
 
 /// Layer across the line of fire, bonded to what lies below it: the first lies at the entry surface z = 0, each further one
@@ -54,8 +54,13 @@ impl LayerSpec {
 /// Stack of these layers on a gel; `None` without layers.
 #[must_use]
 pub fn layer_stack(layers: &[LayerSpec], gel: &GelSpec) -> Option<LayerStack> {
-    let all: Vec<(f64, MaterialRatios)> = layers.iter().map(|layer| (layer.thickness, layer.ratios(gel))).collect();
-    (!all.is_empty()).then(|| LayerStack::new(&all))
+    let material = |layer: &LayerSpec| MaterialLayer { thickness: layer.thickness, ratios: layer.ratios(gel) };
+    let all: Vec<MaterialLayer> = layers.iter().map(material).collect();
+    let moduli = match gel.material {
+        MaterialModel::TwoNetwork => MixedModuli::Apart,
+        _ => MixedModuli::InProportion,
+    };
+    (!all.is_empty()).then(|| LayerStack::new(&all, moduli))
 }
 
 /// Name of the n-th layer, counted from 0 at the entry surface; `gel` below the last.

@@ -12,7 +12,7 @@ const THICKNESS: f64 = 2e-3;
 /// Density of the layer, kg/m³: assumed.
 const DENSITY: f64 = 1100.0;
 /// Speeds between which a threshold is sought, m/s, and how near it is told.
-const SPEEDS: [f64; 2] = [20.0, 180.0];
+const SPEEDS: [f64; 2] = [5.0, 165.0];
 const RESOLUTION: f64 = 2.5;
 
 /// Projectile as a sphere, with the speed at which half of its shots perforate the skin of a human thigh.
@@ -32,10 +32,13 @@ const SHOTS: [Shot; 3] = [
 
 /// Prints the measured and the computed threshold of each projectile.
 pub fn study() {
-    println!("| projectile | diameter, mm | mass, g | measured, m/s | computed, m/s | off, % | without skin, m/s | energy, J/cm² |");
+    println!(
+        "| projectile | diameter, mm | mass, g | measured, m/s | computed, m/s | off, % | without skin, m/s | energy, J/cm² |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     std::thread::scope(|scope| {
-        let runs = SHOTS.map(|shot| scope.spawn(move || (threshold(&shot, STRENGTH), threshold(&shot, 1.0), shot)));
+        let runs =
+            SHOTS.map(|shot| scope.spawn(move || (threshold(&shot, Some(STRENGTH)), threshold(&shot, None), shot)));
         for run in runs {
             let (computed, bare, Shot { name, radius, mass, measured }) = run.join().expect("a run");
             let energy = 0.5e-4 * mass * computed * computed / (std::f64::consts::PI * radius * radius);
@@ -50,18 +53,21 @@ pub fn study() {
     });
 }
 
-/// Speed above which a projectile comes to rest more than its diameter below a layer of this strength, m/s, by bisection.
-fn threshold(shot: &Shot, strength: f64) -> f64 {
+/// Speed above which a projectile is after 8 ms more than its diameter below a layer of this strength, or of the gel, m/s, by
+/// bisection.
+fn threshold(shot: &Shot, strength: Option<f64>) -> f64 {
     let [mut low, mut high] = SPEEDS;
+    let perforates = |speed: f64| end_depth(shot, strength, speed) > THICKNESS + 2.0 * shot.radius;
+    assert!(!perforates(low) && perforates(high), "the threshold lies between {low} and {high} m/s");
     while high - low > 2.0 * RESOLUTION {
         let middle = 0.5 * (low + high);
-        if rest_depth(shot, strength, middle) > THICKNESS + 2.0 * shot.radius { high = middle } else { low = middle }
+        if perforates(middle) { high = middle } else { low = middle }
     }
     0.5 * (low + high)
 }
 
-/// Depth at which the foremost point of a projectile comes to rest, m.
-fn rest_depth(shot: &Shot, strength: f64, speed: f64) -> f64 {
+/// Depth of the foremost point of a projectile after 8 ms, m.
+fn end_depth(shot: &Shot, strength: Option<f64>, speed: f64) -> f64 {
     let mut simulation =
         Simulation::new(&skin(shot, strength, speed), CouplingMode::Integrated, 1).expect("a scene that can be built");
     let end = 8e-3;
@@ -73,13 +79,20 @@ fn rest_depth(shot: &Shot, strength: f64, speed: f64) -> f64 {
 }
 
 /// The gel of `fbi-bb` beneath the layer.
-fn skin(shot: &Shot, strength: f64, speed: f64) -> Scene {
+fn skin(shot: &Shot, strength: Option<f64>, speed: f64) -> Scene {
     let numbers = [("mesh.size", 0.5e-3), ("remesh.smallest", 0.25e-3), ("mesh.tree.coarsest", 8.0)];
     let cells = numbers.map(|(key, value)| (key, format!("{value}")));
     let mut scene = scene("fbi-bb", &[&cells[..], &[("mesh.tree.slope", "0.3".to_owned())]].concat());
-    let density = Some(DENSITY);
-    let constants = LayerSpec { name: None, preset: None, bulk_modulus: None, shear_modulus: None, density, strength_scale: Some(strength), thickness: THICKNESS };
-    scene.layer = vec![constants];
+    let constants = LayerSpec {
+        name: None,
+        thickness: THICKNESS,
+        preset: None,
+        density: Some(DENSITY),
+        strength_scale: strength,
+        bulk_modulus: None,
+        shear_modulus: None,
+    };
+    scene.layer = strength.map(|_| constants).into_iter().collect();
     scene.projectile.shape = ballistic_gel::scene::BodyShape::Sphere { radius: shot.radius };
     scene.projectile.mass = Some(shot.mass);
     scene.projectile.position = [0.0, 0.0, shot.radius];

@@ -97,7 +97,7 @@ fn a_layer_of_the_same_material_is_no_layer() {
 fn a_layer_is_a_gel_of_its_constants() {
     let flowing = "[[layer]]\nthickness = 0.13\nstrength_scale = 2.0\ndensity = 1133.0\nbulk_modulus = 2636.8e6\n";
     let elastic = "[[layer]]\nthickness = 0.05\nshear_modulus = 137931.03448275862\ndensity = 1545.0\n";
-    let short = ["scene.end_time=15e-6", "mesh.size=0.7e-3", "remesh.quality=0", "mesh.element=plain"];
+    let short = ["scene.end_time=15e-6", "mesh.size=0.7e-3", "remesh.quality=0"];
     let in_proportion = [&short[..], &["gel.volume.tension_limit=0.5e6"]].concat();
     let own = ["gel.strength_scale=2", "gel.density=1133", "gel.bulk_modulus=2636.8e6"];
     let slow = ["scene.end_time=1e-3", "mesh.size=5e-3"];
@@ -109,7 +109,8 @@ fn a_layer_is_a_gel_of_its_constants() {
         let [layer, gel] = [&layer, &gel].map(|scene| run(scene, 1, 1));
         let [speed, expected] = [&layer, &gel].map(|run| run.kinematics(0).velocity.z);
         let [energy, other] = [&layer, &gel].map(|run| run.observe().energy);
-        assert!((speed / expected - 1.0).abs() < 1e-10 && (expected / 180.0).abs() < 0.99, "{speed} {expected}");
+        assert!((speed / expected - 1.0).abs() < 1e-10, "{speed} {expected}");
+        assert!(energy.elastic > 1e-4 * energy.initial, "{energy:?}");
         assert!((energy.kinetic / other.kinetic - 1.0).abs() < 1e-9, "{energy:?} {other:?}");
         assert!((energy.elastic / other.elastic - 1.0).abs() < 1e-9, "{energy:?} {other:?}");
     }
@@ -133,8 +134,7 @@ fn remeshing_is_neutral_on_an_elastic_bilayer() {
     }
 }
 
-/// The mass of each material is kept, that of eroded gel apart, and the layer of an elastic gel stays where it was at
-/// rest.
+/// The mass of each material is kept; no gel is eroded.
 fn check_masses(scene: &Scene, least_remeshes: u64) {
     let before = Simulation::new(scene, CouplingMode::Integrated, 1).unwrap().material_masses();
     let done = run(scene, 1, 10);
@@ -142,13 +142,10 @@ fn check_masses(scene: &Scene, least_remeshes: u64) {
     check_books(&seen);
     assert!(seen.cost.remeshes >= least_remeshes, "{} meshes", seen.cost.remeshes);
     assert!(seen.energy.energy_defect < 0.02, "defect {}", seen.energy.energy_defect);
+    assert_eq!(seen.cost.eroded_mass, 0.0);
     let whole: f64 = before.iter().sum();
-    let lost: f64 = before.iter().zip(&after).map(|(before, after)| before - after).sum();
-    assert!((lost - seen.cost.eroded_mass).abs() < 1e-12 * whole, "{lost:e} kg lost");
-    if seen.cost.eroded_mass == 0.0 {
-        let kept = |(before, after): (&f64, &f64)| (before - after).abs() < 1e-12 * whole;
-        assert!(before.iter().zip(&after).all(kept), "{before:?} {after:?}");
-    }
+    let kept = |(before, after): (&f64, &f64)| (before - after).abs() < 1e-12 * whole;
+    assert!(before.iter().zip(&after).all(kept), "{before:?} {after:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::rest_geometry::RestGeometry;
-use crate::constitutive::VolumetricEnergy;
+use crate::constitutive::{VolumetricEnergy, VolumetricResponse};
 use crate::fem::history::{HistoryLanes, HistoryLayout};
 use crate::fem::{GroupKick, MAX_NODES, Section};
 use crate::math::{Number, array};
@@ -30,13 +30,16 @@ pub(crate) trait ElementLaw<const D: usize>: HistoryLayout<D> + Copy {
     type Rest<L: Copy + Default + Debug>: RestOperator<D, L>;
     /// True if elements may be strained at the rest positions of their nodes.
     const HAS_HISTORY: bool;
-    /// True if the element part of the volumetric energy of a patch balances the patch part, whose bulk modulus it then
-    /// has; false if it balances the shear energy of the element.
-    const OWN_BALANCES_SHARED: bool;
     /// Computes the rest data; 0 in empty lanes.
     fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> Self::Rest<V::Lanes>;
     /// Returns the volumetric energy law.
     fn volume(&self) -> impl VolumetricEnergy;
+    /// Returns the stabilisation modulus of a patch of a layered gel, relative to that of the gel, by which its elements
+    /// exchange volume; `None` if their own part of the volumetric energy balances their shear energy instead.
+    #[inline(always)]
+    fn stabilisation<V: Number>(&self, _: &LaneRatios<V>) -> Option<V> {
+        None
+    }
     /// Evaluates the elements and updates their history variables.
     fn evaluate<V: Number>(
         &self,
@@ -198,23 +201,67 @@ fn evaluate_layered_patch<const D: usize, V: Number, G: ElementLaw<D>>(
     ratios: &[LaneRatios<V>],
 ) -> V {
     let zero = volumes[0].constant(0.0);
-    let (mut volume, mut now, mut stiff) = (zero, zero, zero);
+    let (mut volume, mut now) = (zero, zero);
+    let mut mean = LaneRatios { strength: zero, bulk: zero };
     for k in 0..volumes.len() {
         volume = volume + volumes[k];
         now = now + volumes[k] * strains[k].jacobian();
-        stiff = stiff + volumes[k] * ratios[k].bulk;
+        mean.strength = mean.strength + volumes[k] * ratios[k].strength;
+        mean.bulk = mean.bulk + volumes[k] * ratios[k].bulk;
     }
     let whole = volume.at_least(f64::MIN_POSITIVE);
-    let (shared, mean) = (gel.volume().shared(now / whole), stiff / whole);
-    let mut energy = stiff * shared.energy;
+    (mean.strength, mean.bulk) = (mean.strength / whole, mean.bulk / whole);
+    let (jacobian, stabilisation) = (now / whole, gel.stabilisation(&mean));
+    let shared = shared_part(gel, jacobian, &mean, stabilisation);
+    let mut energy = volume * shared.energy;
     for k in 0..volumes.len() {
         let own = gel.volume().own(strains[k].jacobian());
-        let bulk = if G::OWN_BALANCES_SHARED { mean } else { ratios[k].bulk };
-        energy = energy + volumes[k] * own.energy * bulk;
-        slopes[k].slope = own.slope * bulk + shared.slope * mean;
-        slopes[k].curvature = own.curvature.at_least(0.0) * bulk + shared.curvature.at_least(0.0) * mean;
+        let factor = stabilisation.unwrap_or(ratios[k].bulk);
+        energy = energy + volumes[k] * own.energy * factor;
+        slopes[k].slope = own.slope * factor + shared.slope;
+        slopes[k].curvature = own.curvature.at_least(0.0) * factor + shared.curvature.at_least(0.0);
     }
     energy
+}
+
+/// Returns the patch part of the volumetric energy of a layered gel at J̄: U and the stabilisation, each with its modulus.
+#[inline(always)]
+fn shared_part<const D: usize, V: Number, G: ElementLaw<D>>(
+    gel: &G,
+    jacobian: V,
+    mean: &LaneRatios<V>,
+    stabilisation: Option<V>,
+) -> VolumetricResponse<V> {
+    let shared = gel.volume().shared(jacobian);
+    let Some(stabilisation) = stabilisation else {
+        return VolumetricResponse {
+            energy: shared.energy * mean.bulk,
+            slope: shared.slope * mean.bulk,
+            curvature: shared.curvature * mean.bulk,
+        };
+    };
+    let whole = gel.volume().volumetric(jacobian);
+    let both = |whole: V, shared: V| whole * mean.bulk + (shared - whole) * stabilisation;
+    VolumetricResponse {
+        energy: both(whole.energy, shared.energy),
+        slope: both(whole.slope, shared.slope),
+        curvature: both(whole.curvature, shared.curvature),
+    }
+}
+
+/// Evaluates elements, those of a layered gel with their strength and bulk modulus: `slopes` are the whole ones.
+#[inline(always)]
+pub(crate) fn evaluate_elements<const D: usize, V: Number, G: ElementLaw<D>>(
+    gel: &G,
+    section: Section,
+    input: LawInput<'_, V, G::Rest<V::Lanes>>,
+    strains: &ElementDeformation<D, V>,
+    slopes: &VolumetricSlopes<V>,
+    ratios: Option<&LaneRatios<V>>,
+) -> ElementForces<D, V> {
+    let over = ratios.map_or(*slopes, |ratios| slopes.over(ratios.strength));
+    let forces = gel.evaluate(section, input, strains, &over);
+    ratios.map_or(forces, |ratios| forces.scaled(ratios.strength))
 }
 
 impl<V: Number> VolumetricSlopes<V> {

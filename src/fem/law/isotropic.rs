@@ -19,7 +19,6 @@ macro_rules! isotropic {
         impl<const D: usize> ElementLaw<D> for $law {
             type Rest<L: Copy + Default + Debug> = ShapeGradients<D, L>;
             const HAS_HISTORY: bool = false;
-            const OWN_BALANCES_SHARED: bool = false;
 
             #[inline(always)]
             fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> ShapeGradients<D, V::Lanes> {

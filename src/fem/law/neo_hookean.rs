@@ -56,7 +56,6 @@ impl<const D: usize> HistoryLayout<D> for NeoHookean {}
 impl<const D: usize> ElementLaw<D> for NeoHookean {
     type Rest<L: Copy + Default + Debug> = ShearStiffness<D, L>;
     const HAS_HISTORY: bool = false;
-    const OWN_BALANCES_SHARED: bool = false;
 
     #[inline(always)]
     fn rest<V: Number>(&self, of: &RestGeometry<D, V>) -> ShearStiffness<D, V::Lanes> {

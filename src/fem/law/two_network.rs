@@ -3,7 +3,9 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::element_law::{ElementDeformation, ElementForces, ElementLaw, LawInput, RestOperator, VolumetricSlopes};
+use super::element_law::{
+    ElementDeformation, ElementForces, ElementLaw, LaneRatios, LawInput, RestOperator, VolumetricSlopes,
+};
 use super::kinematics::{GradientSums, ShapeGradients};
 use super::rest_geometry::RestGeometry;
 use crate::constitutive::{
@@ -156,7 +158,6 @@ struct NetworkForces<const D: usize, V> {
 impl<const D: usize> ElementLaw<D> for TwoNetwork {
     type Rest<L: Copy + Default + Debug> = NetworkRest<D, L>;
     const HAS_HISTORY: bool = true;
-    const OWN_BALANCES_SHARED: bool = true;
 
     #[inline(always)]
     fn rest<V: Number>(&self, shape: &RestGeometry<D, V>) -> NetworkRest<D, V::Lanes> {
@@ -171,6 +172,11 @@ impl<const D: usize> ElementLaw<D> for TwoNetwork {
     #[inline(always)]
     fn volume(&self) -> impl VolumetricEnergy {
         *self
+    }
+
+    #[inline(always)]
+    fn stabilisation<V: Number>(&self, ratios: &LaneRatios<V>) -> Option<V> {
+        Some(self.relative_stabilisation(ratios.strength, ratios.bulk))
     }
 
     #[inline(always)]

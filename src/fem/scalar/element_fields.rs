@@ -3,7 +3,7 @@
 use super::element_pressure::{PatchVolume, StrainedElement};
 use super::rest_element::DeformationGradient;
 use super::simplices::Simplices;
-use crate::constitutive::{Hyperelastic, IsochoricDeformation, Material, NeoHookean, TwoNetwork};
+use crate::constitutive::{Hyperelastic, IsochoricDeformation, Material, MaterialRatios, NeoHookean, TwoNetwork};
 use crate::fem::{DEPTH, HistoryVariables, Section};
 use crate::math::{SymmetricTensor, Tensor, Vector, array, diagonalise, ln};
 use crate::mesh::{ElementId, edges};
@@ -30,12 +30,13 @@ impl<const D: usize> Simplices<D> {
         memory: &[HistoryVariables<D>],
     ) -> [StressInvariants; DEPTH] {
         let ids = self.patches.of(patch);
-        let mut members = [StrainedElement { volume: 0.0, bulk: 1.0, strain: DeformationGradient::identity() }; DEPTH];
+        let (ratios, strain) = (MaterialRatios::GEL, DeformationGradient::identity());
+        let mut members = [StrainedElement { volume: 0.0, ratios, strain }; DEPTH];
         let members = &mut members[..ids.len()];
         for (id, member) in ids.iter().zip(&mut *members) {
             let element = self.rest_element(*id);
             let strain = self.element_deformation(*id, &element, x);
-            *member = StrainedElement { volume: element.volume, bulk: self.ratios(*id).bulk, strain };
+            *member = StrainedElement { volume: element.volume, ratios: self.ratios(*id), strain };
         }
         let volume = (ids.len() > 1).then(|| PatchVolume::of(members.iter().copied()));
         let n = self.records();

@@ -20,7 +20,7 @@ impl<const D: usize> Simplices<D> {
         let strains = ids.iter().map(|id| {
             let element = self.rest_element(*id);
             let strain = self.element_deformation_by(*id, &element, x);
-            StrainedElement { volume: element.volume, bulk: self.ratios(*id).bulk, strain }
+            StrainedElement { volume: element.volume, ratios: self.ratios(*id), strain }
         });
         self.pressure_of(element, &own, (ids.len() > 1).then(|| PatchVolume::of(strains)))
     }
@@ -33,57 +33,64 @@ impl<const D: usize> Simplices<D> {
         patch: Option<PatchVolume>,
     ) -> f64 {
         let MaterialRatios { strength, bulk, .. } = self.ratios(element);
-        let mean = patch.map(|patch| patch.jacobian);
+        // A hyperelastic law is in proportion to the strength, but for the part that is common to the patch.
+        let mean = patch.map(|patch| PatchVolume { bulk: patch.bulk / strength, ..patch });
         match (&self.material, patch) {
             (Material::NeoHookean(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
             (Material::MooneyRivlin(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
             (Material::Ogden(gel), _) => strength * hyperelastic_pressure(gel, strain, mean),
             (Material::TwoNetwork(gel), None) => -bulk * gel.volumetric(strain.jacobian()).slope,
-            (Material::TwoNetwork(gel), Some(PatchVolume { jacobian, bulk: of_patch })) => {
-                -of_patch * (gel.own(strain.jacobian()).slope + gel.shared(jacobian).slope)
+            (Material::TwoNetwork(gel), Some(PatchVolume { jacobian, bulk, strength })) => {
+                let stabilisation = gel.relative_stabilisation(strength, bulk);
+                let whole = gel.volumetric(jacobian).slope;
+                let sharing = gel.own(strain.jacobian()).slope + gel.shared(jacobian).slope - whole;
+                -(bulk * whole + stabilisation * sharing)
             }
         }
     }
 }
 
-/// Element of a patch: its rest volume, m³, its relative bulk modulus, and its deformation.
+/// Element of a patch: its rest volume, m³, its material, and its deformation.
 #[derive(Clone, Copy)]
 pub(super) struct StrainedElement<const D: usize> {
     pub volume: f64,
-    pub bulk: f64,
+    pub ratios: MaterialRatios,
     pub strain: DeformationGradient<D>,
 }
 
-/// Volume ratio J̄ of a patch, and the mean of its relative bulk moduli by volume.
+/// Volume ratio J̄ of a patch, and the means of its relative bulk moduli and strengths by volume.
 #[derive(Clone, Copy)]
 pub(super) struct PatchVolume {
     jacobian: f64,
     bulk: f64,
+    strength: f64,
 }
 
 impl PatchVolume {
-    /// Returns the volume ratio and the bulk modulus of these elements together.
+    /// Returns the volume ratio and the moduli of these elements together.
     pub(super) fn of<const D: usize>(members: impl Iterator<Item = StrainedElement<D>>) -> Self {
-        let (mut rest, mut now, mut stiff) = (0.0, 0.0, 0.0);
-        for StrainedElement { volume, bulk, strain } in members {
+        let (mut rest, mut sum) = (0.0, Self { jacobian: 0.0, bulk: 0.0, strength: 0.0 });
+        for StrainedElement { volume, ratios, strain } in members {
             rest += volume;
-            now += volume * strain.jacobian();
-            stiff += volume * bulk;
+            sum.jacobian += volume * strain.jacobian();
+            sum.bulk += volume * ratios.bulk;
+            sum.strength += volume * ratios.strength;
         }
-        Self { jacobian: now / rest, bulk: stiff / rest }
+        Self { jacobian: sum.jacobian / rest, bulk: sum.bulk / rest, strength: sum.strength / rest }
     }
 }
 
-/// Returns the pressure of a hyperelastic element, Pa; `mean` is J̄ in a patch of several elements.
+/// Returns the pressure of a hyperelastic element of the gel's own strength, Pa, in a patch of several elements by its
+/// volume.
 fn hyperelastic_pressure<const D: usize>(
     gel: &impl Hyperelastic,
     strain: &DeformationGradient<D>,
-    mean: Option<f64>,
+    patch: Option<PatchVolume>,
 ) -> f64 {
     let (volume, jacobian) = (gel.volume(), strain.jacobian());
-    let slope = mean.map_or_else(
+    let slope = patch.map_or_else(
         || volume.volumetric(jacobian).slope,
-        |mean| volume.own(jacobian).slope + volume.shared(mean).slope,
+        |patch| volume.own(jacobian).slope + patch.bulk * volume.shared(patch.jacobian).slope,
     );
     let sheared = gel.sheared(&array::rows(&strain.f), strain.out);
     let stress = Tensor::<D>::from_fn(|i, j| sheared.stress[i][j]);

@@ -6,7 +6,7 @@ use super::simplices::Simplices;
 use crate::constitutive::MaterialRatios;
 use crate::fem::history::{HistoryLanes, MOST_ROWS};
 use crate::fem::law::element_law::{
-    ElementDeformation, ElementLaw, LaneRatios, LawInput, VolumetricSlopes, evaluate_volumetric,
+    ElementDeformation, ElementLaw, LaneRatios, LawInput, VolumetricSlopes, evaluate_elements, evaluate_volumetric,
 };
 use crate::fem::law::rest_geometry::RestGeometry;
 use crate::fem::{DEPTH, Dissipation, ElementResponse, GroupKick, HistoryVariables, ReferenceShape, Section};
@@ -83,13 +83,8 @@ impl<const D: usize> Simplices<D> {
             let LoneElement { volume, scale, rest } = element;
             let history_rows = &mut history[..gel.rows()];
             let input = LawInput { volume: *volume, scale: *scale, rest, kick, history: history_rows };
-            let forces = match layered {
-                None => gel.evaluate(self.section, input, &strains[k], &slopes[k]),
-                Some(ratios) => {
-                    let strength = ratios[k].strength;
-                    gel.evaluate(self.section, input, &strains[k], &slopes[k].over(strength)).scaled(strength)
-                }
-            };
+            let ratios = layered.map(|ratios| &ratios[k]);
+            let forces = evaluate_elements(gel, self.section, input, &strains[k], &slopes[k], ratios);
             gel.load_history(&history.map(|row| row.0)[..gel.rows()], memory);
             sum.energy += forces.energy * strained;
             let [viscous, bulk, damage] = forces.lost;

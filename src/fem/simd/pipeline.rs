@@ -14,7 +14,9 @@ use crate::constitutive::NeoHookean;
 use crate::fem::GroupKick;
 use crate::fem::history::HistoryLanes;
 use crate::fem::inversion_time::{FORESEEN, RadialSums, TURNED, closing_rate};
-use crate::fem::law::element_law::{ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_volumetric};
+use crate::fem::law::element_law::{
+    ElementDeformation, ElementLaw, LawInput, VolumetricSlopes, evaluate_elements, evaluate_volumetric,
+};
 use crate::fem::{Dissipation, Section, max_patch_size};
 use crate::math::Number;
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
@@ -237,13 +239,8 @@ impl<const D: usize> ElementBatches<D> {
             let volume = load_lanes(simd, &batches[k].volume);
             let scale = load_lanes(simd, &batches[k].scale);
             let input = LawInput { volume, scale, rest: &rest[k], kick, history };
-            let forces = match &ratios {
-                None => gel.evaluate(self.section(), input, strains, slopes),
-                Some(ratios) => {
-                    let strength = ratios[k].strength;
-                    gel.evaluate(self.section(), input, strains, &slopes.over(strength)).scaled(strength)
-                }
-            };
+            let ratios = ratios.as_ref().map(|ratios| &ratios[k]);
+            let forces = evaluate_elements(gel, self.section(), input, strains, slopes, ratios);
             let (jacobian, volumetric_stiffness) = (strains.jacobian(), volume * slopes.curvature);
             if may_invert::<D, S>(
                 forces.stiffness,

@@ -31,7 +31,7 @@ pub(super) fn check(scene: &Scene) -> CheckResult {
     })?;
     check_stack(scene)?;
     let is_immersed = scene.remesh.as_ref().is_some_and(|remesh| remesh.method == RemeshMethod::Immersed);
-    let expected = "\"local\": immersed remeshing does not know of layers";
+    let expected = "\"local\": immersed remeshing would mix the materials of all elements at each new mesh";
     require(!is_immersed, "remesh.method", || "\"immersed\" beside layers".to_owned(), expected)
 }
 

@@ -18,7 +18,12 @@ impl ShotLayer {
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut parts = text.split(',').map(str::trim);
         let thickness = parse_length(parts.next().unwrap_or_default())?;
-        Ok(Self { thickness, entries: parts.map(parse_entry).collect::<Result<_, _>>()? })
+        let entries: Vec<(String, String)> = parts.map(parse_entry).collect::<Result<_, _>>()?;
+        let is_repeated = |i: usize| entries[..i].iter().any(|(key, _)| *key == entries[i].0);
+        match (0..entries.len()).find(|i| is_repeated(*i)) {
+            Some(i) => Err(format!("found {}= twice, expected each key once", entries[i].0)),
+            None => Ok(Self { thickness, entries }),
+        }
     }
 
     /// Table of the layer behind an empty line; `bulk_ratio` is that of the bulk modulus of the gel to that of its preset.
@@ -78,7 +83,16 @@ mod tests {
         let firm = ShotLayer::parse("2mm,preset=gelatin-20").unwrap();
         assert_eq!(firm.table(1.0), "\n[[layer]]\nthickness = 0.002\npreset = \"gelatin-20\"\n");
         assert!(firm.table(0.5).ends_with("\nbulk_modulus = 1300000000.0\n"), "{}", firm.table(0.5));
-        for text in ["", "skin", "0mm", "2mm,3", "2mm,strength=3", "2mm,strength_scale=much", "2mm,density=3 mm"] {
+        for text in [
+            "",
+            "skin",
+            "0mm",
+            "2mm,density=900,density=800",
+            "2mm,3",
+            "2mm,strength=3",
+            "2mm,strength_scale=much",
+            "2mm,density=3 mm",
+        ] {
             assert!(ShotLayer::parse(text).is_err(), "{text}");
         }
     }

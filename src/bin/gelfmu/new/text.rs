@@ -236,6 +236,7 @@ impl ReducedBulk {
     }
 }
 
+/// Line of a bulk modulus that is reduced where the shot allows it; empty where it does not.
 fn bulk_modulus(shot: &Shot) -> String {
     let Some(ReducedBulk { wave, enough, own }) = ReducedBulk::of(shot) else { return String::new() };
     format!(

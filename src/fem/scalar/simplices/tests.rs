@@ -124,11 +124,16 @@ fn lumped_masses_add_up_to_the_mass() {
 }
 
 /// Two elements of a patch, one of a layer, the other a mixture of it and the gel.
-fn layered_patch(material: Material, bulk: f64) -> (Mesh<3>, Simplices<3>) {
+fn layered_patch(material: Material) -> (Mesh<3>, Simplices<3>) {
     let rest = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1], [1.2, 1.1, 1.0]];
     let nodes = [[0, 1, 2, 3], [1, 4, 2, 3]].map(|nodes| nodes.map(NodeId));
     let mesh = Mesh::new(rest.map(Vector::<3>::from).to_vec(), nodes.to_vec());
-    let stack = LayerStack::new(&[(1.0, MaterialRatios { strength: 2.5, bulk, density: 1.3 })]);
+    let (bulk, moduli) = match material {
+        Material::TwoNetwork(_) => (1.7, MixedModuli::Apart),
+        _ => (2.5, MixedModuli::InProportion),
+    };
+    let layer = MaterialLayer { thickness: 1.0, ratios: MaterialRatios { strength: 2.5, bulk, density: 1.3 } };
+    let stack = LayerStack::new(&[layer], moduli);
     let simplices = Simplices::in_patches(&mesh, ElementPatches::grouped(&mesh), (material, Section::Spatial));
     (mesh, simplices.with_layers(&stack, vec![[1.0, 0.0, 0.0, 0.0], [0.4, 0.6, 0.0, 0.0]]))
 }
@@ -137,8 +142,8 @@ fn layered_patch(material: Material, bulk: f64) -> (Mesh<3>, Simplices<3>) {
 fn forces_of_a_layered_patch_are_minus_the_gradient_of_its_energy() {
     let state = EquationOfState::new(40.0, 2.0, f64::INFINITY);
     let networks = TwoNetwork::new(3.0, &[Branch::new(2.0, Dashpot::linear(1.0))], state, 1.0);
-    for (material, bulk) in [(NeoHookean::new(3.0, 40.0).into(), 2.5), (networks.into(), 1.7)] {
-        let (mesh, simplices) = layered_patch(material, bulk);
+    for material in [NeoHookean::new(3.0, 40.0).into(), networks.into()] {
+        let (mesh, simplices) = layered_patch(material);
         assert_eq!(simplices.patches().len(), 1);
         let memory = vec![HistoryVariables::default(); 2 * simplices.memories()];
         let evaluate = |x: &[Vector<3>]| {
