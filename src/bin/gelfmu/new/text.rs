@@ -236,7 +236,7 @@ impl ReducedBulk {
     }
 }
 
-/// Line of a bulk modulus that is reduced where the shot allows it; empty where it does not.
+/// Bulk modulus of a slow shot, less than that of the preset: it saves steps.
 fn bulk_modulus(shot: &Shot) -> String {
     let Some(ReducedBulk { wave, enough, own }) = ReducedBulk::of(shot) else { return String::new() };
     format!(
