@@ -1,7 +1,10 @@
 //! Forces, energy and stiffness bound of elements against central differences.
 
 use super::*;
-use crate::constitutive::{Branch, Dashpot, EquationOfState, Hyperelastic, NeoHookean, TwoNetwork, VolumetricEnergy};
+use crate::constitutive::{
+    Branch, Dashpot, EquationOfState, Hyperelastic, MaterialLayer, MixedModuli, NeoHookean, TwoNetwork,
+    VolumetricEnergy,
+};
 use crate::fem::{DEPTH, ElementResponse, HistoryVariables, Potential};
 use crate::math::array;
 
