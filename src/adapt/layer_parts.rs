@@ -103,7 +103,7 @@ pub(super) fn inherited_parts(remeshed: &RemeshedMasses<'_>) -> Vec<MaterialPart
     let found = masses(changed.iter().map(|e| (mass[*e], &parts[*e])));
     let surplus: MaterialParts = std::array::from_fn(|k| found[k] - required[k]);
     let missing: f64 = surplus.iter().map(|surplus| (-surplus).max(0.0)).sum();
-    if missing > MASS_ROUND_OFF * whole {
+    if missing > MASS_ROUND_OFF * whole.abs() {
         let taken =
             std::array::from_fn(|k| if surplus[k] > 0.0 { (surplus[k] / found[k]).clamp(0.0, 1.0) } else { 0.0 });
         let given = surplus.map(|surplus| (-surplus).max(0.0) / missing);
