@@ -107,7 +107,9 @@ pub(super) fn inherited_parts(remeshed: &RemeshedMasses<'_>) -> Vec<MaterialPart
         let taken =
             std::array::from_fn(|k| if surplus[k] > 0.0 { (surplus[k] / found[k]).clamp(0.0, 1.0) } else { 0.0 });
         let given = surplus.map(|surplus| (-surplus).max(0.0) / missing);
-        changed.iter().for_each(|e| convert(&mut parts[*e], &taken, &given));
+        for element in &changed {
+            convert(&mut parts[*element], &taken, &given);
+        }
     }
     parts
 }

@@ -92,20 +92,21 @@ fn a_layer_of_the_same_material_is_no_layer() {
 }
 
 /// A layer, until a wave has reached its end at a plane of the mesh, is a gel of its constants: the same run to round-off,
-/// with its tension limit in proportion to the bulk modulus.
+/// with its tension limit in proportion to the bulk modulus. The elastic layer has the speed of sound of the gel below it: with
+/// other steps the tick, chosen for the steps of all elements, would be another one.
 #[test]
 fn a_layer_is_a_gel_of_its_constants() {
     let flowing =
         "[[layer]]\nthickness = 0.12857142857142856\nstrength_scale = 2.0\ndensity = 1133.0\nbulk_modulus = 2636.8e6\n";
-    let elastic = "[[layer]]\nthickness = 0.04\nshear_modulus = 137931.03448275862\ndensity = 1545.0\n";
+    let elastic = "[[layer]]\nthickness = 0.04\nshear_modulus = 34482.75862068966\ndensity = 515.0\n";
     let short = ["scene.end_time=6e-6", "scene.communication_step=3e-6", "mesh.size=0.7e-3", "remesh.quality=0"];
     let in_proportion = [&short[..], &["gel.volume.tension_limit=0.5e6"]].concat();
     let own = ["gel.strength_scale=2", "gel.density=1133", "gel.bulk_modulus=2636.8e6"];
-    let slow = ["scene.end_time=1e-3", "mesh.size=5e-3"];
-    let stiff = ["gel.shear_modulus=137931.03448275862", "gel.bulk_modulus=1333333.3333333333", "gel.density=1545"];
+    let slow = ["scene.end_time=0.2e-3", "mesh.size=5e-3"];
+    let half = ["gel.shear_modulus=34482.75862068966", "gel.bulk_modulus=333333.3333333333", "gel.density=515"];
     for [layer, gel] in [
         [layered("fbi-bb", flowing, &in_proportion), layered("fbi-bb", "", &[&short[..], &own].concat())],
-        [layered("sphere-block", elastic, &slow), layered("sphere-block", "", &[&slow[..], &stiff].concat())],
+        [layered("sphere-block", elastic, &slow), layered("sphere-block", "", &[&slow[..], &half].concat())],
     ] {
         let [layer, gel] = [&layer, &gel].map(|scene| run(scene, 1, 1));
         let [speed, expected] = [&layer, &gel].map(|run| run.kinematics(0).velocity.z);
@@ -135,7 +136,7 @@ fn remeshing_is_neutral_on_an_elastic_bilayer() {
     }
 }
 
-/// The mass of each material is kept; no gel is eroded.
+/// The mass of each material is kept but for the gel that is eroded.
 fn check_masses(scene: &Scene, least_remeshes: u64) {
     let before = Simulation::new(scene, CouplingMode::Integrated, 1).unwrap().material_masses();
     let done = run(scene, 1, 10);
@@ -143,10 +144,11 @@ fn check_masses(scene: &Scene, least_remeshes: u64) {
     check_books(&seen);
     assert!(seen.cost.remeshes >= least_remeshes, "{} meshes", seen.cost.remeshes);
     assert!(seen.energy.energy_defect < 0.02, "defect {}", seen.energy.energy_defect);
-    assert_eq!(seen.cost.eroded_mass, 0.0);
-    let whole: f64 = before.iter().sum();
-    let kept = |(before, after): (&f64, &f64)| (before - after).abs() < 1e-12 * whole;
-    assert!(before.iter().zip(&after).all(kept), "{before:?} {after:?}");
+    let (whole, eroded) = (before.iter().sum::<f64>(), seen.cost.eroded_mass);
+    let round_off = 1e-12 * whole;
+    let lost: Vec<f64> = before.iter().zip(&after).map(|(before, after)| before - after).collect();
+    assert!((lost.iter().sum::<f64>() - eroded).abs() < round_off, "{lost:?} of {before:?}, {eroded} eroded");
+    assert!(lost.iter().all(|lost| *lost > -round_off), "{lost:?}");
 }
 
 #[test]

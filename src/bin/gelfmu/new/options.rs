@@ -40,7 +40,7 @@ pub struct NewOptions {
     /// Gel: 10%, 20%, clear, or the name of a preset
     #[arg(long, value_name = "GEL", default_value = "10%", value_parser = parse_gel)]
     pub gel: Preset,
-    /// Layer on the front of the gel, bonded, part of the length of the block: thickness and keys of [[layer]], e.g.
+    /// Layer on the front of the gel, bonded, part of the length of the block: thickness and keys of `[[layer]]`, e.g.
     /// 2mm,name=skin,strength_scale=3,density=1100 or 5mm,preset=gelatin-20; repeat it for those below
     #[arg(long, value_name = "THICKNESS,KEY=VALUE,...", value_parser = ShotLayer::parse)]
     pub layer: Vec<ShotLayer>,
