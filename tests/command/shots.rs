@@ -78,7 +78,7 @@ fn new_puts_layers_on_the_gel_and_check_describes_them() {
     let told =
         |key: &str, part: &str| result[key].as_array().unwrap().iter().any(|line| line.to_string().contains(part));
     assert!(told("modelled", "layer[1]: skin, 0.002 m thick, 3.0000 times the strength"), "{result}");
-    assert!(told("doubts", "no measured shot through layers was computed"), "{result}");
+    assert!(told("doubts", "no model error of shots through layers is known"), "{result}");
     assert!(result["model_error"].is_null() && result["values"]["layer"][1]["strength_scale"] == 1.95, "{result}");
     for (layer, part) in [
         ("2mm,strength=3", "found the key \"strength\", expected a thickness, and after commas name=, preset="),
