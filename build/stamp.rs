@@ -6,8 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Files and folders that determine the library. Modules of the command, `src/bin`, do not.
-const SOURCES: [&str; 8] =
-    ["build.rs", "build", "modelDescription", "projectiles", "scenes", "src", "Cargo.toml", "Cargo.lock"];
+const SOURCES: [&str; 9] =
+    ["build.rs", "build", "modelDescription", "projectiles", "reduced", "scenes", "src", "Cargo.toml", "Cargo.lock"];
 const COMMAND: &str = "src/bin";
 
 /// Has cargo run the build script again after a change of the sources, and compile their hash into the library and the command; returns it.

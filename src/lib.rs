@@ -14,6 +14,7 @@ pub mod ledger;
 pub mod math;
 pub mod mesh;
 pub mod output;
+pub mod reduced;
 pub mod remesh;
 pub mod scene;
 pub mod simulation;

@@ -205,6 +205,20 @@ impl ContactRecord {
     pub fn energy_given(&self, frame: &Vector3) -> f64 {
         frame.dot(&self.impulse) - self.work
     }
+
+    /// Adds an impulse on the body, N·s, at a time, s, and its depth, m: to the sum, and to the window of the peak force, s.
+    pub fn add_impulse(&mut self, impulse: &Vector3, time: f64, depth: f64, window: f64) {
+        self.impulse += impulse;
+        self.direction = impulse.try_normalize(0.0).unwrap_or(self.direction);
+        self.touched = Some((self.touched.map_or(time, |touched| touched.0), time));
+        if depth > self.peak_depth.0 {
+            self.peak_depth = (depth, time);
+        }
+        let present = (time / window) as u64;
+        let (number, sum, greatest) = self.window;
+        let sum = if present == number { sum + impulse } else { *impulse };
+        self.window = (present, sum, greatest.max(sum.norm()));
+    }
 }
 
 /// Exit record of a body: its rear end passes the undisturbed back face of the gel. Velocity and energies are those in
@@ -248,6 +262,17 @@ impl RunRecord {
             at_rest: false,
             contacts,
         }
+    }
+
+    /// Checks the records of contact and the impulse on the gel.
+    ///
+    /// # Errors
+    /// The first number that is none.
+    pub fn check_contacts(&self) -> Result<(), &'static str> {
+        let exits = self.contacts.iter().filter_map(|contact| contact.exit.as_ref());
+        let has_valid_exits = exits.fold(true, |good, exit| good & exit.is_valid());
+        has_valid_exits.then_some(()).ok_or("the exit of a body is not a number")?;
+        self.outside.is_valid().then_some(()).ok_or("the impulse on the gel is not a number")
     }
 }
 
@@ -342,9 +367,7 @@ impl<const D: usize> DynamicState<D> {
             all_hold(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
             "the stiffness of an element is not a number",
         )?;
-        let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
-        holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is not a number")?;
-        holds(self.record.outside.is_valid(), "the impulse on the gel is not a number")?;
+        self.record.check_contacts()?;
         let is_past = |gas: CavityGas| gas.is_valid() && Some(gas.tick) <= self.now;
         holds(self.record.gas.is_none_or(is_past), "the air in the cavity is not a positive number")?;
         let begun = self.now.is_some();

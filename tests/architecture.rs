@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules from bottom to top: each uses only those before it.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 17] = [
     "math",
     "geometry",
     "constitutive",
@@ -23,6 +23,7 @@ const ORDER: [&str; 16] = [
     "state",
     "integrator",
     "adapt",
+    "reduced",
     "scene",
     "simulation",
     "output",

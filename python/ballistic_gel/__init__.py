@@ -13,6 +13,7 @@ from .fitting import GelFit, fit_gel
 from .fmu import FmuInstance, pack, simulate
 from .frames import Frame, FrameSequence
 from .levels import level_errors
+from .reduction import Reduction, reduce_model
 from .running import run
 from .samplers import Grid, LatinHypercube, LogNormal, Normal, Sobol, Uniform
 from .scene import Scene, SceneCheck
@@ -36,6 +37,7 @@ __all__ = [
     "LatinHypercube",
     "LogNormal",
     "Normal",
+    "Reduction",
     "Scene",
     "SceneCheck",
     "Shot",
@@ -55,6 +57,7 @@ __all__ = [
     "option_costs",
     "pack",
     "projectiles",
+    "reduce_model",
     "run",
     "run_scenes",
     "scenes",

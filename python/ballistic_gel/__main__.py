@@ -13,6 +13,7 @@ from .errors import GelfmuError
 from .fitting import GelFit, fit_gel
 from .gel_parameters import PARAMETERS
 from .levels import LEVELS, level_errors
+from .reduction import BODIES, reduce_model
 from .scene import as_scene
 from .study import Study
 from .tasks import COMPLETED, CRASHED
@@ -96,6 +97,12 @@ def _calibrate(overrides: list[str], start: list[str], **given: Any) -> int:
     return 1 if found.status == "not fitted" else 0
 
 
+def _reduce(**given: Any) -> int:
+    found = reduce_model(**given)
+    print(found.to_toml("instant.class"), end="")
+    return 0
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m ballistic_gel", description="Run many shots.")
     commands = parser.add_subparsers(required=True)
@@ -105,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_trade(commands)
     _add_validate(commands)
     _add_calibrate(commands)
+    _add_reduce(commands)
     return parser
 
 
@@ -198,6 +206,21 @@ def _add_calibrate(commands: Any) -> None:
     fit.add_argument("--without", nargs="+", default=(), metavar="SHOT", help="leave these shots out")
     fit.add_argument("--out", default="gelfmu-out/fit", metavar="FOLDER", help="folder for the runs")
     _add_workers(fit)
+
+
+def _add_reduce(commands: Any) -> None:
+    about = "identify the reduced model of the level instant from runs of the full model; finished runs are kept"
+    reduce = _new_command(commands, "reduce", _reduce, about)
+    reduce.add_argument("bodies", nargs="*", default=tuple(BODIES), metavar="BODY", help=", ".join(BODIES))
+    runs = "runs of the full model for each class of bodies, of which half are fitted (128 if absent)"
+    reduce.add_argument("--runs", type=int, default=128, metavar="N", help=runs)
+    reduce.add_argument("--level", default="coarse", choices=LEVELS, help="level of these runs (coarse if absent)")
+    reduce.add_argument("--gel", help="as in gelfmu new")
+    reduce.add_argument("--rows", metavar="FILE.csv", help="rows of an earlier call, in the place of these runs")
+    reduce.add_argument(
+        "--out", default="gelfmu-out/reduce", metavar="FOLDER", help="folder for runs, rows and results"
+    )
+    _add_workers(reduce)
 
 
 def _interrupt(_signal: int, _frame: Any) -> None:

@@ -12,7 +12,8 @@ import subprocess
 import sys
 import sysconfig
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -135,7 +136,24 @@ def call_binary(
         return _wait_for(_start([*arguments, "--end-with-input"], input_end), timeout, on_wait)
 
 
-def _start(arguments: Sequence[str], input_end: BinaryIO) -> subprocess.Popen[str]:
+@contextmanager
+def open_binary(arguments: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
+    """Give a process of `gelfmu` with pipes to its input and from its output; the end of the context ends it.
+
+    A second end of its input, that of this Python process, ends it, too: it reads nothing more, and finishes.
+    """
+    process = _start(arguments, subprocess.PIPE)
+    try:
+        yield process
+    finally:
+        with suppress(OSError):
+            process.stdin and process.stdin.close()
+        if process.poll() is None:
+            process.terminate()
+        process.wait()
+
+
+def _start(arguments: Sequence[str], input_end: BinaryIO | int) -> subprocess.Popen[str]:
     # A group of its own: a Ctrl-C in the terminal reaches it once, by way of this process.
     group: dict[str, Any] = {"creationflags": 0x200} if _ON_WINDOWS else {"process_group": 0}
     return subprocess.Popen(

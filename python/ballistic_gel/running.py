@@ -47,7 +47,8 @@ def run(
     values : mapping, optional
         Dotted keys and values that replace those of the scene, such as ``{"mesh.size": 2e-3}``.
     fidelity : str or int, optional
-        Level of accuracy: ``"draft"``, ``"coarse"``, ``"standard"``, ``"fine"`` or ``"reference"``, or 0 to 4.
+        Level of accuracy: ``"draft"``, ``"coarse"``, ``"standard"``, ``"fine"``, ``"reference"`` or ``"instant"``, or
+        0 to 5.
     accuracy : float or str, optional
         Largest expected error, as a fraction or in the form ``"2%"``; the cheapest level that meets it is run.
     out : str or Path, optional

@@ -205,6 +205,10 @@ class Scene:
                 error.args = (str(error).replace(str(path), self.name),)
                 raise
 
+    def source_name(self) -> str | None:
+        """Return the path of the file of the scene, or the name of a built-in one; None for a text."""
+        return None if self._source is None else str(self._source)
+
     def digest(self, *further: str) -> str:
         """Return a hash of the text, the replaced keys, the files that they name, and further texts."""
         parts = [self.text, *sorted(f"{key}={toml_text(value)}" for key, value in self.values.items()), *further]

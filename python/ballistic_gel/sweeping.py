@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import pandas as pd
 
+from .batching import open_batch
 from .binary import binary_stamp
 from .cartridges import cartridge_scenes
 from .engines import Submit, open_engine
@@ -67,7 +68,8 @@ def sweep(
         One process of `gelfmu` for each shot, or one instance of the FMU in each worker, which is reset between shots.
         The latter starts Python processes: guard the main part of a script by ``if __name__ == "__main__"``.
     fidelity : str or int, optional
-        Level of accuracy.
+        Level of accuracy. Without a `client`, and if nothing is kept, shots at ``"instant"`` run in one process, with
+        at most 100 communication steps each.
     share : str, optional
         Part of the rows to run, such as ``"2/8"``: every eighth from the second on. Only the last share to finish
         finds all rows, and writes the tables.
@@ -104,8 +106,10 @@ def sweep(
     _refuse_settings(runs, workers)
     _refuse_cartridges(scene, table, runs)
     with nullcontext() if scene is None or runs != "fmu" else _packed(scene, folder, fidelity, client) as fmu:
-        tasks = _tasks_of(scene, table, folder, fmu, fidelity, keep)
-        return _sweep_tasks(tasks, table, folder, open_engine(client, workers, runs == "fmu"), share, progress)
+        is_batch = client is None and runs == "command" and not keep and str(fidelity) in INSTANT
+        tasks = _tasks_of(scene, table, folder, fmu, fidelity, keep, is_batch)
+        engine = open_batch(workers) if is_batch else open_engine(client, workers, runs == "fmu")
+        return _sweep_tasks(tasks, table, folder, engine, share, progress)
 
 
 def run_scenes(
@@ -114,6 +118,7 @@ def run_scenes(
     *,
     labels: pd.DataFrame | None = None,
     clock: bool = False,
+    keep: bool = False,
     client: Any = None,
     workers: int | None = None,
     share: str | None = None,
@@ -131,6 +136,8 @@ def run_scenes(
         Columns that come before the figures, one row for each scene.
     clock : bool
         Add the figures that depend on the machine, such as ``cpu_seconds``.
+    keep : bool
+        Keep the folder of each shot, as `sweep`.
     client, workers, share, progress
         As of `sweep`.
 
@@ -147,7 +154,8 @@ def run_scenes(
     """
     _refuse_settings("command", workers)
     folder, stamp = SweepFolder(out), binary_stamp()
-    tasks = [ShotTask(scene, {}, stamp) for scene in scenes]
+    kept = folder.path / SHOTS if keep else None
+    tasks = [ShotTask(scene, {}, stamp, folder=kept) for scene in scenes]
     table = pd.DataFrame(index=range(len(tasks))) if labels is None else labels.reset_index(drop=True)
     if len(table) != len(tasks):
         remedy = f"{len(tasks)}, one for each scene"
@@ -260,6 +268,8 @@ def _row_in(shot: Future[Row]) -> Row:
     return failed_row(CRASHED, str(error) or type(error).__name__)
 
 
+# Names of the level of the reduced model.
+INSTANT = ("instant", "5")
 # Folder of the shots that are kept.
 SHOTS = "shots"
 
@@ -363,6 +373,7 @@ def _tasks_of(
     fmu: Path | None,
     fidelity: str | int | None,
     keep: bool,
+    is_batch: bool,
 ) -> list[ShotTask]:
     """Return the task of each row, after a check of the keys."""
     stamp, options = binary_stamp(), "" if fidelity is None else f"--fidelity={fidelity}"
@@ -379,7 +390,10 @@ def _tasks_of(
         if fmu is None:
             own.with_values(record)  # refuses an unknown key before the first shot
     kept = folder.path / SHOTS if keep else None
-    return [ShotTask(own, record, stamp, options, fmu, kept) for own, record in shots]
+    if is_batch:
+        shots = [(own.with_values({"scene.fidelity": "instant"}), record) for own, record in shots]
+        options = ""
+    return [ShotTask(own, record, stamp, options, fmu, kept, is_batch) for own, record in shots]
 
 
 def _refuse_cartridges(scene: Scene | None, table: pd.DataFrame, runs: str) -> None:

@@ -51,6 +51,8 @@ class ShotTask:
         Archive through which the shot is run.
     folder : Path or None
         Folder in which the results are kept; without it they are removed.
+    batch : bool
+        True for one of many shots in one process, whose figures by step are coarser.
     """
 
     scene: Scene
@@ -59,11 +61,15 @@ class ShotTask:
     options: str = ""
     fmu: Path | None = None
     folder: Path | None = None
+    batch: bool = False
 
     def key(self) -> str:
         """Return the name of the row: a hash of the program, the scene and the values."""
         own = [f"{name}={toml_text(value)}" for name, value in sorted(self.values.items())]
-        return self.scene.digest(self.stamp, self.options, "fmu" if self.fmu else "command", *own)
+        return self.scene.digest(self.stamp, self.options, self._way(), *own)
+
+    def _way(self) -> str:
+        return "fmu" if self.fmu else "batch" if self.batch else "command"
 
 
 def run_task(task: ShotTask, on_wait: Callable[[], None] | None = None) -> Row:
@@ -88,7 +94,7 @@ def _run_command(task: ShotTask, folder: Path, on_wait: Callable[[], None] | Non
     with scene.source() as name:
         result = call_binary(["run", name, *scene.arguments(), *options], on_wait=on_wait)
     if result.status == 0 or (result.status == 1 and '"digest"' in result.output):
-        return _row_of(json.loads(result.output))
+        return row_of(json.loads(result.output))
     message = result.message()
     # A folder that is refused, as on a full disk, is no fault of the shot.
     status = REFUSED if result.was_refused and not message.startswith("--out ") else CRASHED
@@ -110,7 +116,7 @@ def _run_fmu(task: ShotTask, folder: Path) -> Row:
                     raise
                 return failed_row(REFUSED, str(error))
             instance.step_to_end()
-        return _row_of(Shot.load(place).summary)
+        return row_of(Shot.load(place).summary)
     except GelfmuError as error:
         return failed_row(CRASHED, str(error))
 
@@ -184,7 +190,8 @@ def depth_of(place: str, row: Any) -> float:
     return value_of(row["final_depth"]) if math.isnan(rest) else rest
 
 
-def _row_of(summary: dict[str, Any]) -> Row:
+def row_of(summary: dict[str, Any]) -> Row:
+    """Return the row of a shot with these figures."""
     return {
         "status": COMPLETED if summary["completed"] else STOPPED,
         "reason": summary["failure"],

@@ -83,7 +83,7 @@ impl ResultRecording {
         }
         let outcome = reserve_for_writing(model)
             .map_err(CallError::from)
-            .and_then(|_reserve| Ok(recorder.finish(&model.simulation, model.failure().as_deref())?));
+            .and_then(|_reserve| Ok(recorder.finish(&model.simulation, model.failure().as_deref()).map(drop)?));
         self.warn_and_stop(outcome, log)
     }
 

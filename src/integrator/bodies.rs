@@ -17,7 +17,7 @@ pub(super) fn place_bodies<const D: usize>(
 }
 
 /// Moves a body to time `t`, s, as an event and posts the work of its wrench.
-pub(super) fn rebase_body(rigid: &RigidBody, state: &mut BodyState, ledger: &mut Ledger, t: f64) {
+pub(crate) fn rebase_body(rigid: &RigidBody, state: &mut BodyState, ledger: &mut Ledger, t: f64) {
     let next = state.at(rigid, t);
     state.passage(rigid, &next).post(ledger);
     *state = next;

@@ -79,17 +79,7 @@ impl<const D: usize, P: Potential<D>> ContactAccounts<'_, D, P> {
         let depth = self.depth_in_gel(body);
         let width = self.surface.model.settings.force_window;
         self.record.outside.add(&-impulse, time);
-        let record = &mut self.record.contacts[body];
-        record.impulse += impulse;
-        record.direction = impulse.try_normalize(0.0).unwrap_or(record.direction);
-        record.touched = Some((record.touched.map_or(time, |touched| touched.0), time));
-        if depth > record.peak_depth.0 {
-            record.peak_depth = (depth, time);
-        }
-        let window = (time / width) as u64;
-        let (number, sum, greatest) = record.window;
-        let sum = if window == number { sum + impulse } else { impulse };
-        record.window = (window, sum, greatest.max(sum.norm()));
+        self.record.contacts[body].add_impulse(&impulse, time, depth, width);
     }
 
     /// Returns the depth of a body at its last event below the undeformed entry surface, m, at most that of the back

@@ -15,12 +15,17 @@ use crate::state::{ContactRecord, ExitRecord, OutsideImpulse};
 const KEPT_SPEED: f64 = 0.5;
 
 /// Body at a time, with what has happened to it: from this its exit is found.
-pub(super) struct BodyExit<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct BodyExit<'a> {
+    /// Body.
     pub rigid: &'a RigidBody,
+    /// State of the body.
     pub at: &'a BodyState,
+    /// Frame of the block.
     pub frame: &'a GelFrame,
     /// Impulse on the gel from outside, by which the block has moved.
     pub outside: &'a OutsideImpulse,
+    /// Contact of the body so far.
     pub contact: &'a ContactRecord,
 }
 
@@ -31,6 +36,7 @@ impl BodyExit<'_> {
     }
 
     /// Returns the exit record of the body after a tick, if it has left; a body that comes back has not.
+    #[must_use]
     pub fn after_tick(&self, rule: &ExitRule) -> Option<ExitRecord> {
         let Self { rigid, at, contact, .. } = self;
         let (seen, exit) = (self.seen(), contact.exit);
@@ -63,6 +69,7 @@ impl BodyExit<'_> {
 
     /// Returns true if the body no longer meets the gel: it is held, has left at the back and keeps its speed, or moves
     /// up above the entry surface. An inactive body may be made active at any time.
+    #[must_use]
     pub fn is_away(&self) -> bool {
         let Self { rigid, at, .. } = self;
         let seen = self.seen();

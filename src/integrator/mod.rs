@@ -70,11 +70,13 @@ mod tile_overlap;
 mod views;
 mod workspace;
 
+pub(crate) use bodies::rebase_body;
 pub use end_conditions::{DistortionLimits, ExitRule};
 pub use engine::Engine;
 pub use error::StepError;
 pub(crate) use error::fixed;
 pub use events::AdvanceOutcome;
+pub use exit::BodyExit;
 pub use gel::DiscreteGel;
 pub use gel_frame::{BlockMotion, GelFrame};
 pub use grid::TickGrid;

@@ -108,7 +108,10 @@ pub fn result_names(scene: &Scene) -> Vec<String> {
 /// and its levels have nothing left to set.
 fn scene_text(scene: &Scene) -> String {
     let mut scene = scene.clone();
-    scene.scene.fidelity = FidelityKind::Standard;
+    // The reduced model has no values that the scene could have.
+    if scene.scene.fidelity != FidelityKind::Instant {
+        scene.scene.fidelity = FidelityKind::Standard;
+    }
     let FidelityLevels { draft, coarse, standard, fine, reference } = &mut scene.fidelity;
     [draft, coarse, standard, fine, reference].into_iter().flatten().for_each(|level| level.set.clear());
     let text = toml::to_string(&scene).expect("a scene consists of tables, numbers and text");
@@ -242,10 +245,9 @@ impl RunRecorder {
     ///
     /// # Errors
     /// [`OutputError`] if a file cannot be written.
-    pub fn finish(&mut self, simulation: &Simulation, failure: Option<&str>) -> Result<(), OutputError> {
+    pub fn finish(&mut self, simulation: &Simulation, failure: Option<&str>) -> Result<RunSummary, OutputError> {
         let (observation, frame) = (simulation.observe(), simulation.frame());
         self.conclude(&FinalState { observation: &observation, frame: &frame, digest: simulation.digest(), failure })
-            .map(|_| ())
     }
 
     /// Completes the files from an existing observation, see [`RunRecorder::finish`]; returns the contents of

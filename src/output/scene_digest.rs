@@ -4,13 +4,16 @@ use crate::scene::{BodyShape, CouplingSpec, FidelityKind, FidelityLevels, Scene}
 use xxhash_rust::xxh3::xxh3_128;
 
 /// Returns the XXH3-128 hash of the values of a scene in 32 hexadecimal digits. Its title changes nothing of a run, nor
-/// does the level that gave it its values, nor the coupling mode, in whose place `gelfmu run` has its own; an STL file
+/// does the level that gave it its values, but for the reduced model, nor the coupling mode, in whose place `gelfmu run` has its own; an STL file
 /// counts by its content, wherever it lies.
 pub(super) fn scene_digest(scene: &Scene) -> String {
     let mut scene = scene.clone();
     scene.scene.title.clear();
     scene.coupling = CouplingSpec::default();
-    (scene.scene.fidelity, scene.fidelity) = (FidelityKind::default(), FidelityLevels::default());
+    scene.fidelity = FidelityLevels::default();
+    if scene.scene.fidelity != FidelityKind::Instant {
+        (scene.scene.fidelity, scene.instant) = (FidelityKind::default(), None);
+    }
     for body in std::iter::once(&mut scene.projectile).chain(&mut scene.fragment) {
         if let BodyShape::Stl(stl) = &mut body.shape {
             stl.file = stl.content.as_ref().map_or(String::new(), |content| format!("{:032x}", content.digest));

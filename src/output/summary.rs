@@ -271,9 +271,8 @@ pub struct KnownErrors {
 
 impl KnownErrors {
     fn of(scene: &Scene) -> Self {
-        let level = scene.fidelity.get(scene.scene.fidelity);
         let class = scene::shot_class(scene, 0);
-        Self { expected_error: level.and_then(|level| level.error), model_error: class.map(|class| class.error) }
+        Self { expected_error: scene.level_error(), model_error: class.map(|class| class.error) }
     }
 }
 

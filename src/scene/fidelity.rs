@@ -19,6 +19,8 @@ pub enum FidelityKind {
     Fine,
     /// Most accurate level that was measured.
     Reference,
+    /// Reduced model, which answers in milliseconds, of the shots for which it is identified.
+    Instant,
 }
 
 /// Overrides and figures of the levels of `scene.fidelity`; `python -m ballistic_gel trade` measures the figures and
@@ -64,8 +66,12 @@ pub struct FidelityLevel {
 }
 
 impl FidelityKind {
-    /// All levels, from the cheapest to the most accurate.
+    /// All levels of the mesh, from the cheapest to the most accurate.
     pub const ALL: [Self; 5] = [Self::Draft, Self::Coarse, Self::Standard, Self::Fine, Self::Reference];
+
+    /// All levels, with the reduced model as the last: their places are the numbers of the levels.
+    pub const WITH_INSTANT: [Self; 6] =
+        [Self::Draft, Self::Coarse, Self::Standard, Self::Fine, Self::Reference, Self::Instant];
 
     /// Name of the level in a scene file.
     #[must_use]
@@ -76,6 +82,7 @@ impl FidelityKind {
             Self::Standard => "standard",
             Self::Fine => "fine",
             Self::Reference => "reference",
+            Self::Instant => "instant",
         }
     }
 }
@@ -84,9 +91,9 @@ impl FromStr for FidelityKind {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let known = Self::ALL.into_iter().enumerate();
+        let known = Self::WITH_INSTANT.into_iter().enumerate();
         let found = known.into_iter().find(|(number, level)| level.as_str() == text || number.to_string() == text);
-        let expected = || "expected draft, coarse, standard, fine or reference, or their numbers, 0 to 4".to_owned();
+        let expected = || "expected draft, coarse, standard, fine, reference or instant, or their numbers, 0 to 5".to_owned();
         found.map(|(_, level)| level).ok_or_else(expected)
     }
 }
@@ -101,6 +108,7 @@ impl FidelityLevels {
             FidelityKind::Standard => self.standard.as_ref(),
             FidelityKind::Fine => self.fine.as_ref(),
             FidelityKind::Reference => self.reference.as_ref(),
+            FidelityKind::Instant => None,
         }
     }
 

@@ -330,7 +330,8 @@ pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, S
             "\"standard\", or a table fidelity.{name}: `python -m ballistic_gel trade` measures it and prints the lines"
         );
         let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
-        return if fidelity == FidelityKind::Standard { Ok(None) } else { Err(unknown) };
+        let needs_none = matches!(fidelity, FidelityKind::Standard | FidelityKind::Instant);
+        return if needs_none { Ok(None) } else { Err(unknown) };
     };
     if fidelity == FidelityKind::Standard && !level.set.is_empty() {
         let expected = "nothing: the level standard is the scene without changes";

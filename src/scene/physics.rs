@@ -1,5 +1,6 @@
 //! Lists the physics that a scene models, and the physics that it leaves out.
 
+use super::instant::{OMITTED, describe_reduced};
 use super::layer::{describe_layers, omitted_in_layers};
 use super::{
     BodyShape, CellLattice, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSpec, GelSymmetry,
@@ -12,6 +13,9 @@ use crate::math::Vector3;
 /// Returns one short sentence for each piece of physics that a scene computes.
 #[must_use]
 pub fn modelled_physics(scene: &Scene) -> Vec<String> {
+    if let Some(class) = scene.reduced_class() {
+        return describe_reduced(class).into_iter().chain(describe_body(scene, 0)).collect();
+    }
     let general = [
         describe_space(scene.scene.dimension),
         describe_material(scene),
@@ -269,6 +273,9 @@ fn describe_contact(law: ContactLaw) -> &'static str {
 /// Returns one short sentence for each piece of physics that a scene does not compute.
 #[must_use]
 pub fn switched_off(scene: &Scene) -> Vec<String> {
+    if scene.reduced_class().is_some() {
+        return OMITTED.map(str::to_owned).to_vec();
+    }
     let mut off = vec![
         if scene.gel.damage.is_some() {
             "cracks: none, the elastic network is damaged but the gel does not tear"

@@ -1,6 +1,7 @@
 //! Tables of a scene file. The field docs are the descriptions that an editor shows; units are SI.
 
 use super::{FidelityKind, FidelityLevels, GelSpec, LayerSpec, LoadSpec, ProjectileSpec, RemeshSpec};
+use crate::reduced::ReducedCoefficients;
 use serde::{Deserialize, Serialize};
 
 /// Scene file: one gel, a projectile, optional fragments, and the numerical settings.
@@ -47,6 +48,10 @@ pub struct Scene {
     /// Overrides and measured figures of each level of `scene.fidelity`.
     #[serde(default, skip_serializing_if = "FidelityLevels::is_empty")]
     pub fidelity: FidelityLevels,
+    /// Coefficients of the reduced model of the level `instant`, as `python -m ballistic_gel reduce` writes them; those
+    /// that are shipped for the gel if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instant: Option<ReducedCoefficients>,
 }
 
 /// Name, dimension and duration of a scene.
@@ -79,7 +84,7 @@ pub struct SceneHeader {
     /// Communication step: interval at which kinematics and impulse are exchanged, s.
     pub communication_step: f64,
     /// Accuracy level, and with it the cost: a level other than `standard` writes the values of its `fidelity` table
-    /// over the scene.
+    /// over the scene; `instant` is a reduced model, of the shots for which it is identified.
     #[serde(default)]
     pub fidelity: FidelityKind,
 }

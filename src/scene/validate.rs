@@ -6,6 +6,7 @@ mod domain;
 mod expansion;
 mod gel;
 mod hyperelastic;
+mod instant;
 mod layer;
 mod library;
 mod load;
@@ -22,6 +23,8 @@ use super::{
 };
 use crate::geometry::SignedDistance;
 use domain::{CheckResult, finite, positive, require, within};
+
+pub(super) use instant::check_shot as check_instant;
 
 /// Refuses the first invalid value of the scene.
 pub(super) fn validate(scene: &Scene) -> CheckResult {
@@ -51,7 +54,8 @@ pub(super) fn validate(scene: &Scene) -> CheckResult {
     check_levels(&scene.fidelity)?;
     check_contact(&scene.contact)?;
     check_output(&scene.output, scene.scene.end_time)?;
-    output::check_fields(scene)
+    output::check_fields(scene)?;
+    instant::check(scene)
 }
 
 /// Checks the projectile of a scene.

@@ -5,6 +5,7 @@ use super::gel::define_gel;
 use super::grid::{check_planes, plane_mesh, section_mesh, space_mesh};
 use super::loads::load_markers;
 use super::model::{ErasedModel, GelModel, MOST_TICKS, is_centre_in_gel, overlap};
+use super::reduced_model::build_reduced;
 use super::saved::EraseDimension;
 use super::sensors::place_sensors;
 use crate::adapt::{AdaptiveGel, RemeshDriver};
@@ -24,6 +25,9 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Builds the engine of a scene; `prescribed` if the importer gives the motion of the bodies.
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn ErasedModel>, BuildError> {
+    if let Some(class) = scene.reduced_class() {
+        return build_reduced(scene, class, prescribed);
+    }
     check_planes(scene)?;
     match scene.scene.dimension {
         Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
@@ -129,7 +133,7 @@ pub fn free_body(scene: &Scene, body: usize) -> (RigidBody, BodyState) {
 }
 
 /// Constants of a body of the scene, and its state at time 0.
-fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyState) {
+pub(super) fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (RigidBody, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));
     let freedom = match scene.freedom() {
         Dimension::Planar => FreeDirections::PLANAR,

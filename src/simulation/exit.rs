@@ -91,6 +91,9 @@ impl Simulation {
         let width = [Vector3::x(), -Vector3::x()].map(|side| fixed.reach(&seen, &side)).iter().sum::<f64>();
         let fills = seen.active && fixed.depth(&seen) > 0.0;
         let rear = if fills { -fixed.rear(&seen) } else { f64::INFINITY };
+        if let Some(diameter) = self.model.opened_diameter(self.time, width, rear) {
+            return diameter;
+        }
         let facets = || self.model.facet_corners(self.time).into_iter();
         let facets = || facets().map(|corners| corners.map(|corner| corner - displacement));
         self.constants.end_rules.line.map_or(0.0, |line| line.diameter(facets(), width, rear))

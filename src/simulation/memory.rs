@@ -5,6 +5,7 @@
 
 use super::build_error::BuildError;
 use super::grid::{check_planes, n_cells, plane_block, section_block, space_block};
+use super::reduced_section::REDUCED_ELEMENTS;
 use crate::mesh::{BlockSpec, CellSplit};
 use crate::scene::{Dimension, GelShape, MaterialModel, Scene};
 
@@ -49,6 +50,10 @@ const PER_LEAF: [f64; 2] = [6.0, 20.0];
 /// # Errors
 /// [`BuildError`] if its mesh exceeds the greatest size.
 pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
+    if scene.reduced_class().is_some() {
+        let size = MeshSize { elements: REDUCED_ELEMENTS, is_spatial: false, has_history: false, fields: 0 };
+        return Ok(MemoryEstimate { elements: REDUCED_ELEMENTS as u64, building: size.building() as u64, remeshing: 0 });
+    }
     check_planes(scene)?;
     let elements = match scene.scene.dimension {
         Dimension::Planar => n_elements(&plane_block(scene))?,

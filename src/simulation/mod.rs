@@ -2,6 +2,7 @@
 //!
 //! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
 //! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
+//! - `reduced_model`: the reduced model behind the same interface, with its `reduced_section` for frames.
 //! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them;
 //!   `rest`: rest depth from reports;
 //!   `end_watch`: the end of a run, with the `opening` of the cavity in its `cross_section`s.
@@ -24,6 +25,8 @@ mod memory;
 mod model;
 mod observe;
 mod opening;
+mod reduced_model;
+mod reduced_section;
 mod report_queries;
 mod rest;
 mod run;

@@ -95,6 +95,10 @@ pub(super) trait ErasedModel: Send {
     fn frame(&self, t: f64) -> MeshFrame;
     /// Corners of the boundary facets at time `t`, outward oriented, `dimension` used.
     fn facet_corners(&self, t: f64) -> Vec<[Vector3; 3]>;
+    /// Greatest diameter of the cavity at time `t` between two depths, m, of a model without a surface to be cut.
+    fn opened_diameter(&self, _t: f64, _first: f64, _rear: f64) -> Option<f64> {
+        None
+    }
     /// Reports of the sensors at time `t`.
     fn sensors(&self, t: f64) -> Vec<SensorReport>;
     /// Writes the state over another one, reusing its memory if it is of the same dimension.

@@ -3,16 +3,19 @@
 use super::end_watch::EndWatch;
 use crate::contact::ImpulseExchange;
 use crate::integrator::StepError;
+use crate::reduced::ReducedState;
 use crate::state::DynamicState;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Stored state of a gel of either dimension.
+/// Stored state of a gel of either dimension, or of the reduced model.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SavedState {
     /// Planar or axisymmetric.
     Flat(DynamicState<2>),
     /// Spatial.
     Solid(DynamicState<3>),
+    /// Of the reduced model.
+    Reduced(Box<ReducedState>),
 }
 
 /// Complete dynamic state as a value.
@@ -36,10 +39,11 @@ pub struct SavedSimulation {
 type StateHeader = (u64, f64, Vec<ImpulseExchange>, Option<StepError>, EndWatch, u8);
 
 impl SavedState {
-    /// Empty state of a gel of this dimension; `None` for other dimensions than 2 and 3.
+    /// Empty state of a gel of this dimension, 0 for the reduced model; `None` for others than 0, 2 and 3.
     fn empty(dimension: u8) -> Option<Self> {
         match dimension {
             2 => Some(Self::Flat(DynamicState::empty())),
+            0 => Some(Self::Reduced(Box::new(ReducedState::empty()))),
             3 => Some(Self::Solid(DynamicState::empty())),
             _ => None,
         }
@@ -47,6 +51,7 @@ impl SavedState {
 
     fn dimension(&self) -> u8 {
         match self {
+            Self::Reduced(_) => 0,
             Self::Flat(_) => 2,
             Self::Solid(_) => 3,
         }
@@ -56,6 +61,7 @@ impl SavedState {
         match self {
             Self::Flat(state) => state.read(bytes),
             Self::Solid(state) => state.read(bytes),
+            Self::Reduced(state) => ReducedState::from_bytes(bytes).map(|read| **state = read).is_some(),
         }
     }
 
@@ -63,6 +69,7 @@ impl SavedState {
         match self {
             Self::Flat(state) => state.write(sink),
             Self::Solid(state) => state.write(sink),
+            Self::Reduced(state) => sink(&state.to_bytes()),
         }
     }
 }
@@ -84,14 +91,14 @@ impl EraseDimension for DynamicState<2> {
     fn downcast(saved: &SavedState) -> Option<&Self> {
         match saved {
             SavedState::Flat(state) => Some(state),
-            SavedState::Solid(_) => None,
+            SavedState::Solid(_) | SavedState::Reduced(_) => None,
         }
     }
 
     fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
         match saved {
             SavedState::Flat(state) => Some(state),
-            SavedState::Solid(_) => None,
+            SavedState::Solid(_) | SavedState::Reduced(_) => None,
         }
     }
 }
@@ -104,14 +111,14 @@ impl EraseDimension for DynamicState<3> {
     fn downcast(saved: &SavedState) -> Option<&Self> {
         match saved {
             SavedState::Solid(state) => Some(state),
-            SavedState::Flat(_) => None,
+            SavedState::Flat(_) | SavedState::Reduced(_) => None,
         }
     }
 
     fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
         match saved {
             SavedState::Solid(state) => Some(state),
-            SavedState::Flat(_) => None,
+            SavedState::Flat(_) | SavedState::Reduced(_) => None,
         }
     }
 }
@@ -130,6 +137,7 @@ impl SavedSimulation {
         match &self.state {
             SavedState::Flat(state) => state.digest(),
             SavedState::Solid(state) => state.digest(),
+            SavedState::Reduced(state) => state.digest(),
         }
     }
 
@@ -138,6 +146,7 @@ impl SavedSimulation {
         match &self.state {
             SavedState::Flat(state) => state.stiffness.len(),
             SavedState::Solid(state) => state.stiffness.len(),
+            SavedState::Reduced(_) => 0,
         }
     }
 
@@ -152,6 +161,7 @@ impl SavedSimulation {
         let state = match &self.state {
             SavedState::Flat(state) => state.size(),
             SavedState::Solid(state) => state.size(),
+            SavedState::Reduced(state) => state.to_bytes().len(),
         };
         self.head().len() + state
     }

@@ -46,7 +46,7 @@ fn restored(change: impl Fn(&mut SavedSimulation)) -> Result<(), RestoreError> {
 fn planar(saved: &mut SavedSimulation) -> &mut ballistic_gel::state::DynamicState<2> {
     match &mut saved.state {
         SavedState::Flat(state) => state,
-        SavedState::Solid(_) => panic!("the scene is planar"),
+        SavedState::Solid(_) | SavedState::Reduced(_) => panic!("the scene is planar"),
     }
 }
 

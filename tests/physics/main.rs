@@ -23,6 +23,7 @@ mod layers;
 mod loads;
 mod mirror;
 mod patches;
+mod reduced;
 mod regression;
 mod remesh;
 mod self_contact;

@@ -54,7 +54,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     });
     let set: Vec<String> =
         options.set.iter().map(|o| format!(" --set {}", shell_word(&format!("{}={}", o.key, o.value)))).collect();
-    let levels: Vec<String> = levels.collect();
+    let instant = scene.instant_class().map(|class| format!("instant: {}", scene::describe_instant(class)));
+    let levels: Vec<String> = instant.into_iter().chain(levels).collect();
     let levels = section("fidelity", &levels, console);
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \

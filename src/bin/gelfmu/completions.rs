@@ -53,11 +53,11 @@ mod tests {
     #[test]
     fn scenes_and_levels_are_completed_and_paths_stay_possible() {
         let bash = completion_script(Shell::Bash);
-        assert!(bash.contains("sphere-block") && bash.contains("draft coarse standard fine reference"));
+        assert!(bash.contains("sphere-block") && bash.contains("draft coarse standard fine reference instant"));
         assert!(bash.contains("-o bashdefault -o default gelfmu"), "paths where no name fits");
         let zsh = completion_script(Shell::Zsh);
         assert!(zsh.contains(":_gelfmu_scene'") && zsh.contains("files:scene file:_files"), "{zsh}");
-        assert!(zsh.contains("(draft coarse standard fine reference)"));
+        assert!(zsh.contains("(draft coarse standard fine reference instant)"));
         let fish = completion_script(Shell::Fish);
         assert!(fish.contains("__fish_gelfmu_using_subcommand check\" -F -a \"fbi-bb"), "{fish}");
         assert!(!fish.contains("-f -a \"fbi-bb"), "options take paths, too");

@@ -5,7 +5,7 @@ use crate::job;
 use crate::options::LevelOptions;
 use crate::rounding::rounded;
 use crate::source::{self, SceneSource};
-use ballistic_gel::scene::{FidelityKind, FidelityLevel, FidelityLevels, Override, Scene};
+use ballistic_gel::scene::{FidelityKind, describe_instant, FidelityLevel, FidelityLevels, Override, Scene};
 
 /// Scene at a level.
 pub struct LeveledScene {
@@ -24,7 +24,10 @@ pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Re
         (None, Some(accuracy)) => cheapest_level(name, &source.scene, accuracy)?,
     };
     let source = source::load(name, &set.iter().cloned().chain([level_override(fidelity)]).collect::<Vec<_>>())?;
-    let expected = source.scene.fidelity.get(fidelity).map_or("nothing was measured".to_owned(), describe_expectation);
+    let expected = match source.scene.reduced_class() {
+        Some(class) => describe_instant(class),
+        None => source.scene.fidelity.get(fidelity).map_or("nothing was measured".to_owned(), describe_expectation),
+    };
     let expectation = Some(format!("fidelity {}: {expected}", fidelity.as_str()));
     Ok(LeveledScene { source, expectation })
 }
@@ -70,7 +73,8 @@ fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<FidelityKi
         .fidelity
         .known()
         .filter_map(|(fidelity, level)| Some(KnownLevel { fidelity, error: level.error?, updates: level.updates? }));
-    let known: Vec<KnownLevel> = known.collect();
+    let instant = scene.instant_error().map(|error| KnownLevel { fidelity: FidelityKind::Instant, error, updates: 0.0 });
+    let known: Vec<KnownLevel> = known.chain(instant).collect();
     let Some(best) = known.iter().map(|level| level.error).reduce(f64::min) else {
         let found = format!("scene {name} without a curve that was measured with these values");
         let expected = format!(

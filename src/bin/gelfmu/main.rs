@@ -1,5 +1,6 @@
 //! `gelfmu`: runs, checks, calibrates and packs scenes of a gel block hit by a rigid projectile.
 
+mod batch;
 mod bench;
 mod calibrate;
 mod check;
@@ -62,6 +63,7 @@ fn main() -> ExitCode {
 fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandError> {
     match command {
         GelfmuCommand::Run(options) => return run::run(&options, console),
+        GelfmuCommand::Batch(options) => batch::batch(&options)?,
         GelfmuCommand::Bench(options) => bench::bench(&options, console)?,
         GelfmuCommand::Calibrate(options) => return calibrate::calibrate(&options, console),
         GelfmuCommand::Trade { .. } => return Err(moved::refuse("trade", "trade SCENE")),

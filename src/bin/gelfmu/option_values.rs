@@ -33,7 +33,7 @@ impl TypedValueParser for NameParser {
 
 /// Parses a level by its name, which shells complete, or by its number.
 pub fn level_parser() -> impl TypedValueParser<Value = FidelityKind> {
-    let numbered = FidelityKind::ALL.iter().zip(["0", "1", "2", "3", "4"]);
+    let numbered = FidelityKind::WITH_INSTANT.iter().zip(["0", "1", "2", "3", "4", "5"]);
     let names = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
     PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|text| text.parse::<FidelityKind>())
 }

@@ -51,6 +51,12 @@ pub enum ColorChoice {
 pub enum GelfmuCommand {
     /// Run a scene through the packed FMU, as an importer would, and write a result folder with a report
     Run(RunOptions),
+    /// Run the shots on standard input, each a line of JSON such as {"scene": "fbi-bb", "set": ["projectile.mass=4e-4"]}
+    ///
+    /// Each shot is answered by a line of JSON with index, status, reason and the figures of summary.json, in the order in
+    /// which they end; no folder is written. The communication steps of a shot are at most 100, so that its figures by
+    /// step and frame are coarser than those of `gelfmu run`. Made for the level `instant`.
+    Batch(BatchOptions),
     /// Fit a gel to the depth at which a projectile rests, and print the lines of the scene
     ///
     /// The scene is run with one gel.strength_scale after the other, until the rest depth is the measured one to 0.1 %.
@@ -175,12 +181,23 @@ pub struct RunOptions {
 /// Accuracy options of a run.
 #[derive(Debug, Default, Args)]
 pub struct LevelOptions {
-    /// Accuracy level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set overrides its values
+    /// Accuracy level of the scene: draft, coarse, standard, fine, reference or instant, or 0 to 5; --set overrides its values
     #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
     pub fidelity: Option<FidelityKind>,
     /// Largest expected error, e.g. 2%; runs the cheapest level known to meet it
     #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = parse_error, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
+}
+
+/// Options of `gelfmu batch`.
+#[derive(Debug, Args)]
+pub struct BatchOptions {
+    /// Accuracy level of all shots (that of each scene if absent)
+    #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
+    pub fidelity: Option<FidelityKind>,
+    /// Shots at the same time, 0 for one on each core
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
+    pub threads: usize,
 }
 
 /// Options of `gelfmu calibrate`: the measured shots and their scenes.
