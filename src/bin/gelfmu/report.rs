@@ -5,7 +5,7 @@ use crate::failure::{CommandError, RunError};
 use crate::measured::{self, MeasuredTable};
 use crate::report_options::ReportFolderOptions;
 use crate::source;
-use ballistic_gel::output::{self, REPORT, ResultFolder, SCENE, SavedRunError};
+use ballistic_gel::output::{self, REPORT, ReportIdentity, ResultFolder, SCENE, SavedRunError};
 use ballistic_gel::scene::Scene;
 use serde_json::json;
 use std::path::Path;
@@ -20,12 +20,13 @@ pub fn report(options: &ReportFolderOptions, console: &Console) -> Result<(), Co
             "report: {found}, expected a folder that gelfmu run or an FMU has written"
         )));
     }
+    let identity = options.report.identity()?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
     if let Some(table) = &measured {
         console.notes(&table.notes);
     }
     let source = source::load(&scene_file.to_string_lossy(), &[])?;
-    let residuals = write(folder, &source.scene, measured.as_ref())?;
+    let residuals = write(folder, &source.scene, &identity, measured.as_ref())?;
     console.notes(&residuals);
     let page = folder.join(REPORT);
     console.result(&json!({ "file": page, "residuals": residuals }), &page.display().to_string());
@@ -34,8 +35,13 @@ pub fn report(options: &ReportFolderOptions, console: &Console) -> Result<(), Co
 
 /// Writes the report of a run of this scene into its folder, with the curves of a laboratory. Returns their residuals in
 /// sentences.
-pub fn write(folder: &Path, scene: &Scene, measured: Option<&MeasuredTable>) -> Result<Vec<String>, RunError> {
-    let page = output::report_page(folder, scene).map_err(RunError::from)?;
+pub fn write(
+    folder: &Path,
+    scene: &Scene,
+    identity: &ReportIdentity,
+    measured: Option<&MeasuredTable>,
+) -> Result<Vec<String>, RunError> {
+    let page = output::report_page(folder, scene, identity).map_err(RunError::from)?;
     let mut results = ResultFolder::reopen(folder, output::RUN)?;
     let Some(table) = measured else {
         results.write(REPORT, page.as_bytes())?;

@@ -3,7 +3,6 @@
 use super::crack_slices;
 use super::layers;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
-use super::wound_profile;
 use crate::output::saved_run::{SavedShot, ShotPoint};
 use crate::scene::Scene;
 
@@ -14,8 +13,7 @@ const MIN_YAW: f64 = 0.01;
 const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
                     over the same axis go together.</p>\n";
 
-/// Returns the wound profile of a shot, its plots against depth, the table of its layers, and the slices with estimated
-/// cracks.
+/// Returns the plots of a shot against depth, the table of its layers, and the slices with estimated cracks.
 pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
     let plots = [
         cavity_plot(shot),
@@ -27,8 +25,7 @@ pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
     ];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!(
-        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}{}{}</section>\n",
-        wound_profile::figure(scene, shot),
+        "<section><h2>Along the path of the projectile</h2>\n{HINT}<div class=\"plots\">{figures}</div>{}{}</section>\n",
         layers::table(scene, shot),
         crack_slices::figure(scene, shot)
     )
