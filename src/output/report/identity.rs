@@ -172,8 +172,8 @@ impl ReportIdentity {
         });
         let foot: Vec<String> = std::iter::once(headline(scene).to_owned()).chain(entries).collect();
         format!(
-            "@page {{ @bottom-left {{ content: \"{}\"; }} @bottom-right {{ content: counter(page) \" / \" counter(pages); }} \
-             }}\n",
+            "@page {{ @bottom-left {{ content: \"{}\"; }} @bottom-right {{ content: \"page \" counter(page) \" of \" \
+             counter(pages); }} }}\n",
             css_text(&foot.join(" · "))
         )
     }

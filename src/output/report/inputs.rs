@@ -64,7 +64,7 @@ pub(super) fn inputs(scene: &Scene, level: &str) -> String {
     format!(
         "<section class=\"inputs\"><h2>Inputs</h2>\n{}<details class=\"values\"><summary>Projectile, gel and layers: all \
          values with their sources</summary>\n{}</details>\n<details class=\"values\"><summary>Mesh, remeshing, time \
-         integration and contact</summary>\n{}</details>\n<details><summary>Models</summary>\n{}</details></section>\n",
+         integration and contact</summary>\n{}</details>\n<details class=\"models\"><summary>Models</summary>\n{}</details></section>\n",
         shot_inputs::table(scene, level, &sources),
         tables(&shot),
         tables(&rest),
@@ -115,9 +115,12 @@ fn input_table(name: &str, title: &str, values: &Value, sources: &ValueSources) 
     let mut leaves = vec![];
     collect_leaves(name, values, &sources.facts, &mut leaves);
     let mut rows = String::new();
+    let mut last = String::new();
     for leaf in &leaves {
-        let value = escape(&leaf.value.to_string());
-        row(&mut rows, &leaf.key, &[&format!("<code>{value}</code>"), &escape(&source(leaf, sources))]);
+        let (value, source) = (escape(&leaf.value.to_string()), escape(&source(leaf, sources)));
+        let told = if source == last { "as above" } else { &source };
+        row(&mut rows, &leaf.key, &[&format!("<code>{value}</code>"), told]);
+        last = source;
     }
     if rows.is_empty() { rows } else { table(title, &["key", "value, SI units", "source"], &rows) }
 }
