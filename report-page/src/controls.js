@@ -68,7 +68,7 @@ export function drawBar(controls, { name, unit, scale }, range) {
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((place) => {
     const value = valueAt(place, range, scale);
     const tick = document.createElement("span");
-    tick.textContent = quantity(value, unit, scale === "logarithmic" ? value : largest, unit === "" ? 4 : 3);
+    tick.textContent = quantity(value, unit, scale === "logarithmic" ? value : largest, 3);
     return tick;
   });
   controls.ticks.replaceChildren(...ticks);

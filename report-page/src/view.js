@@ -121,7 +121,7 @@ class View {
 
   showMoment(moment) {
     this.moment = moment;
-    const when = quantity(this.frames[moment].time, "s", undefined, 4);
+    const when = quantity(this.frames[moment].time, "s", undefined, 3);
     this.controls.time.value = String(moment);
     this.controls.time.setAttribute("aria-valuetext", when);
     this.controls.clock.textContent = when;

@@ -78,7 +78,12 @@ fn penetration(scene: &Scene, summary: &RunSummary) -> AnswerFigure {
         }
         _ => "not at rest when the run ends".to_owned(),
     };
-    AnswerFigure::new("Not perforated, greatest depth", quantity(summary.peak_depth, "m"), &[when, end])
+    let thickness = scene.gel.shape.thickness().unwrap_or(f64::INFINITY);
+    let name = match summary.peak_depth {
+        depth if depth >= thickness * (1.0 - 1e-6) => "Reached the back face, not perforated, depth",
+        _ => "Not perforated, greatest depth",
+    };
+    AnswerFigure::new(name, quantity(summary.peak_depth, "m"), &[when, end])
 }
 
 /// Returns the widest temporary cavity and its place.

@@ -19,7 +19,9 @@ const RULER: f64 = 46.0;
 const MAX_HEIGHT: f64 = 380.0;
 /// Depth that is drawn beyond the shot, as a factor of its depth.
 const MARGIN: f64 = 1.5;
-/// Room above the entry surface, as a fraction of the drawn depth.
+/// Depth that is drawn at least, in half widths of the bodies.
+const BODIES: f64 = 3.0;
+/// Least room above the entry surface, as a fraction of the drawn depth.
 const ABOVE: f64 = 0.1;
 /// Limit of the points of a drawn outline, and of the path.
 const MAX_POINTS: usize = 4000;
@@ -63,16 +65,30 @@ struct SectionWindow {
 }
 
 impl SectionWindow {
-    /// Returns the window on the gel from the entry to beyond the shot; `None` without gel.
+    /// Returns the window on the gel from the entry to beyond the shot, with the bodies near it; `None` without gel.
     fn of(outline: &SectionOutline, reach: f64) -> Option<Self> {
-        let points = || outline.gel.iter().flatten();
-        let deepest = points().map(|[depth, _]| *depth).fold(0.0, f64::max);
-        let widest = points().map(|[_, x]| x.abs()).fold(0.0, f64::max);
-        let to = if MARGIN * reach > 0.7 * deepest { 1.01 * deepest } else { MARGIN * reach };
-        let from = -ABOVE * to;
-        let half = widest.min(0.5 * MAX_HEIGHT / WIDTH * (to - from)) * 1.01;
+        let greatest = |loops: &[Vec<SectionPoint>], value: fn(&SectionPoint) -> f64| {
+            loops.iter().flatten().map(value).fold(0.0, f64::max)
+        };
+        let [deepest, widest] =
+            [greatest(&outline.gel, |point| point[0]), greatest(&outline.gel, |point| point[1].abs())];
+        let [behind, across] =
+            [greatest(&outline.bodies, |point| -point[0]), greatest(&outline.bodies, |point| point[1].abs())];
+        let shown = (MARGIN * reach).max(BODIES * across.min(widest));
+        let to = if shown > 0.7 * deepest { 1.01 * deepest } else { shown };
+        let from = -(1.1 * behind).clamp(ABOVE * to, to);
+        let most = (0.5 * MAX_HEIGHT / WIDTH * (to - from)).max(1.1 * across);
+        let half = 1.01 * widest.min(most);
+        let scale = (WIDTH / (to - from)).min(0.5 * MAX_HEIGHT / half);
+        // A drawing that its height limits shows more of the depth.
+        let to = to.max((from + WIDTH / scale).min(1.01 * deepest));
         let is_drawn = to > 0.0 && half > 0.0 && (to + half).is_finite();
-        is_drawn.then(|| Self { from, to, half, scale: WIDTH / (to - from) })
+        is_drawn.then_some(Self { from, to, half, scale })
+    }
+
+    /// Returns the width of the drawn gel, in units of the drawing.
+    fn width(&self) -> f64 {
+        self.scale * (self.to - self.from)
     }
 
     fn x(&self, depth: f64) -> f64 {
@@ -126,16 +142,16 @@ pub(super) fn figure(
 
 fn svg(window: &SectionWindow, outline: &SectionOutline, lines: &str) -> String {
     let height = window.height();
-    let (right, bottom) = (LEFT + WIDTH, TOP + height);
+    let (width, bottom) = (window.width(), TOP + height);
     let shapes = |loops: &[Vec<SectionPoint>], class: &str| {
         let path: String = loops.iter().map(|points| loop_path(window, points)).collect();
         format!("<path class=\"{class}\" fill-rule=\"evenodd\" d=\"{path}\"/>\n")
     };
     format!(
         "<svg viewBox=\"0 0 {:.0} {:.0}\" role=\"img\" aria-label=\"Section of the gel with the cavity, the projectile and its \
-         path\" xmlns=\"http://www.w3.org/2000/svg\">\n<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{WIDTH}\" \
-         height=\"{height:.1}\" viewBox=\"{LEFT} {TOP} {WIDTH} {height:.1}\">\n{}{lines}{}</svg>\n{}{}</svg>\n",
-        right + RIGHT,
+         path\" xmlns=\"http://www.w3.org/2000/svg\">\n<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" \
+         height=\"{height:.1}\" viewBox=\"{LEFT} {TOP} {width:.1} {height:.1}\">\n{}{lines}{}</svg>\n{}{}</svg>\n",
+        LEFT + WIDTH + RIGHT,
         bottom + RULER,
         shapes(&outline.gel, "gel"),
         shapes(&outline.bodies, "body"),
