@@ -68,6 +68,43 @@ async function checkPlots(browser) {
   require(plots > 0 && plots === live, `all plots are live (${live} of ${plots})`);
 }
 
+/** Presses a button of each kind, and returns type and size of the file that it saves. */
+function saved(selector, label) {
+  return `(async () => {
+    const saved = new Promise((done) => {
+      HTMLAnchorElement.prototype.click = async function () {
+        const blob = await (await fetch(this.href)).blob();
+        done({ name: this.download, type: blob.type, size: blob.size });
+      };
+    });
+    [...document.querySelectorAll("${selector} .save button")].find((button) => button.textContent === "${label}").click();
+    return await saved;
+  })()`;
+}
+
+async function checkSaving(browser) {
+  for (const [selector, label, type, least] of [
+    ["figure.section", "Save SVG", "image/svg+xml", 1000],
+    ["figure.section", "Save PNG", "image/png", 3000],
+    ["figure.plot", "Save PNG", "image/png", 3000],
+    ["#view", "Save picture", "image/png", 3000],
+  ]) {
+    const file = await browser.evaluate(saved(selector, label));
+    require(file.type === type && file.size > least, `${label} of ${selector} saves a picture: ${JSON.stringify(file)}`);
+  }
+  const [tables, buttons] = await browser.evaluate("['', ' > .save'].map((part) => document.querySelectorAll('div.wide' + part).length)");
+  require(tables > 0 && tables === buttons, `all tables can be copied (${buttons} of ${tables})`);
+}
+
+async function checkFolds(browser) {
+  const open = "document.querySelectorAll('main details[open]').length";
+  await browser.evaluate("window.dispatchEvent(new Event('beforeprint'))");
+  const printed = await browser.evaluate(open);
+  await browser.evaluate("window.dispatchEvent(new Event('afterprint'))");
+  const after = await browser.evaluate(open);
+  require(printed > 3 && after === 0, `folded parts are open in print alone (${printed}, then ${after})`);
+}
+
 /** Writes pictures of the page in light and dark, and as it is printed. */
 async function takePictures(browser, page, folder) {
   const name = basename(dirname(resolve(page)));
@@ -99,6 +136,8 @@ for (const page of pages) {
   await check(program, page, [], async (browser) => {
     await checkView(browser);
     await checkPlots(browser);
+    await checkSaving(browser);
+    await checkFolds(browser);
     if (process.env.PICTURES) {
       await takePictures(browser, page, process.env.PICTURES);
     }

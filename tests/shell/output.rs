@@ -315,7 +315,8 @@ fn reports_are_well_formed_and_need_nothing_from_outside() {
         let page = page_of(&run(&format!("report-{dimension}"), &scene(dimension), None));
         let mut reader = quick_xml::Reader::from_str(&page);
         while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
-        assert_eq!(page.matches("<svg ").count(), 5, "position, velocity, force, energy, closure");
+        let drawings = page.matches("<div class=\"still\"").count();
+        assert_eq!(drawings, 5, "position, velocity, force, energy, closure");
         assert_eq!(
             page.matches("src=\"data:image/png;base64,").count(),
             12,
@@ -323,9 +324,9 @@ fn reports_are_well_formed_and_need_nothing_from_outside() {
         );
         let closed = "integrator, contact, energy, cost, switched off";
         let tables = page.matches("<table>").count();
-        assert!((8..=10).contains(&tables), "{tables}: projectile, gel, run, mesh, {closed}");
+        assert!((9..=11).contains(&tables), "{tables}: shot, projectile, gel, run, mesh, {closed}");
         assert!(page.contains("id=\"view-data\"") && page.contains("id=\"page-script\""), "the view and its script");
-        assert!(page.contains("14.00 mm") && page.contains("&lt; dents &gt; a gel &amp; leaves"));
+        assert!(page.contains("14.0 mm") && page.contains("&lt; dents &gt; a gel &amp; leaves"));
         for outside in ["src=\"http", "href=", "url(", "@import"] {
             assert!(!page.contains(outside), "{outside}");
         }

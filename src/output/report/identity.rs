@@ -188,7 +188,8 @@ pub(super) fn headline(scene: &Scene) -> &str {
 /// Returns a text as the content of a CSS string, without reserved characters of CSS and XML.
 fn css_text(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || " .,:;-+()/°·×".contains(c);
-    let escaped = |c: char| if is_plain(c) { c.to_string() } else { format!("\\{:06x}", u32::from(c)) };
+    // The space after an escape is part of it.
+    let escaped = |c: char| if is_plain(c) { c.to_string() } else { format!("\\{:06x} ", u32::from(c)) };
     text.chars().filter(|c| !c.is_control()).map(escaped).collect()
 }
 
@@ -232,6 +233,6 @@ mod tests {
         let full = ReportIdentity { case: Some("7 < 8".to_owned()), author: Some(" ".to_owned()), ..bare };
         let (head, style) = (full.header(&scene, "draft"), full.print_style(&scene));
         assert!(head.contains("<dt>Case</dt><dd>7 &lt; 8</dd>") && !head.contains("Author"), "{head}");
-        assert!(!style.contains(['<', '\'']) && style.contains("A \\000022shot\\000022"), "{style}");
+        assert!(!style.contains(['<', '\'']) && style.contains("A \\000022 shot\\000022  \\00003c /style"), "{style}");
     }
 }

@@ -141,8 +141,7 @@ fn page(scene: &Scene, summary: &RunSummary, data: &ReportData, identity: &Repor
 /// Returns the wound profile and the section at the widest cavity; empty without both.
 fn wound(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
     let profile = data.shot.as_ref().map_or(String::new(), |shot| wound_profile::figure(scene, shot));
-    let of_outline =
-        |outline: &SectionOutline| section::figure(scene, summary, outline, &data.rows, data.shot.as_ref());
+    let of_outline = |outline: &SectionOutline| section::figure(summary, outline, &data.rows, data.shot.as_ref());
     let section = data.section.as_ref().map_or(String::new(), of_outline);
     if profile.is_empty() && section.is_empty() {
         return String::new();

@@ -6,7 +6,6 @@ use crate::output::history::HistoryRow;
 use crate::output::saved_run::SavedShot;
 use crate::output::summary::RunSummary;
 use crate::output::view::{SectionOutline, SectionPoint};
-use crate::scene::Scene;
 use std::fmt::Write;
 
 /// Width of the drawing of the gel, and room for the ruler beside and below it, in units of the drawing.
@@ -78,7 +77,7 @@ impl SectionWindow {
         let to = if shown > 0.7 * deepest { 1.01 * deepest } else { shown };
         let from = -(1.1 * behind).clamp(ABOVE * to, to);
         let most = (0.5 * MAX_HEIGHT / WIDTH * (to - from)).max(1.1 * across);
-        let half = 1.01 * widest.min(most);
+        let half = (1.01 * widest).min(most);
         let scale = (WIDTH / (to - from)).min(0.5 * MAX_HEIGHT / half);
         // A drawing that its height limits shows more of the depth.
         let to = to.max((from + WIDTH / scale).min(1.01 * deepest));
@@ -111,7 +110,6 @@ impl SectionWindow {
 
 /// Returns the figure of the section; empty without gel.
 pub(super) fn figure(
-    scene: &Scene,
     summary: &RunSummary,
     outline: &SectionOutline,
     rows: &[HistoryRow],
@@ -123,7 +121,8 @@ pub(super) fn figure(
         true => "Section at the widest cavity",
         false => "Section at the greatest depth",
     };
-    let track = shot.map_or(String::new(), |shot| track(&window, scene, shot));
+    let path = path_points(rows);
+    let track = shot.map_or(String::new(), |shot| track(&window, &path, shot));
     let mut key = vec![
         KeyEntry::area("gel", "gel"),
         KeyEntry::area("body", "projectile"),
@@ -135,7 +134,7 @@ pub(super) fn figure(
     format!(
         "<figure class=\"section\"><figcaption>{caption}, after {}, drawn to scale</figcaption>\n{}{}</figure>\n",
         quantity(outline.time, "s"),
-        svg(&window, outline, &(path(&window, rows) + &track)),
+        svg(&window, outline, &(polyline(&window, &path, "path") + &track)),
         drawn_key(&key)
     )
 }
@@ -150,7 +149,8 @@ fn svg(window: &SectionWindow, outline: &SectionOutline, lines: &str) -> String 
     format!(
         "<svg viewBox=\"0 0 {:.0} {:.0}\" role=\"img\" aria-label=\"Section of the gel with the cavity, the projectile and its \
          path\" xmlns=\"http://www.w3.org/2000/svg\">\n<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" \
-         height=\"{height:.1}\" viewBox=\"{LEFT} {TOP} {width:.1} {height:.1}\">\n{}{lines}{}</svg>\n{}{}</svg>\n",
+         height=\"{height:.1}\" viewBox=\"{LEFT} {TOP} {width:.1} {height:.1}\">\n<rect class=\"ground\" \
+         x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\"/>\n{}{lines}{}</svg>\n{}{}</svg>\n",
         LEFT + WIDTH + RIGHT,
         bottom + RULER,
         shapes(&outline.gel, "gel"),
@@ -167,33 +167,33 @@ fn loop_path(window: &SectionWindow, points: &[SectionPoint]) -> String {
 }
 
 /// Returns the path of the centre of mass, seen from the block.
-fn path(window: &SectionWindow, rows: &[HistoryRow]) -> String {
+fn path_points(rows: &[HistoryRow]) -> Vec<SectionPoint> {
     let place = |row: &HistoryRow| {
         let at = row.vector("position_", "_m") - row.vector("block_displacement_", "_m");
         [-at.z, at.x]
     };
     let stride = rows.len().div_ceil(MAX_POINTS).max(1);
-    let known = rows.iter().step_by(stride).map(place).filter(|[depth, x]| (depth + x).is_finite());
-    let places: Vec<String> = known.map(|point| window.place(point)).collect();
-    if places.len() < 2 {
-        return String::new();
-    }
-    format!("<polyline class=\"path\" points=\"{}\"/>\n", places.join(" "))
+    rows.iter().step_by(stride).map(place).filter(|[depth, x]| (depth + x).is_finite()).collect()
 }
 
-/// Returns both edges of the permanent track about the line of fire; empty in an undamaged gel.
-fn track(window: &SectionWindow, scene: &Scene, shot: &SavedShot) -> String {
-    let centre = scene.projectile.position[0];
-    let end = shot.greatest_depth();
-    let known: Vec<&(f64, f64)> =
-        shot.track.iter().filter(|(depth, width)| *depth <= end && width.is_finite()).collect();
-    if known.is_empty() {
+/// Returns a line through points; empty for a single point.
+fn polyline(window: &SectionWindow, points: &[SectionPoint], class: &str) -> String {
+    if points.len() < 2 {
         return String::new();
     }
+    let places: Vec<String> = points.iter().map(|point| window.place(*point)).collect();
+    format!("<polyline class=\"{class}\" points=\"{}\"/>\n", places.join(" "))
+}
+
+/// Returns both edges of the permanent track about the path; empty in an undamaged gel.
+fn track(window: &SectionWindow, path: &[SectionPoint], shot: &SavedShot) -> String {
+    let end = shot.greatest_depth();
+    // The path passes each depth on its way in first.
+    let across = |depth: f64| path.iter().find(|point| point[0] >= depth).or(path.last()).map_or(0.0, |point| point[1]);
+    let known = shot.track.iter().filter(|(depth, width)| *depth <= end && width.is_finite());
     let edge = |side: f64| {
-        let places: Vec<String> =
-            known.iter().map(|(depth, width)| window.place([*depth, centre + 0.5 * side * width])).collect();
-        format!("<polyline class=\"track\" points=\"{}\"/>\n", places.join(" "))
+        let edge = known.clone().map(|(depth, width)| [*depth, across(*depth) + 0.5 * side * width]);
+        polyline(window, &edge.collect::<Vec<_>>(), "track")
     };
     edge(1.0) + &edge(-1.0)
 }
