@@ -224,7 +224,7 @@ fn the_first_things_of_a_report_are_the_answer_the_wound_and_the_doubts() {
         "not validated for",
         "gelfmu run scene.toml --out again",
         "Along the path of the projectile",
-        "<th scope=\"row\">Mass</th><td>0.343 g</td><td class=\"si\">0.000343 kg</td><td>library</td>",
+        "<th scope=\"row\">Mass</th><td>0.343 g</td><td class=\"si\">0.000343 kg</td><td>scene</td>",
     ];
     let places: Vec<usize> = parts.iter().map(|part| page.find(part).unwrap_or_else(|| panic!("{part}"))).collect();
     assert!(places.is_sorted(), "{places:?}");

@@ -1,7 +1,7 @@
 //! Plots of curves against time or depth, as SVG.
 
 use super::axis::{AxisMargin, PlotAxis, finite_range};
-use super::key::{KeyEntry, drawn_key};
+use super::legend::{LegendEntry, legend};
 use crate::output::view::packed_text;
 use plotters::prelude::*;
 use serde_json::{Value, json};
@@ -122,9 +122,12 @@ impl CurvePlot {
 
     /// Returns the plot as HTML with title and legend.
     pub(super) fn figure(&self) -> String {
-        let key = self.curves.iter().zip(CurveStyle::all()).map(|(curve, style)| match curve.dots {
-            true => KeyEntry::dots(&style.colour(), &curve.name),
-            false => KeyEntry::curve(&style.colour(), &style.dashes(1), &curve.name),
+        let key = self.curves.iter().zip(CurveStyle::all()).map(|(curve, style)| {
+            if curve.dots {
+                LegendEntry::dots(&style.colour(), &curve.name)
+            } else {
+                LegendEntry::curve(&style.colour(), &style.dashes(1), &curve.name)
+            }
         });
         format!(
             "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div class=\"still\" role=\"img\" aria-label=\"{} against \
@@ -133,7 +136,7 @@ impl CurvePlot {
             self.title,
             self.horizontal.name,
             self.svg(),
-            drawn_key(&key.collect::<Vec<_>>()),
+            legend(&key.collect::<Vec<_>>()),
             packed_text(self.data().to_string().as_bytes())
         )
     }

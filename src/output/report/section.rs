@@ -1,7 +1,7 @@
 //! Section of the gel at one moment, drawn to scale with a ruler in centimetres: cavity, path and permanent track.
 
 use super::format::{quantity, shortest};
-use super::key::{KeyEntry, drawn_key};
+use super::legend::{LegendEntry, legend};
 use crate::output::history::HistoryRow;
 use crate::output::saved_run::SavedShot;
 use crate::output::summary::RunSummary;
@@ -117,25 +117,22 @@ pub(super) fn figure(
 ) -> String {
     let Some(window) = SectionWindow::of(outline, summary.peak_depth.max(0.0)) else { return String::new() };
     let moment = SectionMoment::of(summary);
-    let caption = match moment.is_widest {
-        true => "Section at the widest cavity",
-        false => "Section at the greatest depth",
-    };
+    let caption = if moment.is_widest { "Section at the widest cavity" } else { "Section at the greatest depth" };
     let path = path_points(rows);
     let track = shot.map_or(String::new(), |shot| track(&window, &path, shot));
     let mut key = vec![
-        KeyEntry::area("gel", "gel"),
-        KeyEntry::area("body", "projectile"),
-        KeyEntry::line("path", "path of its centre of mass"),
+        LegendEntry::area("gel", "gel"),
+        LegendEntry::area("body", "projectile"),
+        LegendEntry::line("path", "path of its centre of mass"),
     ];
     if !track.is_empty() {
-        key.push(KeyEntry::line("track", "permanent track at the end"));
+        key.push(LegendEntry::line("track", "permanent track at the end"));
     }
     format!(
         "<figure class=\"section\"><figcaption>{caption}, after {}, drawn to scale</figcaption>\n{}{}</figure>\n",
         quantity(outline.time, "s"),
         svg(&window, outline, &(polyline(&window, &path, "path") + &track)),
-        drawn_key(&key)
+        legend(&key)
     )
 }
 

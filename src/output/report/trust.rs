@@ -168,7 +168,7 @@ fn origin(scene: &Scene, summary: &RunSummary) -> String {
         ("Platform of this page", format!("{system}, {processor}")),
         ("Files", "figures in <code>summary.json</code> and <code>history.csv</code>; <code>series.pvd</code> opens in ParaView".to_owned()),
     ];
-    let rows: String = rows.iter().map(|(name, text)| format!("<div><dt>{name}</dt><dd>{text}</dd></div>\n")).collect();
+    let rows = rows.map(|(name, text)| format!("<div><dt>{name}</dt><dd>{text}</dd></div>\n")).concat();
     format!(
         "<details class=\"origin\"><summary>Origin, and how to repeat this run</summary>\n<dl class=\"facts\">\n{rows}</dl>\n\
          <p>In the folder of the results,</p>\n<pre>gelfmu run scene.toml --out again</pre>\n<p>repeats this run with version {} \

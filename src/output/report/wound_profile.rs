@@ -2,7 +2,7 @@
 
 use super::axis::finite_range;
 use super::format::{escape, shortest};
-use super::key::{KeyEntry, drawn_key};
+use super::legend::{LegendEntry, legend};
 use crate::output::saved_run::SavedShot;
 use crate::scene::{Scene, layer_name};
 use std::fmt::Write;
@@ -68,9 +68,9 @@ pub(super) fn figure(scene: &Scene, shot: &SavedShot) -> String {
     format!(
         "<figure class=\"wound\"><figcaption>Wound profile, {note}</figcaption>\n{}{}</figure>\n",
         drawing.svg(),
-        drawn_key(&[
-            KeyEntry::area("cavity", "temporary cavity, widest over the run"),
-            KeyEntry::area("track", "permanent track at the end"),
+        legend(&[
+            LegendEntry::area("cavity", "temporary cavity, widest over the run"),
+            LegendEntry::area("track", "permanent track at the end"),
         ])
     )
 }

@@ -1,13 +1,13 @@
-//! Keys of drawings and plots, whose signs are drawn: they are printed also without backgrounds.
+//! Legends of drawings and plots, whose signs are drawn: they are printed also without backgrounds.
 
-/// Sign of a key with its name.
-pub(super) struct KeyEntry {
+/// Sign of a legend with its name.
+pub(super) struct LegendEntry {
     /// SVG elements in a box of 28 by 12.
     sign: String,
     name: String,
 }
 
-impl KeyEntry {
+impl LegendEntry {
     /// Entry of an area with the style of a class.
     pub(super) fn area(class: &str, name: impl Into<String>) -> Self {
         Self { sign: format!("<rect class=\"{class}\" width=\"28\" height=\"10\" y=\"1\"/>"), name: name.into() }
@@ -33,9 +33,9 @@ impl KeyEntry {
     }
 }
 
-/// Returns a key as HTML; names are HTML, too.
-pub(super) fn drawn_key(entries: &[KeyEntry]) -> String {
-    let entry = |KeyEntry { sign, name }: &KeyEntry| {
+/// Returns a legend as HTML; names are HTML, too.
+pub(super) fn legend(entries: &[LegendEntry]) -> String {
+    let entry = |LegendEntry { sign, name }: &LegendEntry| {
         format!(
             "<li><svg class=\"sign\" viewBox=\"0 0 28 12\" width=\"28\" height=\"12\" aria-hidden=\"true\" \
              xmlns=\"http://www.w3.org/2000/svg\">{sign}</svg>{name}</li>"
