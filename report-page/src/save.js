@@ -3,7 +3,7 @@
 const SVG = "http://www.w3.org/2000/svg";
 /** Properties of a drawing that the style sheet of the page sets. */
 const STYLED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "font", "text-anchor", "opacity"];
-/** Pixels per unit of a drawing in a saved picture. */
+/** Pixels of a saved picture per pixel of the page. */
 const SHARPNESS = 2;
 const FILM_BITS_PER_SECOND = 8e6;
 const FILM_FRAMES_PER_SECOND = 8;
@@ -38,48 +38,76 @@ function saveBlob(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** Returns a drawing as text that needs no style sheet; on paper it has a white ground and dark ink. */
-function svgText(svg) {
-  const copy = svg.cloneNode(true);
-  const [from, to] = [svg, copy].map((root) => [root, ...root.querySelectorAll("*")]);
-  from.forEach((element, i) => {
-    const style = getComputedStyle(element);
-    STYLED.forEach((property) => to[i].style.setProperty(property, style.getPropertyValue(property)));
-  });
-  const { width, height } = svg.viewBox.baseVal;
-  copy.setAttribute("xmlns", SVG);
-  copy.setAttribute("width", width);
-  copy.setAttribute("height", height);
-  const ground = document.createElementNS(SVG, "rect");
-  const page = getComputedStyle(document.body).backgroundColor;
-  Object.entries({ width: "100%", height: "100%", fill: page }).forEach(([name, value]) => ground.setAttribute(name, value));
-  copy.prepend(ground);
-  return new XMLSerializer().serializeToString(copy);
+/** Sets the attributes of an element. */
+function withAttributes(element, attributes) {
+  Object.entries(attributes).forEach(([name, value]) => element.setAttribute(name, value));
+  return element;
 }
 
-/** Returns a drawing as a PNG file. */
-export async function pngOf(svg) {
+function made(name, attributes, text = "") {
+  const element = withAttributes(document.createElementNS(SVG, name), attributes);
+  element.textContent = text;
+  return element;
+}
+
+/** Returns a copy of an element of a drawing that needs no style sheet. */
+function styledCopy(element) {
+  const copy = element.cloneNode(true);
+  const [from, to] = [element, copy].map((root) => [root, ...root.querySelectorAll("*")]);
+  from.forEach((one, i) => {
+    const style = getComputedStyle(one);
+    STYLED.forEach((property) => to[i].style.setProperty(property, style.getPropertyValue(property)));
+  });
+  return copy;
+}
+
+/** Returns the drawing of a figure as text, with its title above and its legend below, on the ground of the page. */
+function svgText(figure) {
+  const svg = figure.querySelector("svg:not(.sign)");
   const { width, height } = svg.viewBox.baseVal;
   // Plots have eight units to a pixel.
-  const scale = SHARPNESS * Math.min(1, 1200 / width);
+  const unit = width > 2000 ? 8 : 1;
+  const entries = [...figure.querySelectorAll(".key li")];
+  const style = getComputedStyle(document.body);
+  const ink = { fill: style.color, "font-family": "sans-serif", "font-size": 14 * unit };
+  const [above, line] = [26 * unit, 20 * unit];
+  const whole = made("svg", { xmlns: SVG, viewBox: `0 0 ${width} ${above + height + line * entries.length + 6 * unit}` });
+  const drawing = withAttributes(styledCopy(svg), { x: 0, y: above, width, height });
+  drawing.removeAttribute("style");
+  const title = figure.querySelector("figcaption").textContent;
+  whole.append(
+    made("rect", { width: "100%", height: "100%", fill: style.backgroundColor }),
+    made("text", { ...ink, x: 8 * unit, y: 18 * unit, "font-weight": 600 }, title),
+    drawing,
+    ...entries.flatMap((entry, i) => {
+      const y = above + height + line * i;
+      const sign = withAttributes(styledCopy(entry.querySelector(".sign")), { x: 8 * unit, y: y + 3 * unit, width: 28 * unit, height: 12 * unit });
+      return [sign, made("text", { ...ink, x: 44 * unit, y: y + 14 * unit }, entry.textContent)];
+    }),
+  );
+  const box = whole.viewBox.baseVal;
+  return new XMLSerializer().serializeToString(withAttributes(whole, { width: box.width / unit, height: box.height / unit }));
+}
+
+/** Returns the drawing of a figure as a PNG file. */
+async function pngOf(figure) {
   const image = new Image();
-  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgText(svg))}`;
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgText(figure))}`;
   await image.decode();
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [Math.round(scale * width), Math.round(scale * height)];
+  [canvas.width, canvas.height] = [image.width, image.height].map((size) => Math.round(SHARPNESS * size));
   canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   return new Promise((done) => canvas.toBlob(done, "image/png"));
 }
 
 function addFigureButtons(figure) {
-  const svg = figure.querySelector("svg:not(.sign)");
   const title = figure.querySelector("figcaption").textContent.split(",")[0];
-  addButton(figure, "Save PNG", async () => saveBlob(await pngOf(svg), fileName(title, "png")));
-  addButton(figure, "Save SVG", () => saveBlob(new Blob([svgText(svg)], { type: "image/svg+xml" }), fileName(title, "svg")));
+  addButton(figure, "Save PNG", async () => saveBlob(await pngOf(figure), fileName(title, "png")));
+  addButton(figure, "Save SVG", () => saveBlob(new Blob([svgText(figure)], { type: "image/svg+xml" }), fileName(title, "svg")));
 }
 
 /** Returns a table as lines of cells between tabs, as spreadsheets read them. */
-export function tableText(table) {
+function tableText(table) {
   const shown = [...table.rows].map((row) => [...row.cells].filter((cell) => getComputedStyle(cell).display !== "none"));
   return shown.map((cells) => cells.map((cell) => cell.textContent.trim().replace(/\s+/g, " ")).join("\t")).join("\n");
 }
