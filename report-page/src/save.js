@@ -27,7 +27,7 @@ function addButton(place, text, act) {
 /** Returns a name for a file: the name of the page and of the thing, in small letters and hyphens. */
 function fileName(what, ending) {
   const plain = (text) => text.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, 60);
-  return `${plain(document.querySelector("header code").textContent)}-${plain(what)}.${ending}`;
+  return `${plain(document.querySelector("header code")?.textContent ?? "runs")}-${plain(what)}.${ending}`;
 }
 
 function saveBlob(blob, name) {

@@ -49,7 +49,8 @@ pub use reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited_text, read_s
 #[cfg(feature = "cli")]
 pub use report::{
     ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, FigureRow, LogoImage, MOST_LOGO_BYTES, ReportDate,
-    ReportIdentity, figure_rows, insert_comparison, layer_rows, peak_force_label, report_page, summary_schema,
+    ReportIdentity, ReportRun, comparison_page, figure_rows, insert_comparison, layer_rows, peak_force_label,
+    report_page, summary_schema,
 };
 #[cfg(feature = "cli")]
 pub use saved_run::{ExitedBody, ExitedRun, SavedRunError, exited_run};

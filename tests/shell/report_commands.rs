@@ -229,3 +229,38 @@ fn the_first_things_of_a_report_are_the_answer_the_wound_and_the_doubts() {
     let places: Vec<usize> = parts.iter().map(|part| page.find(part).unwrap_or_else(|| panic!("{part}"))).collect();
     assert!(places.is_sorted(), "{places:?}");
 }
+
+#[test]
+fn several_runs_are_compared_on_one_page_with_the_values_in_which_their_scenes_differ() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let run =
+        ["run", "fbi-bb", "--fidelity", "draft", "--set=scene.end_time=5e-4", "--direct", "--quiet", "--no-frames"];
+    for (out, more) in [("slow", "--set=projectile.velocity[3]=-150"), ("fast", "--set=projectile.velocity[3]=-200")] {
+        assert!(gelfmu(folder.path(), &[&run[..], &[more, "--out", out]].concat()).status.success());
+    }
+    let both = ["report", "slow", "fast"];
+    for (more, words) in [
+        (&[][..], "found 2 folders, expected one, or --out FILE.html"),
+        (&["--out", "all.html", "--measured", "lab.csv"], "found --measured with 2 folders, expected one folder"),
+        (&["nowhere", "--out", "all.html"], "found no scene.toml in nowhere"),
+    ] {
+        let said = gelfmu(folder.path(), &[&both, more].concat());
+        assert_eq!(said.status.code(), Some(2), "{}", err(&said));
+        assert!(err(&said).contains(words) && !place("all.html").exists(), "{}", err(&said));
+    }
+    let all = [&both[..], &["--out", "all.html", "--case", "9"]].concat();
+    assert!(gelfmu(folder.path(), &all).status.success());
+    let page = fs::read_to_string(place("all.html")).unwrap();
+    let mut reader = quick_xml::Reader::from_str(&page);
+    while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
+    let row = "<th scope=\"row\">projectile.velocity</th><td><code>[0.0,0.0,-150.0]</code></td><td><code>[0.0,0.0,-200.0]</code></td>";
+    for part in ["<h1>2 runs compared</h1>", "<dd>9</dd>", row, "further values are the same", "not validated for"] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("<th scope=\"row\">gel.density"), "only what differs");
+    assert!(page.matches("<figure class=\"plot\">").count() >= 4);
+    let again = gelfmu(folder.path(), &all);
+    assert!(err(&again).contains("--out all.html: found something of this name"), "{}", err(&again));
+    assert!(gelfmu(folder.path(), &[&all[..], &["--force"]].concat()).status.success());
+}

@@ -68,11 +68,17 @@ fn read_logo(path: &Path) -> Result<LogoImage, CommandError> {
 /// Options of `gelfmu report`.
 #[derive(Debug, Args)]
 pub struct ReportFolderOptions {
-    /// Folder with the results of a run
-    #[arg(value_name = "DIR")]
-    pub folder: PathBuf,
+    /// Folder with the results of a run; several folders are compared on one page, which needs --out
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
     #[command(flatten)]
     pub report: ReportOptions,
+    /// File to write (report.html in the folder of one run if absent)
+    #[arg(long, value_name = "FILE.html")]
+    pub out: Option<PathBuf>,
+    /// Replace an earlier file of --out
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Options of `gelfmu movie`.

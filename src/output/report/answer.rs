@@ -8,13 +8,13 @@ use crate::scene::Scene;
 use std::fmt::Write;
 
 /// Large figure of the answer.
-struct AnswerFigure {
+pub(super) struct AnswerFigure {
     /// Quantity.
-    name: &'static str,
+    pub(super) name: &'static str,
     /// Value with its unit, or a word.
-    value: String,
+    pub(super) value: String,
     /// Place, time and other circumstances.
-    details: String,
+    pub(super) details: String,
 }
 
 impl AnswerFigure {
@@ -24,16 +24,20 @@ impl AnswerFigure {
     }
 }
 
-/// Returns the answer, with the number of doubts about it.
-pub(super) fn answer(scene: &Scene, summary: &RunSummary) -> String {
-    let figures = [
+/// Returns the figures of the answer: penetration, cavity, energy and expansion, as far as the run has them.
+pub(super) fn figures(scene: &Scene, summary: &RunSummary) -> [Option<AnswerFigure>; 4] {
+    [
         Some(penetration(scene, summary)).filter(|_| !scene.projectile.fixed),
         cavity(summary),
         energy(scene, summary),
         expansion(summary),
-    ];
+    ]
+}
+
+/// Returns the answer, with the number of doubts about it.
+pub(super) fn answer(scene: &Scene, summary: &RunSummary) -> String {
     let mut list = String::new();
-    for AnswerFigure { name, value, details } in figures.into_iter().flatten() {
+    for AnswerFigure { name, value, details } in figures(scene, summary).into_iter().flatten() {
         writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd><dd class=\"details\">{details}</dd></div>")
             .expect("a string grows");
     }

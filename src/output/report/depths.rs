@@ -7,10 +7,10 @@ use crate::output::saved_run::{SavedShot, ShotPoint};
 use crate::scene::Scene;
 
 /// Least yaw of a visible curve, degrees.
-const MIN_YAW: f64 = 0.01;
+pub(super) const MIN_YAW: f64 = 0.01;
 
 /// Line above plots that the script of the page brings to life.
-const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
+pub(super) const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
                     over the same axis go together.</p>\n";
 
 /// Returns the plots of a shot against depth, the table of its layers, and the slices with estimated cracks.
@@ -50,13 +50,17 @@ fn force_plot(shot: &SavedShot) -> CurvePlot {
 
 /// Returns the plot of the energy per centimetre, as a step curve, with the interfaces of the layers.
 fn energy_plot(scene: &Scene, shot: &SavedShot) -> CurvePlot {
-    let (energies, end) = (&shot.energies, shot.greatest_depth());
-    let level =
-        |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
-    let points = energies.iter().enumerate().flat_map(level).collect();
-    let curve = PlotCurve::line("in each centimetre", points);
+    let curve = PlotCurve::line("in each centimetre", energy_steps(shot));
     let curves = [curve].into_iter().chain(layers::interface_curves(scene, shot)).collect();
     depth_plot(shot, "Energy given to the gel by depth", "J", curves)
+}
+
+/// Returns the energy in each centimetre of depth as a step curve.
+pub(super) fn energy_steps(shot: &SavedShot) -> Vec<(f64, f64)> {
+    let end = shot.greatest_depth();
+    let level =
+        |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
+    shot.energies.iter().enumerate().flat_map(level).collect()
 }
 
 /// Returns the plot of the yaw, without a curve if the projectile flies straight.
@@ -121,7 +125,8 @@ fn track_curve(shot: &SavedShot) -> PlotCurve {
     PlotCurve::line("permanent track: damaged gel, as a circle", points)
 }
 
-fn curve_along_track(shot: &SavedShot, name: &str, value: impl Fn(&ShotPoint) -> f64) -> PlotCurve {
+/// Returns a value of the projectile by depth as a curve.
+pub(super) fn curve_along_track(shot: &SavedShot, name: &str, value: impl Fn(&ShotPoint) -> f64) -> PlotCurve {
     let points = shot.points.iter().map(|place| (place.depth, value(place))).collect();
     PlotCurve::line(name, points)
 }

@@ -128,19 +128,12 @@ impl ReportDate {
 }
 
 impl ReportIdentity {
-    /// Returns the head of the page with the title of the shot as its headline.
-    pub(super) fn header(&self, scene: &Scene, level: &str) -> String {
-        let name = escape(&scene.scene.name);
-        let kind = match scene.scene.dimension {
-            Dimension::Planar => "in the plane",
-            Dimension::Axisymmetric => "about an axis",
-            Dimension::Spatial => "in space",
-        };
+    /// Returns the head of the page with its headline, a text, and what stands below it, HTML.
+    pub(super) fn header(&self, headline: &str, below: &str) -> String {
         format!(
-            "<header>\n{}<h1>{}</h1>\n<p class=\"title\">Simulation <code>{name}</code>, {kind}, at the level \
-             <code>{level}</code></p></header>\n",
+            "<header>\n{}<h1>{}</h1>\n<p class=\"title\">{below}</p></header>\n",
             self.letterhead(),
-            escape(headline(scene))
+            escape(headline)
         )
     }
 
@@ -164,19 +157,30 @@ impl ReportIdentity {
         all.into_iter().filter_map(|(name, text)| Some((name, text?))).collect()
     }
 
-    /// Returns the style of the printed page: title, case, author and date at its foot, beside the number of the page.
-    pub(super) fn print_style(&self, scene: &Scene) -> String {
+    /// Returns the style of the printed page: headline, case, author and date at its foot, beside the number of the page.
+    pub(super) fn print_style(&self, headline: &str) -> String {
         let entries = self.entries().into_iter().map(|(name, text)| match name {
             "Case" => format!("case {text}"),
             _ => text,
         });
-        let foot: Vec<String> = std::iter::once(headline(scene).to_owned()).chain(entries).collect();
+        let foot: Vec<String> = std::iter::once(headline.to_owned()).chain(entries).collect();
         format!(
             "@page {{ @bottom-left {{ content: \"{}\"; }} @bottom-right {{ content: \"page \" counter(page) \" of \" \
              counter(pages); }} }}\n",
             css_text(&foot.join(" · "))
         )
     }
+}
+
+/// Returns the line below the headline of a run.
+pub(super) fn run_line(scene: &Scene, level: &str) -> String {
+    let name = escape(&scene.scene.name);
+    let kind = match scene.scene.dimension {
+        Dimension::Planar => "in the plane",
+        Dimension::Axisymmetric => "about an axis",
+        Dimension::Spatial => "in space",
+    };
+    format!("Simulation <code>{name}</code>, {kind}, at the level <code>{level}</code>")
 }
 
 /// Returns the title of a scene, or its name if it has none.
@@ -196,7 +200,6 @@ fn css_text(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
 
     #[test]
     fn a_logo_is_known_by_its_content_and_another_file_is_told() {
@@ -226,13 +229,12 @@ mod tests {
 
     #[test]
     fn nothing_is_shown_that_is_not_given_and_texts_are_escaped() {
-        let mut scene = scene::read(scene::builtin("fbi-bb").unwrap()).unwrap();
         let bare = ReportIdentity::default();
-        assert!(!bare.header(&scene, "draft").contains("letterhead"));
-        scene.scene.title = "A \"shot\" </style>".to_owned();
+        assert!(!bare.header("shot", "").contains("letterhead"));
         let full = ReportIdentity { case: Some("7 < 8".to_owned()), author: Some(" ".to_owned()), ..bare };
-        let (head, style) = (full.header(&scene, "draft"), full.print_style(&scene));
+        let (head, style) = (full.header("a < b", ""), full.print_style("A \"shot\" </style>"));
         assert!(head.contains("<dt>Case</dt><dd>7 &lt; 8</dd>") && !head.contains("Author"), "{head}");
+        assert!(head.contains("<h1>a &lt; b</h1>"), "{head}");
         assert!(!style.contains(['<', '\'']) && style.contains("A \\000022 shot\\000022  \\00003c /style"), "{style}");
     }
 }

@@ -4,6 +4,7 @@ mod answer;
 mod axis;
 mod charts;
 mod compared;
+mod comparison;
 mod crack_slices;
 mod depths;
 mod figures;
@@ -23,6 +24,7 @@ mod words;
 mod wound_profile;
 
 pub use compared::{ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, insert_comparison};
+pub use comparison::{ReportRun, comparison_page};
 pub use figures::{FigureRow, figure_rows, summary_schema};
 pub(super) use film::speed_pictures;
 pub(super) use format::escape;
@@ -107,7 +109,6 @@ pub fn report_page(folder: &Path, scene: &Scene, identity: &ReportIdentity) -> R
 
 /// Returns the page as HTML.
 fn page(scene: &Scene, summary: &RunSummary, data: &ReportData, identity: &ReportIdentity) -> String {
-    let title = escape(identity::headline(scene));
     let level = summary.fidelity.as_str();
     let sections = [
         words::failure(scene, summary),
@@ -117,7 +118,7 @@ fn page(scene: &Scene, summary: &RunSummary, data: &ReportData, identity: &Repor
         words::summary(scene, summary),
         words::key_figures(scene, summary),
         MEASURED_PLACE.to_owned(),
-        shot(scene, data),
+        shot(scene, summary, data),
         data.shot.as_ref().map_or(String::new(), |shot| depths::charts(scene, shot)),
         charts::charts(scene, &data.rows, data.shot.as_ref()),
         tables::fragments(summary),
@@ -126,15 +127,20 @@ fn page(scene: &Scene, summary: &RunSummary, data: &ReportData, identity: &Repor
         diagnostics(summary, &data.rows),
         view::script(),
     ];
+    let headline = identity::headline(scene);
+    let body = identity.header(headline, &identity::run_line(scene, level)) + &sections.concat();
+    document(headline, &identity.print_style(headline), &body)
+}
+
+/// Returns a page with this title, a text, further style, and body.
+fn document(title: &str, style: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{title} — ballistic-gel</title>\n<style>\n{STYLE}{}{}</style>\n</head>\n<body>\n<main>\n{}{}</main>\n\
+         <title>{} — ballistic-gel</title>\n<style>\n{STYLE}{}{style}</style>\n</head>\n<body>\n<main>\n{body}</main>\n\
          </body>\n</html>\n",
-        view::STYLE,
-        identity.print_style(scene),
-        identity.header(scene, level),
-        sections.concat()
+        escape(title),
+        view::STYLE
     )
 }
 
@@ -150,8 +156,8 @@ fn wound(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
 }
 
 /// Returns the section of the shot: the view in three dimensions, and pictures where it cannot be shown or is printed.
-fn shot(scene: &Scene, data: &ReportData) -> String {
-    let moment = charts::time_of_greatest_energy(&data.rows);
+fn shot(scene: &Scene, summary: &RunSummary, data: &ReportData) -> String {
+    let moment = SectionMoment::of(summary).time;
     let (stills, place) = (film::film(moment, &data.pictures), view::place(scene, moment, &data.views));
     if stills.is_empty() && place.is_empty() {
         return String::new();

@@ -68,13 +68,16 @@ fn first_sentence(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
+/// Returns the doubts about a run in plain words.
+pub(super) fn plain_doubts(summary: &RunSummary) -> Vec<String> {
+    summary.doubts.iter().map(|doubt| plain_sentence(doubt)).collect()
+}
+
 /// Returns the section of trust: doubts, limits, and the folded details.
 pub(super) fn trust(scene: &Scene, summary: &RunSummary) -> String {
-    let doubts = if summary.doubts.is_empty() {
-        "<p>No reason to doubt the figures was found.</p>\n".to_owned()
-    } else {
-        let sentences: Vec<String> = summary.doubts.iter().map(|doubt| plain_sentence(doubt)).collect();
-        format!("<div class=\"doubts\">{}</div>\n", bullet_list(&sentences))
+    let doubts = match &plain_doubts(summary)[..] {
+        [] => "<p>No reason to doubt the figures was found.</p>\n".to_owned(),
+        sentences => format!("<div class=\"doubts\">{}</div>\n", bullet_list(sentences)),
     };
     format!(
         "<section class=\"trust\"><h2>How far to trust these figures</h2>\n{doubts}<p>{}</p>\n<p>{}</p>\n{}{}</section>\n",
@@ -86,7 +89,7 @@ pub(super) fn trust(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Returns the sentences on what the model is validated for, and on what it is not.
-fn limits(scene: &Scene) -> String {
+pub(super) fn limits(scene: &Scene) -> String {
     let compared = match (scene::shot_class(scene, 0), scene.gel.preset) {
         (Some(class), _) => {
             let class = escape(&class.to_string());
