@@ -15,6 +15,7 @@ use crate::output::summary::RunSummary;
 use crate::scene::Scene;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
 use std::path::Path;
 
 /// Run that is compared with others: folder and scene, and a name for tables and legends.
@@ -230,13 +231,15 @@ fn trust(runs: &[ComparedResults]) -> String {
         } else {
             format!("<div class=\"doubts\">{}</div>", bullet_list(&sentences))
         };
-        told += &format!(
+        write!(
+            told,
             "<h3>{}</h3>\n{doubts}\n<p>{}</p>\n<p class=\"hint\">ballistic-gel {}, state digest <code>{}</code></p>\n",
             run.name,
             trust::limits(run.scene),
             escape(&run.summary.version),
             escape(&run.summary.digest)
-        );
+        )
+        .expect("a string grows");
     }
     format!("<section class=\"trust\"><h2>How far to trust these figures</h2>\n{told}</section>\n")
 }
