@@ -245,7 +245,7 @@ fn several_runs_are_compared_on_one_page_with_the_values_in_which_their_scenes_d
         (&["--out", "all.html", "--measured", "lab.csv"], "found --measured with 2 folders, expected one folder"),
         (&["nowhere", "--out", "all.html"], "found no scene.toml in nowhere"),
     ] {
-        let said = gelfmu(folder.path(), &[&both, more].concat());
+        let said = gelfmu(folder.path(), &[&both[..], more].concat());
         assert_eq!(said.status.code(), Some(2), "{}", err(&said));
         assert!(err(&said).contains(words) && !place("all.html").exists(), "{}", err(&said));
     }

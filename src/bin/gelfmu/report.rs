@@ -9,7 +9,6 @@ use ballistic_gel::output::{self, REPORT, ReportIdentity, ReportRun, ResultFolde
 use ballistic_gel::scene::Scene;
 use serde_json::json;
 use std::collections::BTreeSet;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// Makes the report of a folder, or of several on one page, and prints its path.
@@ -22,6 +21,7 @@ pub fn report(options: &ReportFolderOptions, console: &Console) -> Result<(), Co
 
 /// Makes the report of one run.
 fn report_folder(folder: &Path, options: &ReportFolderOptions, console: &Console) -> Result<(), CommandError> {
+    options.out.as_deref().map_or(Ok(()), |file| check_out(file, options.force))?;
     let identity = options.report.identity()?;
     let scene_file = check_scene_file(folder)?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
@@ -33,7 +33,7 @@ fn report_folder(folder: &Path, options: &ReportFolderOptions, console: &Console
         None => (folder.join(REPORT), write(folder, &scene, &identity, measured.as_ref())?),
         Some(file) => {
             let page = page(folder, &scene, &identity, measured.as_ref())?;
-            write_out(file, &page.html, options.force)?;
+            write_out(file, &page.html)?;
             (file.clone(), page.residuals)
         }
     };
@@ -55,6 +55,7 @@ fn compare_folders(folders: &[PathBuf], options: &ReportFolderOptions, console: 
         let expected = "one folder: compare each run with its own measurement";
         return Err(refused(&format!("--measured with {several}"), expected));
     }
+    check_out(out, options.force)?;
     let identity = options.report.identity()?;
     let load = |folder: &PathBuf| Ok(source::load(&check_scene_file(folder)?.to_string_lossy(), &[])?.scene);
     let scenes = folders.iter().map(load).collect::<Result<Vec<Scene>, CommandError>>()?;
@@ -62,7 +63,7 @@ fn compare_folders(folders: &[PathBuf], options: &ReportFolderOptions, console: 
     let runs = folders.iter().zip(&scenes).zip(&names);
     let runs: Vec<ReportRun> = runs.map(|((folder, scene), name)| ReportRun { name, folder, scene }).collect();
     let page = output::comparison_page(&runs, &identity).map_err(RunError::from)?;
-    write_out(out, &page, options.force)?;
+    write_out(out, &page)?;
     console.result(&json!({ "file": out, "runs": names }), &out.display().to_string());
     Ok(())
 }
@@ -85,18 +86,18 @@ fn check_scene_file(folder: &Path) -> Result<PathBuf, CommandError> {
     Err(CommandError::BadInput(format!("report: {found}, expected a folder that gelfmu run or an FMU has written")))
 }
 
-/// Writes the page into the file of `--out`; an earlier file stays without `--force`.
-fn write_out(file: &Path, page: &str, is_forced: bool) -> Result<(), CommandError> {
-    if is_forced {
-        return Ok(results::replace(file, page.as_bytes())?);
-    }
-    results::create(file, page.as_bytes()).map_err(|source| match source.kind() {
-        io::ErrorKind::AlreadyExists => CommandError::BadInput(format!(
-            "--out {}: found something of this name, expected a new name, or --force",
-            file.display()
-        )),
-        _ => RunError::File { verb: "write", path: file.to_path_buf(), source }.into(),
-    })
+/// Refuses a file of `--out` that exists, without `--force`.
+fn check_out(file: &Path, is_forced: bool) -> Result<(), CommandError> {
+    let refused = || {
+        let expected = "a new name, or --force";
+        CommandError::BadInput(format!("--out {}: found something of this name, expected {expected}", file.display()))
+    };
+    if file.exists() && !is_forced { Err(refused()) } else { Ok(()) }
+}
+
+/// Writes the page into the file of `--out`.
+fn write_out(file: &Path, page: &str) -> Result<(), CommandError> {
+    Ok(results::replace(file, page.as_bytes())?)
 }
 
 /// Report of a run with the residuals of measured curves, in sentences.

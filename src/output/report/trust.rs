@@ -111,7 +111,8 @@ pub(super) fn limits(scene: &Scene) -> String {
     missing.push(match (scene.gel.preset, scene.gel.material) {
         (Some(Preset::Gelatin10), MaterialModel::TwoNetwork) => "gels other than 10 % gelatin at 4 °C",
         (Some(Preset::Gelatin10), _) => "penetration with this elastic law, gels other than 10 % gelatin at 4 °C",
-        _ => "this gel beyond what is told below",
+        (Some(_), _) => "this gel beyond the data told below",
+        (None, _) => "this gel",
     });
     format!("{compared} The model is <strong>not validated for</strong> {}, or animals and people.", missing.join("; "))
 }
