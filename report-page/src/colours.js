@@ -38,12 +38,12 @@ export function table(map) {
   return result;
 }
 
-/** Returns the range of a field over frames: that of all of its parts. */
-export function rangeOf(frames, field, scale) {
-  const ranges = frames.flatMap((frame) => frame.parts.map((part) => part.ranges[field]).filter(Boolean));
+/** Returns the range of a field over frames, that of all of its parts, on the scale on which it is shown. */
+export function rangeOf(frames, { index, stored, scale }) {
+  const ranges = frames.flatMap((frame) => frame.parts.map((part) => part.ranges[index]).filter(Boolean));
   const highest = ranges.reduce((a, b) => (b[1] > a[1] ? b : a));
-  if (scale === "logarithmic") {
-    return highest;
+  if (stored === "logarithmic") {
+    return scale === "logarithmic" ? highest : [0, highest[1]];
   }
   return [Math.min(...ranges.map((range) => range[0])), highest[1]];
 }
@@ -65,6 +65,6 @@ export function valueAt(place, range, scale) {
 }
 
 /** Returns for each quantised value of a part its number in the colour table. */
-export function colourNumbers(partRange, range, scale) {
-  return Uint8Array.from({ length: 256 }, (_, step) => Math.round(255 * placeOf(dequantise(step, partRange, scale), range, scale)));
+export function colourNumbers(partRange, range, { stored, scale }) {
+  return Uint8Array.from({ length: 256 }, (_, step) => Math.round(255 * placeOf(dequantise(step, partRange, stored), range, scale)));
 }

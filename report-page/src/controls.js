@@ -34,25 +34,41 @@ export function makeControls(place) {
   controls.cutPlace = place.querySelector("#view-cut-place");
   controls.cuts = place.querySelector(".view-cuts");
   controls.bar = place.querySelector(".bar");
+  controls.legend = place.querySelector(".view-bar");
   controls.ticks = place.querySelector(".ticks");
   controls.picture = place.querySelector(".view-picture");
   return controls;
 }
 
-/** Fills the list of fields. */
-export function listFields(controls, fields) {
-  fields.forEach(({ name }, i) => controls.field.append(new Option(name, String(i))));
+/**
+ * Returns the choices of colours: the gel as it looks, then each field on a linear scale, and a field with values over
+ * several decades on a logarithmic one, too.
+ */
+export function choicesOf(fields) {
+  const ofField = ({ name, unit, scale }, index) => {
+    if (scale !== "logarithmic") {
+      return [{ name, unit, index, stored: scale, scale }];
+    }
+    const choice = { unit, index, stored: scale };
+    return [{ ...choice, name, scale: "from-zero" }, { ...choice, name: `${name}, logarithmic scale`, scale }];
+  };
+  return [{ name: "Gel" }, ...fields.flatMap(ofField)];
+}
+
+/** Fills the list of colours. */
+export function listChoices(controls, choices) {
+  choices.forEach(({ name }, i) => controls.field.append(new Option(name, String(i))));
 }
 
 /** Draws the colour bar of a field over a range. */
 export function drawBar(controls, { name, unit, scale }, range) {
-  controls.quantity.textContent = name;
+  controls.quantity.textContent = unit ? `${name}, ${unit}` : name;
   controls.bar.style.background = `linear-gradient(to right, ${mapOf(scale).join(", ")})`;
   const largest = Math.max(...range.map(Math.abs));
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((place) => {
     const value = valueAt(place, range, scale);
     const tick = document.createElement("span");
-    tick.textContent = quantity(value, unit, scale === "logarithmic" ? value : largest, unit === "" ? 4 : 3);
+    tick.textContent = quantity(value, unit, scale === "logarithmic" ? value : largest, 3);
     return tick;
   });
   controls.ticks.replaceChildren(...ticks);

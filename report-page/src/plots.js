@@ -27,7 +27,7 @@ function columns({ curves, horizontal }) {
 }
 
 function number(value) {
-  return value === null || value === undefined ? "–" : String(Number(value.toPrecision(5)));
+  return value === null || value === undefined ? "–" : String(Number(value.toPrecision(3)));
 }
 
 function axes({ horizontal, vertical }) {
@@ -35,7 +35,7 @@ function axes({ horizontal, vertical }) {
   const power = (_, splits) => splits.map((value) => (Number.isInteger(value) ? `1e${value}` : ""));
   return [
     { ...ink, label: `${horizontal.name}, ${horizontal.unit}`, labelSize: 22, size: 40 },
-    { ...ink, label: vertical.unit, labelSize: 22, size: 62, ...(vertical.decades ? { values: power } : {}) },
+    { ...ink, label: vertical.title, labelSize: 22, size: 62, ...(vertical.decades ? { values: power } : {}) },
   ];
 }
 
@@ -43,10 +43,11 @@ function options(plot, width) {
   const { horizontal, vertical } = plot;
   const fromZero = (_, low, high) => [1.05 * Math.min(0, low ?? 0), 1.05 * Math.max(0, high ?? 1)];
   const value = (_, raw) => (vertical.decades && raw !== null ? Number((10 ** raw).toPrecision(3)).toExponential() : number(raw));
-  const series = plot.curves.map(({ name, colour, dots }) => ({
+  const series = plot.curves.map(({ name, colour, dash, dots }) => ({
     label: name,
     stroke: colour,
     width: dots ? 0 : 2,
+    dash,
     spanGaps: true,
     points: dots ? { show: true, size: 7, fill: colour } : { show: false },
     value,
@@ -71,6 +72,9 @@ async function showPlot(figure) {
   figure.querySelector(".still").before(place);
   const drawn = new uPlot(options(plot, place.clientWidth || 640), columns(plot), place);
   figure.classList.add("is-live");
+  // The legend has the signs of the key, with their dash patterns; its first row is the abscissa.
+  const signs = figure.querySelectorAll(".key .sign");
+  [...place.querySelectorAll(".u-series")].slice(1).forEach((row, i) => row.querySelector(".u-marker").replaceWith(signs[i].cloneNode(true)));
   new ResizeObserver(() => {
     if (place.clientWidth > 0) {
       drawn.setSize({ width: place.clientWidth, height: HEIGHT });

@@ -1,6 +1,10 @@
 // Shapes of a frame: mirrored halves and quarters, bodies of revolution, and slabs of plane scenes.
 
+import { creased } from "./normals.js";
+
 const SEGMENTS = 72;
+/** Distance from a plane of symmetry within which a point lies on it, relative to the greatest coordinate. */
+const ON_PLANE = 1e-4;
 
 /** Shape under construction: points, triangles, and for each point its point in the part. */
 class Shape {
@@ -27,19 +31,27 @@ class Shape {
   }
 }
 
-/** Returns the part once for each combination of mirror images in these axes. */
+/** Returns the part once for each combination of mirror images in these axes; points on a plane of symmetry are shared. */
 function mirrored(part, axes) {
   const shape = new Shape(part);
+  const reach = part.positions.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
   const signs = axes.reduce((all, axis) => all.flatMap((sign) => [sign, sign.map((one, k) => (k === axis ? -one : one))]), [[1, 1, 1]]);
-  for (const [sx, sy, sz] of signs) {
-    const first = shape.sources.length;
+  const known = new Map();
+  for (const sign of signs) {
+    const numbers = [];
     for (let i = 0; i < part.positions.length / 3; i += 1) {
-      shape.add(i, sx * part.positions[3 * i], sy * part.positions[3 * i + 1], sz * part.positions[3 * i + 2]);
+      const at = part.positions.subarray(3 * i, 3 * i + 3);
+      const side = sign.map((one, k) => (Math.abs(at[k]) <= ON_PLANE * reach ? 1 : one));
+      const key = `${i},${side}`;
+      if (!known.has(key)) {
+        known.set(key, shape.add(i, sign[0] * at[0], sign[1] * at[1], sign[2] * at[2]));
+      }
+      numbers.push(known.get(key));
     }
-    const isTurned = sx * sy * sz < 0;
+    const isTurned = sign[0] * sign[1] * sign[2] < 0;
     for (let i = 0; i < part.triangles.length; i += 3) {
       const [a, b, c] = part.triangles.subarray(i, i + 3);
-      shape.triangles.push(first + a, first + (isTurned ? c : b), first + (isTurned ? b : c));
+      shape.triangles.push(numbers[a], numbers[isTurned ? c : b], numbers[isTurned ? b : c]);
     }
   }
   return shape.finish();
@@ -53,7 +65,7 @@ function revolved(part) {
     if (!rings.has(point)) {
       const [r, , z] = part.positions.subarray(3 * point, 3 * point + 3);
       rings.set(point, shape.sources.length);
-      for (let k = 0; k <= SEGMENTS; k += 1) {
+      for (let k = 0; k < SEGMENTS; k += 1) {
         const angle = (2 * Math.PI * k) / SEGMENTS;
         shape.add(point, r * Math.cos(angle), r * Math.sin(angle), z);
       }
@@ -63,7 +75,8 @@ function revolved(part) {
   for (let i = 0; i < part.edges.length; i += 2) {
     const [a, b] = [ring(part.edges[i]), ring(part.edges[i + 1])];
     for (let k = 0; k < SEGMENTS; k += 1) {
-      shape.triangles.push(a + k, b + k, b + k + 1, a + k, b + k + 1, a + k + 1);
+      const next = (k + 1) % SEGMENTS;
+      shape.triangles.push(a + k, b + k, b + next, a + k, b + next, a + next);
     }
   }
   return shape.finish();
@@ -115,7 +128,8 @@ function shapesOf(part, { dimension, mirrored: axes }, thickness) {
   return [{ role: part.kind, ...mirrored(part, within) }];
 }
 
-/** Returns all shapes of a frame. */
+/** Returns all shapes of a frame; surfaces are smooth but for their edges. */
 export function shapes(frame, data, thickness) {
-  return frame.parts.flatMap((part) => shapesOf(part, data, thickness));
+  const all = frame.parts.flatMap((part) => shapesOf(part, data, thickness));
+  return all.map((shape) => (shape.role === "section" ? shape : creased(shape)));
 }

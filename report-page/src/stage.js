@@ -2,15 +2,18 @@
 
 import {
   AmbientLight,
+  BackSide,
   Box3,
   BufferAttribute,
   BufferGeometry,
   Color,
   DirectionalLight,
   DoubleSide,
+  FrontSide,
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
+  MeshPhongMaterial,
   PerspectiveCamera,
   Plane,
   Scene,
@@ -20,6 +23,11 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const STEEL = 0x8d99a8;
+/** Colours and opacities of gel: amber, clear enough to see the projectile, paler where it is cut. */
+const GEL = 0xd9922e;
+const GEL_OPACITY = 0.38;
+const GEL_SECTION = 0xf2c27a;
+const GEL_SECTION_OPACITY = 0.72;
 const OPEN_ANGLE = 28;
 
 /** Directions from the gel to the camera in each view. */
@@ -59,15 +67,25 @@ export class Stage {
   }
 
   makeMaterials() {
-    const lambert = (more) => new MeshLambertMaterial({ flatShading: true, side: DoubleSide, ...more });
+    const lambert = (more) => new MeshLambertMaterial({ side: DoubleSide, ...more });
+    const gel = (side) => new MeshPhongMaterial({
+      color: GEL,
+      specular: 0x665533,
+      shininess: 40,
+      transparent: true,
+      opacity: GEL_OPACITY,
+      depthWrite: false,
+      side,
+      clippingPlanes: [this.clip],
+    });
+    const section = (more) => new MeshBasicMaterial({ side: DoubleSide, clippingPlanes: [this.clipSection], ...more });
     this.materials = {
       surface: lambert({ vertexColors: true, clippingPlanes: [this.clip] }),
-      section: new MeshBasicMaterial({
-        vertexColors: true,
-        side: DoubleSide,
-        clippingPlanes: [this.clipSection],
-      }),
+      section: section({ vertexColors: true }),
       body: lambert({ color: STEEL }),
+      gelBack: gel(BackSide),
+      gelFront: gel(FrontSide),
+      gelSection: section({ color: GEL_SECTION, transparent: true, opacity: GEL_SECTION_OPACITY }),
     };
     this.wire = new MeshBasicMaterial({
       wireframe: true,
@@ -78,9 +96,19 @@ export class Stage {
     });
   }
 
+  /** Returns the meshes of a shape: coloured by a field if it has colours, else as gel or steel. */
+  meshesOf({ role, colours }, geometry) {
+    const mesh = (name, order) => Object.assign(new Mesh(geometry, this.materials[name]), { renderOrder: order });
+    if (colours || role === "body") {
+      return [mesh(role, role === "surface" ? 1 : 0)];
+    }
+    // The far side of clear gel is drawn before the near side, and the section before both.
+    return role === "surface" ? [mesh("gelBack", 1), mesh("gelFront", 2)] : [mesh("gelSection", 3)];
+  }
+
   /**
-   * Replaces the meshes; each shape brings positions, triangles, colours and a role. The lines of the section
-   * stand before it by a small offset, m.
+   * Replaces the meshes; each shape brings positions, triangles, normals, a role, and colours where a field is shown. The lines
+   * of the section stand before it by a small offset, m.
    */
   show(shapes, isSectionShown, hasLines, lineOffset) {
     for (const mesh of this.meshes) {
@@ -89,21 +117,19 @@ export class Stage {
     }
     this.meshes = shapes.flatMap((shape) => {
       const geometry = new BufferGeometry();
-      geometry.setAttribute("position", new BufferAttribute(shape.positions, 3));
-      if (shape.colours) {
-        geometry.setAttribute("color", new BufferAttribute(shape.colours, 3));
+      const attributes = { position: shape.positions, normal: shape.normals, color: shape.colours };
+      for (const [name, numbers] of Object.entries(attributes).filter(([, numbers]) => numbers)) {
+        geometry.setAttribute(name, new BufferAttribute(numbers, 3));
       }
       geometry.setIndex(new BufferAttribute(shape.triangles, 1));
-      const mesh = new Mesh(geometry, this.materials[shape.role]);
-      mesh.renderOrder = shape.role === "surface" ? 1 : 0;
+      const meshes = this.meshesOf(shape, geometry);
       if (shape.role !== "section") {
-        return [mesh];
+        return meshes;
       }
-      mesh.visible = isSectionShown;
-      const lines = new Mesh(geometry, this.wire);
-      lines.visible = isSectionShown && hasLines;
+      const lines = Object.assign(new Mesh(geometry, this.wire), { renderOrder: 4, visible: isSectionShown && hasLines });
       lines.position.y = -lineOffset;
-      return [mesh, lines];
+      meshes.forEach((mesh) => Object.assign(mesh, { visible: isSectionShown }));
+      return [...meshes, lines];
     });
     this.scene.add(...this.meshes);
   }

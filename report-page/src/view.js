@@ -1,9 +1,10 @@
 // View of the shot: frames, their colours, and what the controls do.
 
 import { colourNumbers, mapOf, rangeOf, table } from "./colours.js";
-import { drawBar, listFields, makeControls } from "./controls.js";
+import { choicesOf, drawBar, listChoices, makeControls } from "./controls.js";
 import { decodeFrame } from "./data.js";
 import { quantity } from "./format.js";
+import { addViewButtons } from "./save.js";
 import { shapes } from "./shapes.js";
 import { Stage } from "./stage.js";
 
@@ -55,7 +56,8 @@ class View {
     this.thickness = 0.15 * Math.max(size[0], size[2]);
     this.box = wholeBox(gel, data, this.thickness);
     this.controls = makeControls(place);
-    listFields(this.controls, data.fields);
+    this.choices = choicesOf(data.fields);
+    listChoices(this.controls, this.choices);
     const width = this.box.high[0] - this.box.low[0];
     this.stage = new Stage(this.controls.canvas, size[2] > 1.25 * width);
     this.controls.time.max = String(frames.length - 1);
@@ -119,7 +121,7 @@ class View {
 
   showMoment(moment) {
     this.moment = moment;
-    const when = quantity(this.frames[moment].time, "s", undefined, 4);
+    const when = quantity(this.frames[moment].time, "s", undefined, 3);
     this.controls.time.value = String(moment);
     this.controls.time.setAttribute("aria-valuetext", when);
     this.controls.clock.textContent = when;
@@ -130,27 +132,34 @@ class View {
   draw() {
     const { controls, data, stage } = this;
     const frame = this.frames[this.moment];
-    const number = Number(controls.field.value);
-    const field = data.fields[number];
-    const range = rangeOf(controls.scale.value === "run" ? this.frames : [frame], number, field.scale);
-    const colours = table(mapOf(field.scale));
-    const coloured = shapes(frame, data, this.thickness).map((shape) => this.coloured(shape, number, range, colours));
+    const choice = this.choices[Number(controls.field.value)];
+    const isGel = choice.index === undefined;
+    const plain = shapes(frame, data, this.thickness);
+    [controls.clear, controls.scale].forEach((control) => Object.assign(control, { disabled: isGel }));
+    controls.legend.hidden = isGel;
     const isPlanar = data.dimension === "planar";
     const cut = this.cutHeight(frame);
     stage.cut(isPlanar ? null : cut, 1e-3 * this.thickness);
-    stage.show(coloured, isPlanar || cut !== null, controls.lines.checked, 5e-4 * this.thickness);
+    const all = isGel ? plain : this.colouredShapes(plain, frame, choice);
+    stage.show(all, isPlanar || cut !== null, controls.lines.checked, 5e-4 * this.thickness);
     stage.render();
-    drawBar(controls, field, range);
+  }
+
+  /** Returns shapes with the colours of a field, and draws its bar. */
+  colouredShapes(plain, frame, choice) {
+    const range = rangeOf(this.controls.scale.value === "run" ? this.frames : [frame], choice);
+    const colours = table(mapOf(choice.scale));
+    drawBar(this.controls, choice, range);
+    return plain.map((shape) => this.coloured(shape, choice, range, colours));
   }
 
   /** Returns a shape with the colours of a field. */
-  coloured(shape, number, range, colours) {
+  coloured(shape, choice, range, colours) {
     if (shape.role === "body") {
       return shape;
     }
-    const { scale } = this.data.fields[number];
-    const numbers = colourNumbers(shape.part.ranges[number], range, scale);
-    const values = shape.part.values[number];
+    const numbers = colourNumbers(shape.part.ranges[choice.index], range, choice);
+    const values = shape.part.values[choice.index];
     const result = new Float32Array(3 * shape.sources.length);
     shape.sources.forEach((source, i) => {
       const first = 3 * numbers[values[source]];
@@ -246,7 +255,8 @@ export async function showView(place, text) {
   try {
     const view = new View(place, data, frames);
     const mirror = data.mirrored.length > 0 ? `One ${data.mirrored.length > 1 ? "quarter" : "half"} is computed and mirrored. ` : "";
-    view.controls.note.textContent = `${NOTES[data.dimension]}${mirror}Drag to turn, wheel or pinch to zoom, right button to move. Values of elements are shown as means at the nodes.`;
+    view.controls.note.textContent = `${NOTES[data.dimension]}${mirror}Drag to turn, wheel or pinch to zoom, right button to move. Fields of elements are shown as means at the nodes.`;
+    addViewButtons(place, view);
     document.body.classList.add("has-view");
   } catch (error) {
     place.hidden = true;

@@ -48,8 +48,9 @@ pub(crate) use reading::{MOST_FILE_BYTES, read_limited};
 pub use reading::{MOST_RESULT_BYTES, MOST_TABLE_BYTES, read_limited_text, read_scene_text, scene_file_reader};
 #[cfg(feature = "cli")]
 pub use report::{
-    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, FigureRow, figure_rows, insert_comparison, layer_rows,
-    peak_force_label, report_page, summary_schema,
+    ComparedCurve, CurveAbscissa, CurvePoint, CurveResidual, FigureRow, LogoImage, MOST_LOGO_BYTES, ReportDate,
+    ReportIdentity, ReportRun, comparison_page, figure_rows, insert_comparison, layer_rows, peak_force_label,
+    report_page, summary_schema,
 };
 #[cfg(feature = "cli")]
 pub use saved_run::{ExitedBody, ExitedRun, SavedRunError, exited_run};

@@ -1,6 +1,6 @@
 //! Report of a folder of results, made from its files alone.
 
-use ballistic_gel::output::{SCENE, report_page};
+use ballistic_gel::output::{ReportIdentity, SCENE, report_page};
 use ballistic_gel::scene::Scene;
 use std::path::Path;
 
@@ -8,5 +8,5 @@ use std::path::Path;
 pub fn page_of(folder: &Path) -> String {
     let text = std::fs::read_to_string(folder.join(SCENE)).expect("a scene in every folder");
     let scene: Scene = toml::from_str(&text).expect("the scene that was written");
-    report_page(folder, &scene).expect("the files of a run")
+    report_page(folder, &scene, &ReportIdentity::default()).expect("the files of a run")
 }

@@ -55,8 +55,9 @@ async function checkView(browser) {
   const fields = await browser.evaluate("document.getElementById('view-field').options.length");
   for (let field = fields - 1; field >= 0; field -= 1) {
     await browser.evaluate(set("view-field", `value = ${field}`));
-    const ticks = await browser.evaluate("document.querySelector('.view-bar .ticks').textContent");
+    const ticks = await browser.evaluate("document.querySelector('.view-bar').hidden ? '' : document.querySelector('.view-bar .ticks').textContent");
     require(!/NaN|Infinity|undefined/.test(ticks), `the colour bar of field ${field} has numbers: ${ticks}`);
+    require((ticks === "") === (field === 0), "gel as it looks has no colour bar, and every field has one");
   }
   await browser.evaluate("document.getElementById('view-canvas').dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowLeft' }))");
   require((await browser.evaluate(CANVAS)).hash !== end.hash, "an arrow key moves through time");
@@ -65,6 +66,43 @@ async function checkView(browser) {
 async function checkPlots(browser) {
   const [plots, live] = await browser.evaluate("['', '.is-live'].map((kind) => document.querySelectorAll('figure.plot' + kind).length)");
   require(plots > 0 && plots === live, `all plots are live (${live} of ${plots})`);
+}
+
+/** Presses a button of each kind, and returns type and size of the file that it saves. */
+function saved(selector, label) {
+  return `(async () => {
+    const saved = new Promise((done) => {
+      HTMLAnchorElement.prototype.click = async function () {
+        const blob = await (await fetch(this.href)).blob();
+        done({ name: this.download, type: blob.type, size: blob.size });
+      };
+    });
+    [...document.querySelectorAll("${selector} .save button")].find((button) => button.textContent === "${label}").click();
+    return await saved;
+  })()`;
+}
+
+async function checkSaving(browser) {
+  for (const [selector, label, type, least] of [
+    ["figure.section", "Save SVG", "image/svg+xml", 1000],
+    ["figure.section", "Save PNG", "image/png", 3000],
+    ["figure.plot", "Save PNG", "image/png", 3000],
+    ["#view", "Save picture", "image/png", 3000],
+  ]) {
+    const file = await browser.evaluate(saved(selector, label));
+    require(file.type === type && file.size > least, `${label} of ${selector} saves a picture: ${JSON.stringify(file)}`);
+  }
+  const [tables, buttons] = await browser.evaluate("['', ' > .save'].map((part) => document.querySelectorAll('div.wide' + part).length)");
+  require(tables > 0 && tables === buttons, `all tables can be copied (${buttons} of ${tables})`);
+}
+
+async function checkFolds(browser) {
+  const open = "document.querySelectorAll('main details[open]').length";
+  await browser.evaluate("window.dispatchEvent(new Event('beforeprint'))");
+  const printed = await browser.evaluate(open);
+  await browser.evaluate("window.dispatchEvent(new Event('afterprint'))");
+  const after = await browser.evaluate(open);
+  require(printed > 3 && after === 0, `folded parts are open in print alone (${printed}, then ${after})`);
 }
 
 /** Writes pictures of the page in light and dark, and as it is printed. */
@@ -98,6 +136,8 @@ for (const page of pages) {
   await check(program, page, [], async (browser) => {
     await checkView(browser);
     await checkPlots(browser);
+    await checkSaving(browser);
+    await checkFolds(browser);
     if (process.env.PICTURES) {
       await takePictures(browser, page, process.env.PICTURES);
     }

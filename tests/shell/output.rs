@@ -315,7 +315,7 @@ fn reports_are_well_formed_and_need_nothing_from_outside() {
         let page = page_of(&run(&format!("report-{dimension}"), &scene(dimension), None));
         let mut reader = quick_xml::Reader::from_str(&page);
         while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
-        assert_eq!(page.matches("<svg ").count(), 5, "position, velocity, force, energy, closure");
+        assert_eq!(page.matches("<div class=\"still\"").count(), 5, "position, velocity, force, energy, closure");
         assert_eq!(
             page.matches("src=\"data:image/png;base64,").count(),
             12,
@@ -323,9 +323,9 @@ fn reports_are_well_formed_and_need_nothing_from_outside() {
         );
         let closed = "integrator, contact, energy, cost, switched off";
         let tables = page.matches("<table>").count();
-        assert!((8..=10).contains(&tables), "{tables}: projectile, gel, run, mesh, {closed}");
+        assert!((9..=11).contains(&tables), "{tables}: shot, projectile, gel, run, mesh, {closed}");
         assert!(page.contains("id=\"view-data\"") && page.contains("id=\"page-script\""), "the view and its script");
-        assert!(page.contains("14.00 mm") && page.contains("&lt; dents &gt; a gel &amp; leaves"));
+        assert!(page.contains("14.0 mm") && page.contains("&lt; dents &gt; a gel &amp; leaves"));
         for outside in ["src=\"http", "href=", "url(", "@import"] {
             assert!(!page.contains(outside), "{outside}");
         }
@@ -459,8 +459,8 @@ fn summary_and_report_tell_what_became_of_each_fragment() {
     let page = page_of(&folder);
     assert!(page.contains("There are 2 fragments beside the projectile, 1 of 2 active at the end."));
     let row = |cells: &str| format!("<tr><th scope=\"row\">fragment[{cells}</td></tr>").replace('|', "</td><td>");
-    let one = row("1]</th><td>active|12.50 mm|10.00 mm|0 m/s|12.50 N|50.00 mN s");
-    let two = row("2]</th><td>inactive|0 m|−15.00 mm|5.000 m/s|0 N|0 N s");
+    let one = row("1]</th><td>active|12.5 mm|10.0 mm|0 m/s|12.5 N|50.0 mN s");
+    let two = row("2]</th><td>inactive|0 m|−15.0 mm|5.00 m/s|0 N|0 N s");
     assert!(page.contains(&one) && page.contains(&two), "{}", between(&page, "<h2>Fragments</h2>", "</section>"));
     let without = page_of(&run("no-fragments", &self::scene("spatial"), None));
     assert!(!without.contains("fragment["));

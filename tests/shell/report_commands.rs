@@ -162,3 +162,105 @@ fn a_report_is_made_of_the_files_of_a_run_and_with_a_laboratorys_curve_afterward
     assert_eq!(gelfmu(folder.path(), &["report", "mine"]).status.code(), Some(1));
     assert!(!place("mine/report.html").exists());
 }
+
+#[test]
+fn a_report_shows_case_author_and_logo_where_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let page = || fs::read_to_string(place("shot/report.html")).unwrap();
+    assert!(run_with(folder.path(), &["--set=output.frames=3"]).status.success());
+    let bare = page();
+    assert!(!bare.contains("<dt>Case</dt>") && !bare.contains("class=\"logo\"") && bare.contains("<dt>Date</dt>"));
+    let script = "<svg xmlns=\"http://www.w3.org/2000/svg\"><script>alert(1)</script></svg>";
+    fs::write(place("logo.svg"), script).unwrap();
+    let options = ["--case", "17 & 4", "--author", "A. <N>", "--logo", "logo.svg"];
+    assert!(gelfmu(folder.path(), &[&["report", "shot"][..], &options].concat()).status.success());
+    let full = page();
+    for part in ["<dt>Case</dt><dd>17 &amp; 4</dd>", "<dd>A. &lt;N&gt;</dd>", "case 17 \\000026  4 · A. "] {
+        assert!(full.contains(part), "{part}");
+    }
+    assert!(full.contains("src=\"data:image/svg+xml;base64,") && !full.contains("alert(1)"), "an image runs no script");
+    let mut reader = quick_xml::Reader::from_str(&full);
+    while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
+
+    fs::write(place("large.png"), [b"\x89PNG\r\n\x1a\n".as_slice(), &vec![0; 1 << 20]].concat()).unwrap();
+    fs::write(place("page.html"), "<html></html>").unwrap();
+    for (file, found) in [
+        ("none.png", "no readable file"),
+        ("shot", "a folder, a device or a pipe"),
+        ("large.png", "a larger file"),
+        ("page.html", "a text that is no SVG"),
+    ] {
+        for command in [&["report", "shot"][..], &["run", "fbi-bb", "--out=other"]] {
+            let said = gelfmu(folder.path(), &[command, &["--logo", file]].concat());
+            assert_eq!(said.status.code(), Some(2), "{}", err(&said));
+            let words = format!("--logo {file}: found {found}");
+            assert!(
+                err(&said).contains(&words) && err(&said).contains("expected a PNG, JPEG or SVG"),
+                "{}",
+                err(&said)
+            );
+        }
+        assert!(!place("other").exists(), "the logo is read before the run");
+    }
+    assert_eq!(page(), full, "a refused logo leaves the report");
+}
+
+#[test]
+fn the_first_things_of_a_report_are_the_answer_the_wound_and_the_doubts() {
+    let folder = tempfile::tempdir().unwrap();
+    let run =
+        ["run", "fbi-bb", "--fidelity", "draft", "--set=scene.end_time=1e-3", "--direct", "--quiet", "--out", "shot"];
+    assert!(gelfmu(folder.path(), &run).status.success());
+    let page = fs::read_to_string(folder.path().join("shot/report.html")).unwrap();
+    let parts = [
+        "<dl class=\"answer\">",
+        "<dt>Not perforated, greatest depth</dt>",
+        "<dt>Widest temporary cavity</dt>",
+        "<dt>Most energy to the gel</dt>",
+        "<figure class=\"wound\">",
+        "<figure class=\"section\">",
+        "How far to trust these figures",
+        "not validated for",
+        "gelfmu run scene.toml --out again",
+        "Along the path of the projectile",
+        "<th scope=\"row\">Mass</th><td>0.343 g</td><td class=\"si\">0.000343 kg</td><td>scene</td>",
+    ];
+    let places: Vec<usize> = parts.iter().map(|part| page.find(part).unwrap_or_else(|| panic!("{part}"))).collect();
+    assert!(places.is_sorted(), "{places:?}");
+}
+
+#[test]
+fn several_runs_are_compared_on_one_page_with_the_values_in_which_their_scenes_differ() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let run =
+        ["run", "fbi-bb", "--fidelity", "draft", "--set=scene.end_time=5e-4", "--direct", "--quiet", "--no-frames"];
+    for (out, more) in [("slow", "--set=projectile.velocity[3]=-150"), ("fast", "--set=projectile.velocity[3]=-200")] {
+        assert!(gelfmu(folder.path(), &[&run[..], &[more, "--out", out]].concat()).status.success());
+    }
+    let both = ["report", "slow", "fast"];
+    for (more, words) in [
+        (&[][..], "found 2 folders, expected one, or --out FILE.html"),
+        (&["--out", "all.html", "--measured", "lab.csv"], "found --measured with 2 folders, expected one folder"),
+        (&["nowhere", "--out", "all.html"], "found no scene.toml in nowhere"),
+    ] {
+        let said = gelfmu(folder.path(), &[&both[..], more].concat());
+        assert_eq!(said.status.code(), Some(2), "{}", err(&said));
+        assert!(err(&said).contains(words) && !place("all.html").exists(), "{}", err(&said));
+    }
+    let all = [&both[..], &["--out", "all.html", "--case", "9"]].concat();
+    assert!(gelfmu(folder.path(), &all).status.success());
+    let page = fs::read_to_string(place("all.html")).unwrap();
+    let mut reader = quick_xml::Reader::from_str(&page);
+    while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
+    let row = "<th scope=\"row\">projectile.velocity</th><td><code>[0.0,0.0,-150.0]</code></td><td><code>[0.0,0.0,-200.0]</code></td>";
+    for part in ["<h1>2 runs compared</h1>", "<dd>9</dd>", row, "further values are the same", "not validated for"] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("<th scope=\"row\">gel.density"), "only what differs");
+    assert!(page.matches("<figure class=\"plot\">").count() >= 4);
+    let again = gelfmu(folder.path(), &all);
+    assert!(err(&again).contains("--out all.html: found something of this name"), "{}", err(&again));
+    assert!(gelfmu(folder.path(), &[&all[..], &["--force"]].concat()).status.success());
+}

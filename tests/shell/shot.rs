@@ -252,7 +252,7 @@ fn a_ball_that_stays_in_the_gel_has_a_rest_depth() {
     let figure = |key: &str| summary[key].as_f64().unwrap();
     assert!((figure("rest_depth") - depth(stop)).abs() < 1e-12 && (figure("time_of_rest") - stop).abs() < 1e-9);
     let page = page_of(&folder);
-    assert!(page.contains("<dt>rest depth</dt><dd>16.80 mm from 4.000 ms</dd>"), "{page}");
+    assert!(page.contains("<dt>rest depth</dt><dd>16.8 mm from 4.00 ms</dd>"), "{page}");
 }
 
 #[test]
@@ -306,7 +306,7 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
     assert!(found["rebound_velocity"].is_null() && found["perforated"].as_bool() == Some(true), "{found}");
     let page = page_of(&folder);
     assert!(
-        page.contains("has perforated the gel: it left the back face with <strong>3.000 m/s</strong> at 9.000 ms"),
+        page.contains("has perforated the gel: it left the back face with <strong>3.00 m/s</strong> at 9.00 ms"),
         "{page}"
     );
     assert!(

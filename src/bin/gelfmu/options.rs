@@ -70,7 +70,7 @@ pub enum GelfmuCommand {
     Bench(BenchOptions),
     /// Write the FMU of a scene, for every platform whose library is inside this gelfmu
     Pack(PackOptions),
-    /// Make the report of a finished run from the files in its folder
+    /// Make the report of a finished run from the files in its folder, or a page that compares several runs
     ///
     /// `gelfmu run` makes it at its end; an FMU with an output directory, and a run with --no-report, leave it to this
     /// command.

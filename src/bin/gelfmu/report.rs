@@ -1,49 +1,137 @@
-//! `gelfmu report`: the report of a finished run, made from the files in its folder.
+//! `gelfmu report`: the report of a finished run, made from the files in its folder, and a page that compares several.
 
 use crate::console::Console;
 use crate::failure::{CommandError, RunError};
 use crate::measured::{self, MeasuredTable};
 use crate::report_options::ReportFolderOptions;
-use crate::source;
-use ballistic_gel::output::{self, REPORT, ResultFolder, SCENE, SavedRunError};
+use crate::{results, source};
+use ballistic_gel::output::{self, REPORT, ReportIdentity, ReportRun, ResultFolder, SCENE, SavedRunError};
 use ballistic_gel::scene::Scene;
 use serde_json::json;
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-/// Makes the report of a folder and prints its path.
+/// Makes the report of a folder, or of several on one page, and prints its path.
 pub fn report(options: &ReportFolderOptions, console: &Console) -> Result<(), CommandError> {
-    let folder = &options.folder;
-    let scene_file = folder.join(SCENE);
-    if !scene_file.is_file() {
-        let found = format!("found no {SCENE} in {}", folder.display());
-        return Err(CommandError::BadInput(format!(
-            "report: {found}, expected a folder that gelfmu run or an FMU has written"
-        )));
+    match &options.folders[..] {
+        [folder] => report_folder(folder, options, console),
+        folders => compare_folders(folders, options, console),
     }
+}
+
+/// Makes the report of one run.
+fn report_folder(folder: &Path, options: &ReportFolderOptions, console: &Console) -> Result<(), CommandError> {
+    options.out.as_deref().map_or(Ok(()), |file| check_out(file, options.force))?;
+    let identity = options.report.identity()?;
+    let scene_file = check_scene_file(folder)?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
     if let Some(table) = &measured {
         console.notes(&table.notes);
     }
-    let source = source::load(&scene_file.to_string_lossy(), &[])?;
-    let residuals = write(folder, &source.scene, measured.as_ref())?;
+    let scene = source::load(&scene_file.to_string_lossy(), &[])?.scene;
+    let (file, residuals) = match &options.out {
+        None => (folder.join(REPORT), write(folder, &scene, &identity, measured.as_ref())?),
+        Some(file) => {
+            let page = page(folder, &scene, &identity, measured.as_ref())?;
+            write_out(file, &page.html)?;
+            (file.clone(), page.residuals)
+        }
+    };
     console.notes(&residuals);
-    let page = folder.join(REPORT);
-    console.result(&json!({ "file": page, "residuals": residuals }), &page.display().to_string());
+    console.result(&json!({ "file": file, "residuals": residuals }), &file.display().to_string());
     Ok(())
+}
+
+/// Makes the page that compares several runs.
+fn compare_folders(folders: &[PathBuf], options: &ReportFolderOptions, console: &Console) -> Result<(), CommandError> {
+    let refused =
+        |found: &str, expected: &str| CommandError::BadInput(format!("report: found {found}, expected {expected}"));
+    let several = format!("{} folders", folders.len());
+    if folders.len() > ReportRun::MOST {
+        return Err(refused(&several, &format!("at most {}: make several pages", ReportRun::MOST)));
+    }
+    let out = options.out.as_ref().ok_or_else(|| refused(&several, "one, or --out FILE.html for the page of all"))?;
+    if options.report.measured.is_some() {
+        let expected = "one folder: compare each run with its own measurement";
+        return Err(refused(&format!("--measured with {several}"), expected));
+    }
+    check_out(out, options.force)?;
+    let identity = options.report.identity()?;
+    let load = |folder: &PathBuf| Ok(source::load(&check_scene_file(folder)?.to_string_lossy(), &[])?.scene);
+    let scenes = folders.iter().map(load).collect::<Result<Vec<Scene>, CommandError>>()?;
+    let names = run_names(folders);
+    let runs = folders.iter().zip(&scenes).zip(&names);
+    let runs: Vec<ReportRun> = runs.map(|((folder, scene), name)| ReportRun { name, folder, scene }).collect();
+    let page = output::comparison_page(&runs, &identity).map_err(RunError::from)?;
+    write_out(out, &page)?;
+    console.result(&json!({ "file": out, "runs": names }), &out.display().to_string());
+    Ok(())
+}
+
+/// Returns the names of folders, or their paths if two have the same name.
+fn run_names(folders: &[PathBuf]) -> Vec<String> {
+    let name = |folder: &PathBuf| folder.file_name().map(|name| name.to_string_lossy().into_owned());
+    let names: Option<Vec<String>> = folders.iter().map(name).collect();
+    let is_unique = |names: &Vec<String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
+    names.filter(is_unique).unwrap_or_else(|| folders.iter().map(|folder| folder.display().to_string()).collect())
+}
+
+/// Returns the scene file of a folder with results; a folder without one is refused.
+fn check_scene_file(folder: &Path) -> Result<PathBuf, CommandError> {
+    let scene_file = folder.join(SCENE);
+    if scene_file.is_file() {
+        return Ok(scene_file);
+    }
+    let found = format!("found no {SCENE} in {}", folder.display());
+    Err(CommandError::BadInput(format!("report: {found}, expected a folder that gelfmu run or an FMU has written")))
+}
+
+/// Refuses a file of `--out` that exists, without `--force`.
+fn check_out(file: &Path, is_forced: bool) -> Result<(), CommandError> {
+    let refused = || {
+        let expected = "a new name, or --force";
+        CommandError::BadInput(format!("--out {}: found something of this name, expected {expected}", file.display()))
+    };
+    if file.exists() && !is_forced { Err(refused()) } else { Ok(()) }
+}
+
+/// Writes the page into the file of `--out`.
+fn write_out(file: &Path, page: &str) -> Result<(), CommandError> {
+    Ok(results::replace(file, page.as_bytes())?)
+}
+
+/// Report of a run with the residuals of measured curves, in sentences.
+struct ReportPage {
+    html: String,
+    residuals: Vec<String>,
 }
 
 /// Writes the report of a run of this scene into its folder, with the curves of a laboratory. Returns their residuals in
 /// sentences.
-pub fn write(folder: &Path, scene: &Scene, measured: Option<&MeasuredTable>) -> Result<Vec<String>, RunError> {
-    let page = output::report_page(folder, scene).map_err(RunError::from)?;
-    let mut results = ResultFolder::reopen(folder, output::RUN)?;
-    let Some(table) = measured else {
-        results.write(REPORT, page.as_bytes())?;
-        return Ok(vec![]);
-    };
+pub fn write(
+    folder: &Path,
+    scene: &Scene,
+    identity: &ReportIdentity,
+    measured: Option<&MeasuredTable>,
+) -> Result<Vec<String>, RunError> {
+    let page = page(folder, scene, identity, measured)?;
+    ResultFolder::reopen(folder, output::RUN)?.write(REPORT, page.html.as_bytes())?;
+    Ok(page.residuals)
+}
+
+/// Makes the report of a run, with the curves of a laboratory, whose residuals are written into its `summary.json`.
+fn page(
+    folder: &Path,
+    scene: &Scene,
+    identity: &ReportIdentity,
+    measured: Option<&MeasuredTable>,
+) -> Result<ReportPage, RunError> {
+    let html = output::report_page(folder, scene, identity)?;
+    let Some(table) = measured else { return Ok(ReportPage { html, residuals: vec![] }) };
+    // Only the folder of a run is changed.
+    ResultFolder::reopen(folder, output::RUN)?;
     let comparison = measured::compare(table, folder)?;
-    results.write(REPORT, comparison.insert_into(&page).as_bytes())?;
-    Ok(comparison.residuals)
+    Ok(ReportPage { html: comparison.insert_into(&html), residuals: comparison.residuals })
 }
 
 impl From<SavedRunError> for RunError {

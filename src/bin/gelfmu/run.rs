@@ -28,14 +28,14 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
+    let identity = options.report.identity()?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
     let SceneResources { text, files } = resources::collect(&source)?;
     let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([(output::SCENE.to_owned(), kept.into_bytes())]).collect();
-    let inputs: Vec<PathBuf> =
-        results::inputs(name, &source).into_iter().chain(options.report.measured.clone()).collect();
+    let inputs: Vec<PathBuf> = results::inputs(name, &source).into_iter().chain(options.report.files()).collect();
     let mut claimed = claim_folder(&folder, options, &inputs, &source, &kept)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
@@ -56,7 +56,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
     let job = RunJob { source, folder, step: options.step, threads: options.threads };
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
     if job.source.scene.output.report {
-        console.notes(&report::write(&job.folder, &job.source.scene, measured.as_ref())?);
+        console.notes(&report::write(&job.folder, &job.source.scene, &identity, measured.as_ref())?);
     } else if let Some(table) = &measured {
         console.notes(&measured::compare(table, &job.folder)?.residuals);
     }

@@ -37,15 +37,6 @@ pub(super) fn imbalances(rows: &[HistoryRow]) -> String {
     if plot.curves.is_empty() { String::new() } else { plot.figure() }
 }
 
-/// Returns the time of the greatest stored energy, s: the initial picture of the slider.
-pub(super) fn time_of_greatest_energy(rows: &[HistoryRow]) -> f64 {
-    let stored = |row: &&HistoryRow| row.get("energy_elastic_J");
-    rows.iter()
-        .filter(|row| stored(row).is_finite())
-        .max_by(|a, b| stored(a).total_cmp(&stored(b)))
-        .map_or(0.0, |row| row.get("time_s"))
-}
-
 fn position_plot(rows: &[HistoryRow]) -> CurvePlot {
     let curves = ["x", "y", "z"].map(|axis| (format!("position {axis}"), format!("position_{axis}_m")));
     CurvePlot {

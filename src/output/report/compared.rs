@@ -218,6 +218,6 @@ mod tests {
         let page = format!("<main>{MEASURED_PLACE}</main>");
         let page = insert_comparison(&page, "lab & co.csv", &[compared(&[[0.05, 46.0]])], &["a < b".to_owned()]);
         assert!(page.contains("lab &amp; co.csv") && page.contains("v &lt;m/s&gt;") && page.contains("a &lt; b"));
-        assert!(page.contains("4.000 m/s (8.696 %)") && !page.contains(MEASURED_PLACE.trim()));
+        assert!(page.contains("4.00 m/s (8.70 %)") && !page.contains(MEASURED_PLACE.trim()));
     }
 }

@@ -3,19 +3,17 @@
 use super::crack_slices;
 use super::layers;
 use super::plot::{CurvePlot, HorizontalAxis, PlotCurve, VerticalScale};
-use super::wound_profile;
 use crate::output::saved_run::{SavedShot, ShotPoint};
 use crate::scene::Scene;
 
 /// Least yaw of a visible curve, degrees.
-const MIN_YAW: f64 = 0.01;
+pub(super) const MIN_YAW: f64 = 0.01;
 
 /// Line above plots that the script of the page brings to life.
-const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
+pub(super) const HINT: &str = "<p class=\"hint\">Point at a plot to read it; drag along it to zoom; double-click for all of it. Plots \
                     over the same axis go together.</p>\n";
 
-/// Returns the wound profile of a shot, its plots against depth, the table of its layers, and the slices with estimated
-/// cracks.
+/// Returns the plots of a shot against depth, the table of its layers, and the slices with estimated cracks.
 pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
     let plots = [
         cavity_plot(shot),
@@ -27,8 +25,7 @@ pub(super) fn charts(scene: &Scene, shot: &SavedShot) -> String {
     ];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!(
-        "<section><h2>Along the path of the projectile</h2>\n{}{HINT}{figures}{}{}</section>\n",
-        wound_profile::figure(scene, shot),
+        "<section><h2>Along the path of the projectile</h2>\n{HINT}<div class=\"plots\">{figures}</div>{}{}</section>\n",
         layers::table(scene, shot),
         crack_slices::figure(scene, shot)
     )
@@ -53,13 +50,17 @@ fn force_plot(shot: &SavedShot) -> CurvePlot {
 
 /// Returns the plot of the energy per centimetre, as a step curve, with the interfaces of the layers.
 fn energy_plot(scene: &Scene, shot: &SavedShot) -> CurvePlot {
-    let (energies, end) = (&shot.energies, shot.greatest_depth());
-    let level =
-        |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
-    let points = energies.iter().enumerate().flat_map(level).collect();
-    let curve = PlotCurve::line("in each centimetre", points);
+    let curve = PlotCurve::line("in each centimetre", energy_steps(shot));
     let curves = [curve].into_iter().chain(layers::interface_curves(scene, shot)).collect();
     depth_plot(shot, "Energy given to the gel by depth", "J", curves)
+}
+
+/// Returns the energy in each centimetre of depth as a step curve.
+pub(super) fn energy_steps(shot: &SavedShot) -> Vec<(f64, f64)> {
+    let end = shot.greatest_depth();
+    let level =
+        |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
+    shot.energies.iter().enumerate().flat_map(level).collect()
 }
 
 /// Returns the plot of the yaw, without a curve if the projectile flies straight.
@@ -124,7 +125,8 @@ fn track_curve(shot: &SavedShot) -> PlotCurve {
     PlotCurve::line("permanent track: damaged gel, as a circle", points)
 }
 
-fn curve_along_track(shot: &SavedShot, name: &str, value: impl Fn(&ShotPoint) -> f64) -> PlotCurve {
+/// Returns a value of the projectile by depth as a curve.
+pub(super) fn curve_along_track(shot: &SavedShot, name: &str, value: impl Fn(&ShotPoint) -> f64) -> PlotCurve {
     let points = shot.points.iter().map(|place| (place.depth, value(place))).collect();
     PlotCurve::line(name, points)
 }

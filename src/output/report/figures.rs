@@ -1,12 +1,13 @@
 //! Figures of a run: their units and meaning, from the one table that [`RunSummary`] is, and the rows that console and
 //! report show.
 
-use super::format::{count, peak_force_label, percent, quantity, ratio};
+use super::format::{CONSOLE_DIGITS, PAGE_DIGITS, count, peak_force_label, percent_in, quantity_in, ratio_in};
 use crate::output::accounts::account_meanings;
 use crate::output::summary::RunSummary;
 use crate::scene::{Dimension, Scene};
 use serde_json::{Value, json};
 use std::collections::HashMap;
+use std::ops::Index;
 use std::sync::LazyLock;
 
 /// JSON schema of `summary.json`: meaning, unit (`x-unit`) and sampling (`x-sampled`) of each figure.
@@ -72,12 +73,36 @@ pub struct FigureRow {
     pub is_key: bool,
 }
 
+/// Figures of a run by their keys, and the significant digits in which they are written.
+struct SummaryFigures<'a> {
+    values: &'a Value,
+    digits: i32,
+}
+
+impl Index<&str> for SummaryFigures<'_> {
+    type Output = Value;
+
+    fn index(&self, key: &str) -> &Value {
+        &self.values[key]
+    }
+}
+
 /// Returns the rows of a run, in the order of the console. `summary` is the content of `summary.json`.
 #[must_use]
 pub fn figure_rows(summary: &Value, scene: &Scene) -> Vec<FigureRow> {
+    rows(&SummaryFigures { values: summary, digits: CONSOLE_DIGITS }, scene)
+}
+
+/// Returns the rows of a run that the report shows, in the digits of the page.
+pub(super) fn page_rows(summary: &Value, scene: &Scene) -> impl Iterator<Item = FigureRow> {
+    let rows = rows(&SummaryFigures { values: summary, digits: PAGE_DIGITS }, scene);
+    rows.into_iter().filter(|row| row.is_key)
+}
+
+fn rows(figures: &SummaryFigures, scene: &Scene) -> Vec<FigureRow> {
     let per = per_thickness(scene);
-    let [way, mesh, balance] = [way_rows(summary, scene, per), mesh_rows(summary), balance_rows(summary)];
-    mesh.into_iter().chain(way).chain(cavity_rows(summary)).chain(balance).collect()
+    let [way, mesh, balance] = [way_rows(figures, scene, per), mesh_rows(figures), balance_rows(figures)];
+    mesh.into_iter().chain(way).chain(cavity_rows(figures)).chain(balance).collect()
 }
 
 /// Returns the suffix of a force or an energy in a planar scene without thickness.
@@ -99,7 +124,7 @@ fn key_row(name: &str, text: String, is_key: bool) -> FigureRow {
 }
 
 /// Rows of the end, the mesh and its steps.
-fn mesh_rows(s: &Value) -> Vec<FigureRow> {
+fn mesh_rows(s: &SummaryFigures) -> Vec<FigureRow> {
     let steps = format!("{} to {}", figure(s, "smallest_step"), figure(s, "largest_step"));
     vec![
         row("end", format!("{} at {}", describe_completion(s), figure(s, "end_time"))),
@@ -110,7 +135,7 @@ fn mesh_rows(s: &Value) -> Vec<FigureRow> {
 }
 
 /// Rows of the motion of the projectile and of the contact.
-fn way_rows(s: &Value, scene: &Scene, per: &str) -> Vec<FigureRow> {
+fn way_rows(s: &SummaryFigures, scene: &Scene, per: &str) -> Vec<FigureRow> {
     let (moves, perforated) = (!scene.projectile.fixed, s["perforated"] == Value::Bool(true));
     let stays = moves && !perforated;
     let with_per = |key: &str| figure(s, key) + if s[key].is_null() { "" } else { per };
@@ -134,7 +159,7 @@ fn way_rows(s: &Value, scene: &Scene, per: &str) -> Vec<FigureRow> {
 }
 
 /// Rows of the balances, the known errors and the cost.
-fn balance_rows(s: &Value) -> Vec<FigureRow> {
+fn balance_rows(s: &SummaryFigures) -> Vec<FigureRow> {
     let both = |a: &str, b: &str| [a, b].map(|key| format_small(&s[key]));
     let [imbalance, defect] = both("energy_error", "energy_defect");
     let [momentum, angular] = both("momentum_error", "angular_momentum_error");
@@ -150,14 +175,14 @@ fn balance_rows(s: &Value) -> Vec<FigureRow> {
 }
 
 /// Rows of what a shot leaves in the gel, each only where there is such a figure.
-fn cavity_rows(s: &Value) -> impl Iterator<Item = FigureRow> {
+fn cavity_rows(s: &SummaryFigures<'_>) -> impl Iterator<Item = FigureRow> {
     [expansion_row(s), expansion_work_row(s), cavity_row(s), course_row(s), track_row(s), neck_row(s), overlap_row(s)]
         .into_iter()
         .flatten()
 }
 
 /// Row of the temporary cavity of a shot.
-fn cavity_row(s: &Value) -> Option<FigureRow> {
+fn cavity_row(s: &SummaryFigures) -> Option<FigureRow> {
     s["greatest_cavity_diameter"].as_f64()?;
     let [greatest, time, last] =
         ["greatest_cavity_diameter", "time_of_greatest_cavity", "final_cavity_diameter"].map(|key| figure(s, key));
@@ -171,7 +196,7 @@ fn cavity_row(s: &Value) -> Option<FigureRow> {
 }
 
 /// Row of the collapse and the pulsation of the cavity.
-fn course_row(s: &Value) -> Option<FigureRow> {
+fn course_row(s: &SummaryFigures) -> Option<FigureRow> {
     s["time_of_cavity_collapse"].as_f64()?;
     let collapse = format!("below 40 % of its diameter at {}", figure(s, "time_of_cavity_collapse"));
     let pulsation = s["cavity_pulsation_diameter"].as_f64().map(|_| {
@@ -182,31 +207,31 @@ fn course_row(s: &Value) -> Option<FigureRow> {
 }
 
 /// Row of the permanent track in a damaged gel.
-fn track_row(s: &Value) -> Option<FigureRow> {
+fn track_row(s: &SummaryFigures) -> Option<FigureRow> {
     s["greatest_track_diameter"].as_f64().filter(|diameter| *diameter > 0.0)?;
     Some(key_row("permanent track", format!("{} wide at most", figure(s, "greatest_track_diameter")), true))
 }
 
 /// Row of the opening of an expanding projectile.
-fn expansion_row(s: &Value) -> Option<FigureRow> {
+fn expansion_row(s: &SummaryFigures) -> Option<FigureRow> {
     let opening = s["expansion"].as_f64()?;
     Some(key_row("expansion", format!("{:.0} % open, {} wide", 1e2 * opening, figure(s, "expanded_diameter")), true))
 }
 
 /// Row of the work of the surface of an expanding projectile.
-fn expansion_work_row(s: &Value) -> Option<FigureRow> {
+fn expansion_work_row(s: &SummaryFigures) -> Option<FigureRow> {
     let part = s["expansion_work_fraction"].as_f64()?;
     Some(row("work of the expansion", format!("{:+.1} % of the energy given, an account of its own", 1e2 * part)))
 }
 
 /// Row of the neck of a bullet that turns over.
-fn neck_row(s: &Value) -> Option<FigureRow> {
+fn neck_row(s: &SummaryFigures) -> Option<FigureRow> {
     s["neck_length"].as_f64()?;
     Some(key_row("neck", format!("{}, then the yaw passes 30°", figure(s, "neck_length")), true))
 }
 
 /// Row of a run in which the gel overlaps itself, with or without self-contact.
-fn overlap_row(s: &Value) -> Option<FigureRow> {
+fn overlap_row(s: &SummaryFigures) -> Option<FigureRow> {
     let volume = s["overlapped_volume"].as_f64().filter(|volume| *volume > 0.0)?;
     let mut off = s["switched_off"].as_array().into_iter().flatten().filter_map(Value::as_str);
     let cause = if off.any(|entry| entry.starts_with("self-contact of the gel: none")) {
@@ -217,7 +242,7 @@ fn overlap_row(s: &Value) -> Option<FigureRow> {
     Some(row("self-overlap", format!("{:.3} cm³ of gel overlap other gel: {cause}", 1e6 * volume)))
 }
 
-fn describe_completion(s: &Value) -> &'static str {
+fn describe_completion(s: &SummaryFigures) -> &'static str {
     match (s["completed"].as_bool(), s["ended_by"].as_str()) {
         (Some(true), Some("exit")) => "reached, after the exit of the projectile,",
         (Some(true), Some("rest")) => "reached, with the projectile at rest,",
@@ -227,17 +252,17 @@ fn describe_completion(s: &Value) -> &'static str {
 }
 
 /// Describes the exit of a projectile that has perforated the gel.
-fn describe_exit(s: &Value, per: &str) -> String {
+fn describe_exit(s: &SummaryFigures, per: &str) -> String {
     let [velocity, time, energy] = ["exit_velocity", "exit_time", "residual_energy"].map(|key| figure(s, key));
     format!("{velocity} at {time}, {energy}{per} retained")
 }
 
-fn describe_peak_depth(s: &Value) -> String {
+fn describe_peak_depth(s: &SummaryFigures) -> String {
     format!("{} at {}", format_depth(s, "peak_depth"), figure(s, "time_of_peak_depth"))
 }
 
 /// Describes the rest of the projectile in the gel.
-fn describe_rest(s: &Value) -> String {
+fn describe_rest(s: &SummaryFigures) -> String {
     match s["rest_depth"].as_f64() {
         Some(_) => format!("{} from {}", format_depth(s, "rest_depth"), figure(s, "time_of_rest")),
         None => "none: the nose moves by 0.2 mm or more in the last millisecond (a later scene.end_time may show it), or is \
@@ -246,7 +271,7 @@ fn describe_rest(s: &Value) -> String {
     }
 }
 
-fn describe_rebound(s: &Value) -> String {
+fn describe_rebound(s: &SummaryFigures) -> String {
     let speed = figure(s, "rebound_velocity");
     match (s["rebound_velocity"].as_f64(), s["contact_duration"].as_f64(), s["final_depth"].as_f64()) {
         (_, None, _) => "none: no contact with the gel".to_owned(),
@@ -256,22 +281,24 @@ fn describe_rebound(s: &Value) -> String {
     }
 }
 
-fn describe_updates(s: &Value) -> String {
+fn describe_updates(s: &SummaryFigures) -> String {
     let [done, synchronous, rate] =
         ["element_updates", "synchronous_updates", "updates_per_second"].map(|key| format_count(&s[key]));
     format!("{done}, {synchronous} with one global step, {rate} per second")
 }
 
 /// Formats a depth, or the height above the entry surface if it is negative.
-fn format_depth(s: &Value, key: &str) -> String {
+fn format_depth(s: &SummaryFigures, key: &str) -> String {
     match s[key].as_f64() {
-        Some(depth) if depth < 0.0 => format!("none, {} above the entry surface", plain(&quantity(-depth, "m"))),
+        Some(depth) if depth < 0.0 => {
+            format!("none, {} above the entry surface", plain(&quantity_in(-depth, "m", s.digits)))
+        }
         _ => figure(s, key),
     }
 }
 
 /// Formats a figure with its unit; a vector is replaced by its norm, a missing one by a dash.
-fn figure(s: &Value, key: &str) -> String {
+fn figure(s: &SummaryFigures, key: &str) -> String {
     let number = match &s[key] {
         Value::Array(parts) => {
             parts.iter().map(|part| part.as_f64().map(|part| part * part)).sum::<Option<f64>>().map(f64::sqrt)
@@ -279,7 +306,7 @@ fn figure(s: &Value, key: &str) -> String {
         other => other.as_f64(),
     };
     let unit = UNITS.get(key).map_or("", String::as_str);
-    number.map_or("-".to_owned(), |number| plain(&quantity(number, unit)))
+    number.map_or("-".to_owned(), |number| plain(&quantity_in(number, unit, s.digits)))
 }
 
 /// Replaces the marks of the report in a number: a terminal shows powers, minus and spaces as plain characters.
@@ -288,12 +315,12 @@ pub(super) fn plain(number: &str) -> String {
 }
 
 fn format_count(value: &Value) -> String {
-    let text = |n: f64| if n < 1e6 { count(n) } else { format!("{} million", ratio(n * 1e-6)) };
+    let text = |n: f64| if n < 1e6 { count(n) } else { format!("{} million", ratio_in(n * 1e-6, CONSOLE_DIGITS)) };
     value.as_f64().map_or("-".to_owned(), |n| plain(&text(n)))
 }
 
 fn format_percent(value: &Value) -> String {
-    value.as_f64().map_or("not measured for these values".to_owned(), |part| plain(&percent(part)))
+    value.as_f64().map_or("not measured for these values".to_owned(), |part| plain(&percent_in(part, CONSOLE_DIGITS)))
 }
 
 fn format_small(value: &Value) -> String {
@@ -355,7 +382,10 @@ mod tests {
 
     #[test]
     fn a_list_shows_its_norm_and_an_absent_value_a_dash() {
-        let impulse = |value: Value| figure(&json!({ "total_impulse": value }), "total_impulse");
+        let impulse = |value: Value| {
+            let values = &json!({ "total_impulse": value });
+            figure(&SummaryFigures { values, digits: 4 }, "total_impulse")
+        };
         assert_eq!(impulse(json!([3.0, 0.0, 4.0])), "5.000 N s");
         assert_eq!([impulse(json!(null)), impulse(json!([1.0, null, 2.0]))], ["-", "-"]);
     }

@@ -18,19 +18,31 @@ pub(super) fn si_prefix(magnitude: f64) -> (f64, &'static str) {
     (1000f64.powi(-thousands), PREFIXES[(thousands + UNITY) as usize])
 }
 
-/// Formats a value with unit in four significant digits: "14.05 mm".
+/// Significant digits of a number on the page.
+pub(super) const PAGE_DIGITS: i32 = 3;
+/// Significant digits of a number on the console.
+pub(super) const CONSOLE_DIGITS: i32 = 4;
+
+/// Formats a value with unit in three significant digits: "14.1 mm".
 pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
+    quantity_in(value, unit, PAGE_DIGITS)
+}
+
+/// Formats a value with unit in a number of significant digits: in four "14.05 mm".
+pub(super) fn quantity_in(value: f64, unit: &str, significant: i32) -> String {
     match value.abs() {
         size if !size.is_finite() => "not known".to_string(),
-        size if size > 0.0 && !(SMALLEST..LARGEST).contains(&size) => format!("{} {unit}", ratio(value)),
-        _ => format_prefixed(value, value, unit, 4),
+        size if size > 0.0 && !(SMALLEST..LARGEST).contains(&size) => {
+            format!("{} {unit}", ratio_in(value, significant))
+        }
+        _ => format_prefixed(value, value, unit, significant),
     }
 }
 
 /// Returns the label of a peak force with the window of its mean, s: the figure depends on it.
 #[must_use]
 pub fn peak_force_label(window: f64) -> String {
-    let width = quantity(window, "s");
+    let width = quantity_in(window, "s", CONSOLE_DIGITS);
     let (digits, unit) = width.split_once(' ').unwrap_or((&width, ""));
     let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
     format!("peak force, mean over {digits} {unit}").trim_end().to_owned()
@@ -69,12 +81,17 @@ pub(super) fn millimetres(length: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Formats a ratio or an error in few digits, with an exponent if small or large.
+/// Formats a ratio or an error in three significant digits, with an exponent if small or large.
 pub(super) fn ratio(value: f64) -> String {
+    ratio_in(value, PAGE_DIGITS)
+}
+
+/// Formats a ratio or an error in a number of significant digits, with an exponent if small or large.
+pub(super) fn ratio_in(value: f64, significant: i32) -> String {
     match value.abs() {
         0.0 => "0".to_string(),
         size if !size.is_finite() => "not known".to_string(),
-        size if (1e-3..1e4).contains(&size) => format_digits(value, 4),
+        size if (1e-3..1e4).contains(&size) => format_digits(value, significant),
         _ => {
             let text = format!("{value:.2e}");
             let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -83,9 +100,25 @@ pub(super) fn ratio(value: f64) -> String {
     }
 }
 
-/// Formats a fraction in percent.
+/// Formats a fraction in percent, in three significant digits.
 pub(super) fn percent(value: f64) -> String {
-    ratio(100.0 * value) + " %"
+    percent_in(value, PAGE_DIGITS)
+}
+
+/// Formats a fraction in percent, in a number of significant digits.
+pub(super) fn percent_in(value: f64, significant: i32) -> String {
+    ratio_in(100.0 * value, significant) + " %"
+}
+
+/// Formats a length, m, in centimetres, in three significant digits and without trailing zeros: "4.25 cm".
+pub(super) fn centimetres(length: f64) -> String {
+    shortest(100.0 * length) + " cm"
+}
+
+/// Formats a number in three significant digits, without trailing zeros: "8.04", "15".
+pub(super) fn shortest(value: f64) -> String {
+    let text = format_digits(value, PAGE_DIGITS);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// Formats a count with thin spaces between thousands.
@@ -100,11 +133,13 @@ pub(super) fn count(value: f64) -> String {
 
 fn format_digits(value: f64, significant: i32) -> String {
     let size = value.abs();
-    let places = match size {
+    let places = |size: f64| match size {
         0.0 => 0,
         _ => (significant - 1 - size.log10().floor() as i32).clamp(0, 6) as usize,
     };
-    format!("{value:.places$}").replace('-', "−")
+    // A value that rounds up to the next power of ten has one digit more before the point.
+    let rounded: f64 = format!("{size:.0$}", places(size)).parse().unwrap_or(size);
+    format!("{value:.0$}", places(rounded)).replace('-', "−")
 }
 
 /// Returns a list of texts as HTML.
@@ -133,9 +168,11 @@ mod tests {
 
     #[test]
     fn quantities_carry_the_prefix_that_suits_them() {
-        assert_eq!(quantity(0.01405, "m"), "14.05 mm");
-        assert_eq!(quantity(1e-3, "s"), "1.000 ms");
-        assert_eq!(quantity(-3.8634, "m/s"), "−3.863 m/s");
+        assert_eq!(quantity(0.01405, "m"), "14.1 mm");
+        assert_eq!(quantity_in(0.01405, "m", 4), "14.05 mm");
+        assert_eq!(quantity(1e-3, "s"), "1.00 ms");
+        assert_eq!(quantity(-3.8634, "m/s"), "−3.86 m/s");
+        assert_eq!(quantity(9.999e-3, "m"), "10.0 mm", "a number that rounds up has no digit more");
         assert_eq!(quantity(0.0, "J"), "0 J");
         assert_eq!(quantity(f64::NAN, "J"), "not known");
         assert_eq!(quantity(-1e300, "m"), "−1.00 × 10<sup>300</sup> m");
@@ -145,7 +182,8 @@ mod tests {
     #[test]
     fn ratios_and_counts_can_be_read() {
         assert_eq!(ratio(1.234e-12), "1.23 × 10<sup>−12</sup>");
-        assert_eq!(ratio(12.5), "12.50");
+        assert_eq!([ratio(12.5), shortest(12.5), shortest(8.037)], ["12.5", "12.5", "8.04"]);
+        assert_eq!([centimetres(0.15), centimetres(0.0425), centimetres(0.4)], ["15 cm", "4.25 cm", "40 cm"]);
         assert_eq!(count(1_234_567.0), "1\u{202f}234\u{202f}567");
         assert_eq!((count(1e300), count(f64::NAN)), ("1.00 × 10<sup>300</sup>".to_owned(), "not known".to_owned()));
     }

@@ -1,10 +1,11 @@
-//! Inputs of a run with their sources, and the range in which the gel is valid.
+//! Inputs of a run with their sources: those of the shot in the units of the trade, and all values in SI units.
 
 use super::format::{bullet_list, escape};
+use super::shot_inputs;
 use super::tables::{row, table};
-use crate::output::summary::RunSummary;
-use crate::scene::{self, LayerSpec, LibraryProjectile, Preset, PresetValue, ProjectileSpec, Scene, ShotClass};
+use crate::scene::{self, LayerSpec, LibraryProjectile, Preset, PresetValue, ProjectileSpec, Scene};
 use serde_json::Value;
+use std::collections::HashMap;
 
 /// Value of the scene with its dotted key.
 struct InputValue {
@@ -19,19 +20,36 @@ struct PresetFact {
 }
 
 /// Sources of the values of a scene.
-struct ValueSources {
+pub(super) struct ValueSources {
     /// Values of the presets of gel and layers that the material of the scene uses.
     facts: Vec<PresetFact>,
+    /// True for each key of the presets whose value in the scene is that of the preset.
+    own: HashMap<String, bool>,
     /// Dotted keys, or beginnings of them, of the values that are those of the library, with their sources.
     library: Vec<(String, String)>,
 }
 
-/// Returns the section of the inputs: projectile, gel, layers and discretisation, each value with its source.
-pub(super) fn inputs(scene: &Scene) -> String {
+impl ValueSources {
+    /// Returns where the value of a key, or of the keys below it, comes from, in a few words.
+    pub(super) fn short(&self, key: &str) -> String {
+        let is_at = |known: &str| {
+            known.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+                || key.strip_prefix(known).is_some_and(|rest| rest.starts_with('.'))
+        };
+        if self.library.iter().any(|(known, _)| is_at(known)) {
+            return "library".to_owned();
+        }
+        let of_preset = self.facts.iter().any(|known| known.key == key && self.own.get(key) == Some(&true));
+        if of_preset { "preset of the gel".to_owned() } else { "scene".to_owned() }
+    }
+}
+
+/// Returns the section of the inputs: those of the shot, and folded all values of the scene with their sources.
+pub(super) fn inputs(scene: &Scene, level: &str) -> String {
     let all = serde_json::to_value(scene).unwrap_or_default();
-    let sources = ValueSources { facts: applicable_facts(scene), library: library_sources(scene) };
-    let open = [("projectile", "Projectile"), ("fragment", "Fragments"), ("gel", "Gel"), ("layer", "Layers")];
-    let folded = [
+    let sources = sources(scene, &all);
+    let shot = [("projectile", "Projectile"), ("fragment", "Fragments"), ("gel", "Gel"), ("layer", "Layers")];
+    let rest = [
         ("scene", "Run"),
         ("mesh", "Mesh"),
         ("remesh", "Remeshing"),
@@ -44,12 +62,26 @@ pub(super) fn inputs(scene: &Scene) -> String {
         names.iter().map(|(name, title)| input_table(name, title, &all[*name], &sources)).collect()
     };
     format!(
-        "<section><h2>Inputs</h2>\n{}<details><summary>Mesh, remeshing, time integration and contact</summary>\n{}</details>\n\
-         <details><summary>Models</summary>\n{}</details></section>\n",
-        tables(&open),
-        tables(&folded),
+        "<section class=\"inputs\"><h2>Inputs</h2>\n{}<details class=\"values\"><summary>Projectile, gel and layers: all \
+         values with their sources</summary>\n{}</details>\n<details class=\"values\"><summary>Mesh, remeshing, time \
+         integration and contact</summary>\n{}</details>\n<details class=\"models\"><summary>Models</summary>\n{}</details></section>\n",
+        shot_inputs::table(scene, level, &sources),
+        tables(&shot),
+        tables(&rest),
         bullet_list(&scene::modelled_physics(scene))
     )
+}
+
+/// Returns the sources of the values of a scene, which is also given as JSON.
+fn sources(scene: &Scene, all: &Value) -> ValueSources {
+    let facts = applicable_facts(scene);
+    let is_own = |fact: &PresetFact| {
+        let found = fact.key.split('.').try_fold(all, |value, name| value.get(name));
+        found.is_some_and(|found| has_same_value(fact.fact.value, found))
+    };
+    let mut own: HashMap<String, bool> = facts.iter().map(|fact| (fact.key.clone(), is_own(fact))).collect();
+    own.insert("gel.preset".to_owned(), scene.gel.preset.is_some());
+    ValueSources { facts, own, library: library_sources(scene) }
 }
 
 /// Returns the values of the presets of gel and layers that the material of the scene uses.
@@ -83,9 +115,12 @@ fn input_table(name: &str, title: &str, values: &Value, sources: &ValueSources) 
     let mut leaves = vec![];
     collect_leaves(name, values, &sources.facts, &mut leaves);
     let mut rows = String::new();
+    let mut last = String::new();
     for leaf in &leaves {
-        let value = escape(&leaf.value.to_string());
-        row(&mut rows, &leaf.key, &[&format!("<code>{value}</code>"), &escape(&source(leaf, sources))]);
+        let (value, source) = (escape(&leaf.value.to_string()), escape(&source(leaf, sources)));
+        let told = if source == last { "as above" } else { &source };
+        row(&mut rows, &leaf.key, &[&format!("<code>{value}</code>"), told]);
+        last = source;
     }
     if rows.is_empty() { rows } else { table(title, &["key", "value, SI units", "source"], &rows) }
 }
@@ -138,39 +173,4 @@ fn contains(value: &Value, said: &Value) -> bool {
         (Value::Object(a), Value::Object(b)) => b.iter().all(|(name, b)| a.get(name).is_some_and(|a| contains(a, b))),
         (a, b) => a == b,
     }
-}
-
-/// Returns the sentence on the model error of shots like this one; empty where it is not known.
-fn model_error(scene: &Scene) -> String {
-    let told = |class: &ShotClass| {
-        let class = escape(&class.to_string());
-        format!("<p>Model error of the gel, root mean square over shots of this class: {class}.</p>\n")
-    };
-    scene::shot_class(scene, 0).map_or(String::new(), told)
-}
-
-/// Returns the section of validity: the data behind the gel, the doubts and the effects switched off.
-pub(super) fn validity(scene: &Scene, summary: &RunSummary) -> String {
-    let gel = match scene.gel.preset {
-        Some(preset) => {
-            let shots = preset.shots();
-            format!(
-                "<p>The gel <code>{}</code> is fitted to {}. It is validated on {}. The tags stand in \
-                 <code>docs/materials.md</code>.</p>\n{}",
-                preset.name(),
-                escape(shots.fitted),
-                escape(shots.validated),
-                model_error(scene)
-            )
-        }
-        None => "<p>The gel is not a preset: its values are those of the scene, and nothing is known of their \
-                 validity.</p>\n"
-            .to_owned(),
-    };
-    let doubts = if summary.doubts.is_empty() {
-        "<p>No reason to doubt the figures was found.</p>\n".to_owned()
-    } else {
-        format!("<p>Reasons to doubt the figures:</p>\n<div class=\"doubts\">{}</div>\n", bullet_list(&summary.doubts))
-    };
-    format!("<section><h2>Validity</h2>\n{gel}{doubts}</section>\n")
 }

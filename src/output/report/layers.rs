@@ -1,7 +1,7 @@
 //! Layers of a target in the report and on the console: constants, speed at entry and energy of each.
 
 use super::figures::{FigureRow, per_thickness, plain};
-use super::format::{escape, millimetres, percent, quantity, ratio};
+use super::format::{CONSOLE_DIGITS, PAGE_DIGITS, escape, millimetres, percent_in, quantity, quantity_in, ratio};
 use super::plot::{CurvePlot, PlotCurve};
 use super::tables;
 use crate::output::penetration::LayerPassage;
@@ -19,8 +19,8 @@ pub fn layer_rows(folder: &Path, scene: &Scene) -> Vec<FigureRow> {
             speed if speed.is_finite() => format!("{} at entry", plain(&quantity(speed, "m/s"))),
             _ => "not reached".to_owned(),
         };
-        let energy = plain(&quantity(passage.energy, "J")) + per_thickness(scene);
-        let share = plain(&share(passage));
+        let energy = plain(&quantity_in(passage.energy, "J", CONSOLE_DIGITS)) + per_thickness(scene);
+        let share = plain(&share(passage, CONSOLE_DIGITS));
         let text = format!("{} mm deep, {speed}, {energy} ({share})", extent(passage));
         FigureRow { name: format!("in {}", layer_name(&scene.layer, n)), text, is_key: false }
     };
@@ -39,7 +39,7 @@ pub(super) fn table(scene: &Scene, shot: &SavedShot) -> String {
         cells.extend([
             if passage.entry_speed.is_finite() { quantity(passage.entry_speed, "m/s") } else { "–".to_owned() },
             quantity(passage.energy, "J"),
-            share(passage),
+            share(passage, PAGE_DIGITS),
         ]);
         tables::row(&mut rows, &layer_name(&scene.layer, n), &cells.iter().map(String::as_str).collect::<Vec<_>>());
     }
@@ -86,9 +86,9 @@ pub(super) fn interface_curves(scene: &Scene, shot: &SavedShot) -> impl Iterator
     passed.map(line).take(CurvePlot::MAX_CURVES - 1)
 }
 
-/// Formats the share of the energy in percent.
-fn share(passage: &LayerPassage) -> String {
-    if passage.energy_fraction.is_finite() { percent(passage.energy_fraction) } else { "–".to_owned() }
+/// Formats the share of the energy in percent, in a number of significant digits.
+fn share(passage: &LayerPassage, digits: i32) -> String {
+    if passage.energy_fraction.is_finite() { percent_in(passage.energy_fraction, digits) } else { "–".to_owned() }
 }
 
 /// Formats the depths of the interfaces in millimetres: "0–12.5".

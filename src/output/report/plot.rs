@@ -1,6 +1,7 @@
 //! Plots of curves against time or depth, as SVG.
 
 use super::axis::{AxisMargin, PlotAxis, finite_range};
+use super::legend::{LegendEntry, legend};
 use crate::output::view::packed_text;
 use plotters::prelude::*;
 use serde_json::{Value, json};
@@ -18,6 +19,9 @@ const COLOURS: [RGBColor; 9] = [
     RGBColor(132, 104, 220),
     RGBColor(128, 128, 128),
 ];
+/// Dash patterns of the curves, pixels: curves can be told apart without colours. The first is solid.
+const DASHES: [&[u32]; COLOURS.len()] =
+    [&[], &[9, 4], &[2, 3], &[10, 3, 2, 3], &[16, 4], &[6, 2, 2, 2, 2, 2], &[4, 2], &[12, 3, 5, 3], &[2, 6]];
 /// Drawing units per pixel of the page: coordinates are whole numbers, and curves must not show steps.
 const FINE: u32 = 8;
 const SIZE: (u32, u32) = (640 * FINE, 300 * FINE);
@@ -31,6 +35,35 @@ pub(super) struct PlotCurve {
     pub(super) points: Vec<(f64, f64)>,
     /// True for measured points, which are drawn as dots.
     pub(super) dots: bool,
+}
+
+/// Colour and dash pattern of a curve.
+#[derive(Clone, Copy)]
+struct CurveStyle {
+    rgb: RGBColor,
+    /// Lengths of strokes and gaps, pixels; empty for a solid line.
+    dash: &'static [u32],
+}
+
+impl CurveStyle {
+    /// Returns the styles in the order of the curves.
+    fn all() -> impl Iterator<Item = Self> {
+        COLOURS.into_iter().zip(DASHES).map(|(rgb, dash)| Self { rgb, dash })
+    }
+
+    /// Returns the colour in CSS.
+    fn colour(self) -> String {
+        let RGBColor(r, g, b) = self.rgb;
+        format!("rgb({r},{g},{b})")
+    }
+
+    /// Returns the dash pattern of an SVG with this many units per pixel.
+    fn dashes(self, fine: u32) -> String {
+        match self.dash {
+            [] => "none".to_owned(),
+            dash => dash.iter().map(|length| (fine * length).to_string()).collect::<Vec<_>>().join(","),
+        }
+    }
 }
 
 /// Scale of the vertical axis.
@@ -89,28 +122,46 @@ impl CurvePlot {
 
     /// Returns the plot as HTML with title and legend.
     pub(super) fn figure(&self) -> String {
-        let key = self.curves.iter().zip(COLOURS).map(|(curve, RGBColor(r, g, b))| {
-            format!("<li><span style=\"background:rgb({r},{g},{b})\"></span>{}</li>", curve.name)
+        let key = self.curves.iter().zip(CurveStyle::all()).map(|(curve, style)| {
+            if curve.dots {
+                LegendEntry::dots(&style.colour(), &curve.name)
+            } else {
+                LegendEntry::curve(&style.colour(), &style.dashes(1), &curve.name)
+            }
         });
-        let key = key.collect::<Vec<_>>().concat();
         format!(
             "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div class=\"still\" role=\"img\" aria-label=\"{} against \
-             {}\">{}</div>\n<ul class=\"key\">{key}</ul>\n<script type=\"text/plain\" class=\"curves\">{}</script></figure>\n",
+             {}\">{}</div>\n{}<script type=\"text/plain\" class=\"curves\">{}</script></figure>\n",
             self.title,
             self.title,
             self.horizontal.name,
             self.svg(),
+            legend(&key.collect::<Vec<_>>()),
             packed_text(self.data().to_string().as_bytes())
         )
+    }
+
+    /// Returns the name of the quantity of the vertical axis: the first word of the title.
+    fn quantity(&self) -> String {
+        self.title.split(' ').next().unwrap_or_default().to_lowercase()
+    }
+
+    /// Returns the title of the vertical axis: quantity and unit.
+    fn vertical_title(&self, unit: &str) -> String {
+        let quantity = self.quantity();
+        if unit.is_empty() { quantity } else { format!("{quantity}, {unit}") }
     }
 
     /// Returns the curves in the units of the axes, for the script of the page.
     fn data(&self) -> Value {
         let (along, up) = (self.along(), self.up());
-        let curves = self.curves.iter().zip(COLOURS).map(|(curve, RGBColor(r, g, b))| {
+        let curves = self.curves.iter().zip(CurveStyle::all()).map(|(curve, style)| {
             let points = curve.points.iter().filter_map(|(x, y)| along.place(*x).zip(up.place(*y)));
             let (x, y): (Vec<f64>, Vec<f64>) = points.map(|(x, y)| (rounded(x), rounded(y))).unzip();
-            json!({ "name": curve.name, "colour": format!("rgb({r},{g},{b})"), "dots": curve.dots, "x": x, "y": y })
+            let CurveStyle { dash, .. } = style;
+            json!({
+                "name": curve.name, "colour": style.colour(), "dash": dash, "dots": curve.dots, "x": x, "y": y
+            })
         });
         json!({
             "horizontal": {
@@ -119,7 +170,7 @@ impl CurvePlot {
                 "range": [along.range.start, along.range.end],
             },
             "vertical": {
-                "unit": up.unit,
+                "title": self.vertical_title(&up.unit),
                 "decades": self.vertical == VerticalScale::Decades,
                 "fromZero": self.vertical == VerticalScale::FromZero,
             },
@@ -131,7 +182,13 @@ impl CurvePlot {
         let mut text = String::new();
         self.draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area()).expect("a string takes every shape");
         let size = format!("width=\"{}\" height=\"{}\" ", SIZE.0, SIZE.1);
-        text.replacen(&size, "", 1)
+        let dashed =
+            self.curves.iter().zip(CurveStyle::all()).filter(|(curve, style)| !curve.dots && !style.dash.is_empty());
+        dashed.fold(text.replacen(&size, "", 1), |text, (_, style)| {
+            let RGBColor(r, g, b) = style.rgb;
+            let stroke = format!("stroke=\"#{r:02X}{g:02X}{b:02X}\"");
+            text.replace(&stroke, &format!("{stroke} stroke-dasharray=\"{}\"", style.dashes(FINE)))
+        })
     }
 
     fn draw<B: DrawingBackend>(
@@ -152,9 +209,7 @@ impl CurvePlot {
         };
         let mut mesh = chart.configure_mesh();
         mesh.x_desc(format!("{}, {}", self.horizontal.name, along.unit)).x_labels(MAX_TICKS.0).y_labels(MAX_TICKS.1);
-        if self.vertical != VerticalScale::Decades {
-            mesh.y_desc(up.unit.as_str());
-        }
+        mesh.y_desc(self.vertical_title(&up.unit));
         mesh.axis_style(BLACK.stroke_width(FINE)).set_all_tick_mark_size(5 * FINE);
         mesh.label_style(("sans-serif", 14 * FINE))
             .light_line_style(TRANSPARENT)

@@ -1,9 +1,9 @@
 //! Summary of the run in sentences.
 
-use super::figures::{FigureRow, figure_rows, per_thickness};
-use super::format::{escape, percent, quantity};
+use super::figures::{FigureRow, page_rows, per_thickness};
+use super::format::{escape, quantity};
 use crate::math::Vector3;
-use crate::output::summary::{DriverInterface, RunSummary};
+use crate::output::summary::RunSummary;
 use crate::scene::Scene;
 use std::fmt::Write;
 
@@ -33,7 +33,6 @@ pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
         depth,
         outcome_sentence(scene, summary),
         fragments,
-        doubt_sentences(summary),
         thickness_sentence(scene),
     ];
     sentences.retain(|sentence| !sentence.is_empty());
@@ -146,13 +145,6 @@ fn fragment_sentence(summary: &RunSummary) -> String {
     format!("There {there} beside the projectile, {active} of {} active at the end.", summary.fragments.len())
 }
 
-/// Returns the reasons to doubt the figures.
-fn doubt_sentences(summary: &RunSummary) -> String {
-    let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
-    let doubt: String = summary.doubts.iter().map(told).collect();
-    doubt.trim_start().to_owned()
-}
-
 fn thickness_sentence(scene: &Scene) -> String {
     match per_thickness(scene) {
         "" => String::new(),
@@ -164,39 +156,9 @@ fn thickness_sentence(scene: &Scene) -> String {
 pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
     let summary_value = serde_json::to_value(summary).expect("names and numbers can always be written");
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
-    for FigureRow { name, text, .. } in figure_rows(&summary_value, scene).into_iter().filter(|row| row.is_key) {
+    for FigureRow { name, text, .. } in page_rows(&summary_value, scene) {
         let [name, text] = [name, text].map(|text| escape(&text));
         writeln!(list, "<div><dt>{name}</dt><dd>{text}</dd></div>").expect("a string grows");
     }
-    list + "</dl>\n" + &expected_error(summary) + "</section>\n"
-}
-
-/// Returns the sentence on the expected error of the figures.
-fn expected_error(summary: &RunSummary) -> String {
-    let level = summary.fidelity.as_str();
-    match summary.errors.expected_error {
-        Some(error) => format!(
-            "<p>Expected error of the projectile's motion: <strong>{}</strong>, as the scene gives it for the level \
-             <code>{level}</code>, measured against a finer level or the limit of refinement for this shot or one of its \
-             kind. It is an error of the discretisation, not of the gel model.</p>\n",
-            percent(error)
-        ),
-        None => format!(
-            "<p>Expected error: not measured for this kind of shot at the level <code>{level}</code> \
-             (<code>python -m ballistic_gel trade</code> measures it).</p>\n"
-        ),
-    }
-}
-
-/// Returns the footer with version, interface and state digest.
-pub(super) fn origin(summary: &RunSummary) -> String {
-    let way = match summary.interface {
-        DriverInterface::Fmi2 => "through its FMI 2.0 interface",
-        DriverInterface::Direct => "as a library",
-    };
-    format!(
-        "<footer><p>ballistic-gel {}, driven {way}. State digest <code>{}</code>. The figures of this page are in \
-         <code>summary.json</code> and <code>history.csv</code>; <code>series.pvd</code> opens in ParaView.</p></footer>\n",
-        summary.version, summary.digest
-    )
+    list + "</dl></section>\n"
 }

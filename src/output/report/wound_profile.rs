@@ -1,7 +1,8 @@
 //! Wound profile: cavity, permanent track and yaw of a shot along one depth axis, drawn to scale.
 
 use super::axis::finite_range;
-use super::format::{escape, millimetres};
+use super::format::{escape, shortest};
+use super::legend::{LegendEntry, legend};
 use crate::output::saved_run::SavedShot;
 use crate::scene::{Scene, layer_name};
 use std::fmt::Write;
@@ -65,10 +66,12 @@ pub(super) fn figure(scene: &Scene, shot: &SavedShot) -> String {
         ratio => format!("widths drawn {ratio:.2} times as large as depths"),
     };
     format!(
-        "<figure class=\"wound\"><figcaption>Wound profile, {note}</figcaption>\n{}<ul class=\"key\">\
-         <li><span class=\"cavity\"></span>temporary cavity, widest over the run</li>\
-         <li><span class=\"track\"></span>permanent track at the end</li></ul></figure>\n",
-        drawing.svg()
+        "<figure class=\"wound\"><figcaption>Wound profile, {note}</figcaption>\n{}{}</figure>\n",
+        drawing.svg(),
+        legend(&[
+            LegendEntry::area("cavity", "temporary cavity, widest over the run"),
+            LegendEntry::area("track", "permanent track at the end"),
+        ])
     )
 }
 
@@ -146,13 +149,13 @@ impl WoundDrawing<'_> {
                  x2=\"{LEFT}\" y2=\"{y:.1}\"/>\n",
                 LEFT - 9.0,
                 y + 5.0,
-                millimetres(step * side.abs()),
+                shortest(100.0 * step * side.abs()),
                 LEFT - 5.0
             )
             .expect("a string grows");
         }
         text + &format!(
-            "<text x=\"14\" y=\"{0:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0:.1})\">radius, mm</text>\n",
+            "<text x=\"14\" y=\"{0:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0:.1})\">radius, cm</text>\n",
             self.middle()
         )
     }
@@ -206,12 +209,12 @@ impl WoundDrawing<'_> {
                  y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
                 y + 5.0,
                 y + 20.0,
-                millimetres(depth)
+                shortest(100.0 * depth)
             )
             .expect("a string grows");
         }
         let middle = LEFT + 0.5 * ALONG;
-        text + &format!("<text x=\"{middle:.0}\" y=\"{:.1}\" text-anchor=\"middle\">depth, mm</text>\n", y + 39.0)
+        text + &format!("<text x=\"{middle:.0}\" y=\"{:.1}\" text-anchor=\"middle\">depth, cm</text>\n", y + 39.0)
     }
 }
 

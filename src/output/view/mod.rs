@@ -2,9 +2,11 @@
 
 mod codec;
 mod field;
+mod outline;
 mod part;
 
 pub(super) use codec::packed_text;
+pub(super) use outline::{SectionOutline, SectionPoint};
 
 use super::bounds::AxisAlignedBox;
 use crate::scene::Scene;

@@ -151,7 +151,7 @@ impl MeasuredQuantity {
             (Self::Yaw, true) => "Yaw of the projectile by time",
             (Self::Yaw, false) => "Yaw of the projectile by depth",
             (Self::CavityDiameter, true) => "Diameter of the cavity by time",
-            (Self::CavityDiameter, false) => "Widest diameter of the temporary cavity by depth",
+            (Self::CavityDiameter, false) => "Diameter of the temporary cavity at its widest by depth",
             (Self::TrackDiameter, _) => "Diameter of the permanent track by depth",
             (Self::EnergyPerCentimetre, _) => "Energy in each centimetre by depth",
         }
