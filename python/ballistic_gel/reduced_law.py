@@ -17,6 +17,7 @@ from .samplers import import_scipy
 FRACTIONS = np.linspace(0.05, 0.95, 13)
 # Depths of the rings of a row, as parts of the same, and what each has.
 RINGS = np.array([0.1, 0.2, 0.35, 0.5, 0.65, 0.8])
+_RING = ("speed", "greatest", "opening")
 # Start of the fit of the penetration law.
 PENETRATION = {
     "shear_stress": 2.3e6,
@@ -78,7 +79,9 @@ def fly(law: Mapping[str, float], rows: pd.DataFrame) -> tuple[np.ndarray, np.nd
     alive = np.ones(len(mass), dtype=bool)
     while alive.any():
         middle = squared + 0.5 * step * change(depth, squared)
-        following = np.where(alive, squared + step * change(depth + 0.5 * step, middle), squared)
+        # Where the half step stops the body, the force there would not.
+        whole = np.where(middle > 0.0, squared + step * change(depth + 0.5 * step, middle), 2.0 * middle - squared)
+        following = np.where(alive, whole, squared)
         after = depth + step
         part = (stations - depth[:, None]) / step[:, None]
         here = alive[:, None] & (part >= 0.0) & (part < 1.0)
@@ -122,15 +125,15 @@ def fit_rings(rows: pd.DataFrame) -> dict[str, float]:
     """Fit the rings of the cavity to greatest diameters, their times, and the diameters at the ends of the runs."""
     rings = ring_table(rows)
     wide = rings[(rings["greatest"] > 1.1 * rings["diameter"]) & (rings["greatest"] < 0.6 * rings["width"])]
-    d, u, greatest = (wide[name].to_numpy() for name in ("diameter", "speed", "greatest"))
+    d, u, s, greatest = (wide[name].to_numpy() for name in ("diameter", "speed", "depth", "greatest"))
 
     def residuals(values: np.ndarray) -> np.ndarray:
-        slow, speed, n, m = np.exp(values)
+        slow, speed, n, m, crater = np.exp(values)
         drive = (u / speed) * (d / _REFERENCE) ** m
-        return np.asarray(np.log(d * np.sqrt(slow + drive**n) / greatest))
+        return np.asarray(np.log(d * np.sqrt(slow + drive**n * (1.0 - np.exp(-s / (crater * d)))) / greatest))
 
     least_squares = import_scipy().optimize.least_squares
-    start = np.log([1.2, 100.0, 2.5, 0.5])
+    start = np.log([1.2, 100.0, 2.5, 0.5, 2.0])
     opening = np.exp(least_squares(residuals, start, loss="soft_l1", f_scale=_SOFT).x)
     timed = wide[wide["opening"] > 0.0]
     size = np.log(timed["greatest"].to_numpy() / _REFERENCE)
@@ -146,6 +149,7 @@ def fit_rings(rows: pd.DataFrame) -> dict[str, float]:
         "opening_speed": float(opening[1]),
         "speed_exponent": float(opening[2]),
         "size_exponent": float(opening[3]),
+        "crater_depth": float(opening[4]),
         "opening_time": float(np.exp(time[0])),
         "time_exponent": float(time[1]),
         "rest_diameter": float(rest),
@@ -159,18 +163,16 @@ def speed_columns() -> list[str]:
 
 def ring_columns() -> list[str]:
     """Return the columns of the rings: speed of the nose, greatest diameter, and time from the nose to it."""
-    return [f"ring_{round(100 * part):02d}_{name}" for part in RINGS for name in ("speed", "greatest", "opening")]
+    return [f"ring_{round(100 * part):02d}_{name}" for part in RINGS for name in _RING]
 
 
 def ring_table(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return all rings of some rows, with ``diameter``, ``width``, ``speed``, ``greatest`` and ``opening``."""
+    """Return the rings of rows: ``diameter``, ``width``, ``depth``, ``speed``, ``greatest`` and ``opening``."""
     parts = []
     for part in RINGS:
-        names = [f"ring_{round(100 * part):02d}_{name}" for name in ("speed", "greatest", "opening")]
-        own = rows[["diameter", "width", *names]].set_axis(
-            ["diameter", "width", "speed", "greatest", "opening"], axis=1
-        )
-        parts.append(own)
+        own = rows[["diameter", "width", *(f"ring_{round(100 * part):02d}_{name}" for name in _RING)]]
+        depth = part * np.minimum(rows["peak_depth"], rows["thickness"])
+        parts.append(own.set_axis(["diameter", "width", *_RING], axis=1).assign(depth=depth))
     return pd.concat(parts, ignore_index=True).dropna()
 
 

@@ -110,7 +110,7 @@ impl PenetrationLaw {
             let damping = 2.0 * (stiffness * at.mass).sqrt();
             return Resistance { force: spring + damping * at.speed, slope: damping, inertia: 0.0 };
         }
-        let area = 0.25 * PI * at.diameter * at.diameter * self.section_in_gel(at);
+        let area = 0.25 * PI * at.diameter * at.diameter * at.section_in_gel();
         let power = libm::pow(at.speed / (self.shear_rate * at.diameter), self.shear_exponent);
         let entry = self.entry_drag * libm::exp(-at.depth.max(0.0) / (self.entry_path * at.diameter));
         let (share, speed) = (at.speed / (GROWTH_SPEED + at.speed), at.speed);
@@ -122,11 +122,13 @@ impl PenetrationLaw {
         let slope = stiffening + area * at.density * speed * (drag + 0.5 * drag_slope);
         Resistance { force: shear + inertia + spring, slope, inertia }
     }
+}
 
+impl NoseMotion {
     /// Returns the part of the section that is in gel near the back face.
-    fn section_in_gel(&self, at: &NoseMotion) -> f64 {
+    fn section_in_gel(&self) -> f64 {
         let [before, length] = EXIT;
-        (1.0 - (at.behind / at.diameter + before) / length).clamp(0.0, 1.0)
+        (1.0 - (self.behind / self.diameter + before) / length).clamp(0.0, 1.0)
     }
 }
 
@@ -146,8 +148,7 @@ pub(super) mod tests {
         spring_stress: 2e4,
         spring_travel: 1.2,
     };
-    const AT: NoseMotion =
-        NoseMotion {
+    const AT: NoseMotion = NoseMotion {
         diameter: 0.008,
         density: 1030.0,
         speed: 200.0,

@@ -4,9 +4,9 @@
 //! P of the wall and a constant logarithm L of the radii: R² is a parabola of time. It starts at the section of the body
 //! and turns at the greatest diameter D after the time t_D,
 //!
-//!   D = d √(q₀ + (u/U (d/8 mm)^m)^n),   t_D = τ (D/8 mm)^p,
+//!   D = d √(q₀ + (u/U (d/8 mm)^m)^n (1 − exp(−s/(λ d)))),   t_D = τ (D/8 mm)^p,
 //!
-//! both identified. It returns to the section of the body after 2 t_D, closes on along the parabola, and stays open at a
+//! both identified; at a depth s of less than λ calibres the ring opens into the crater of the entry. It returns to the section of the body after 2 t_D, closes on along the parabola, and stays open at a
 //! part of that section. Neighbours, the surface and the sides of the block do not act on a ring.
 
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,8 @@ pub struct RingLaw {
     pub speed_exponent: f64,
     /// Exponent m of the size.
     pub size_exponent: f64,
+    /// Depth λ of the crater of the entry, calibres.
+    pub crater_depth: f64,
     /// Time τ in which a ring of 8 mm opens, s.
     pub opening_time: f64,
     /// Exponent p of the diameter in that time.
@@ -48,6 +50,19 @@ pub struct CavityRing {
     pub energy: f64,
 }
 
+/// Nose as it passes a ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RingStart {
+    /// Depth, m.
+    pub depth: f64,
+    /// Speed, m/s.
+    pub speed: f64,
+    /// Time, s.
+    pub time: f64,
+    /// Energy per length that it leaves, J/m.
+    pub energy: f64,
+}
+
 /// Energy of a ring per length, J/m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct RingEnergy {
@@ -60,25 +75,27 @@ pub(super) struct RingEnergy {
 impl RingLaw {
     /// Returns all coefficients with their keys.
     #[must_use]
-    pub fn entries(&self) -> [(&'static str, f64); 7] {
+    pub fn entries(&self) -> [(&'static str, f64); 8] {
         [
             ("slow_section", self.slow_section),
             ("opening_speed", self.opening_speed),
             ("speed_exponent", self.speed_exponent),
             ("size_exponent", self.size_exponent),
+            ("crater_depth", self.crater_depth),
             ("opening_time", self.opening_time),
             ("time_exponent", self.time_exponent),
             ("rest_diameter", self.rest_diameter),
         ]
     }
 
-    /// Returns the ring that a nose of this diameter, m, leaves at this speed, m/s, and time, s, with this energy, J/m.
-    pub(super) fn ring(&self, diameter: f64, speed: f64, time: f64, energy: f64) -> CavityRing {
-        let drive = speed / self.opening_speed * libm::pow(diameter / REFERENCE, self.size_exponent);
-        let section = self.slow_section.max(1.0) + libm::pow(drive, self.speed_exponent);
+    /// Returns the ring that a nose of this diameter, m, leaves as it passes.
+    pub(super) fn ring(&self, diameter: f64, nose: &RingStart) -> CavityRing {
+        let drive = nose.speed / self.opening_speed * libm::pow(diameter / REFERENCE, self.size_exponent);
+        let confined = 1.0 - libm::exp(-nose.depth / (self.crater_depth * diameter));
+        let section = self.slow_section.max(1.0) + libm::pow(drive, self.speed_exponent) * confined;
         let greatest = diameter * section.sqrt();
         let opening = self.opening_time * libm::pow(greatest / REFERENCE, self.time_exponent);
-        CavityRing { time, greatest, opening, energy }
+        CavityRing { time: nose.time, greatest, opening, energy: nose.energy }
     }
 
     /// Returns the square of the radius of a ring behind a body of this diameter, m, at a time, s, in m².
@@ -128,14 +145,24 @@ pub(super) mod tests {
         opening_speed: 100.0,
         speed_exponent: 2.0,
         size_exponent: 0.5,
+        crater_depth: 2.0,
         opening_time: 1e-3,
         time_exponent: 1.0,
         rest_diameter: 0.8,
     };
 
+    const DEEP: RingStart = RingStart { depth: 1.0, speed: 200.0, time: 0.0, energy: 50.0 };
+
+    #[test]
+    fn rings_near_the_entry_are_narrower() {
+        let at = |depth: f64| LAW.ring(6e-3, &RingStart { depth, ..DEEP }).greatest;
+        assert!(at(0.0) < at(6e-3) && at(6e-3) < at(0.1));
+        assert!((at(0.0) / (6e-3 * 1.2_f64.sqrt()) - 1.0).abs() < 1e-12);
+    }
+
     #[test]
     fn a_ring_opens_from_the_section_of_the_body_and_falls_back_to_it() {
-        let ring = LAW.ring(8e-3, 300.0, 1e-3, 50.0);
+        let ring = LAW.ring(8e-3, &RingStart { depth: 1.0, speed: 300.0, time: 1e-3, energy: 50.0 });
         assert!((ring.greatest / (8e-3 * 10.2_f64.sqrt()) - 1.0).abs() < 1e-12, "{ring:?}");
         let radius = |share: f64| LAW.radius_squared(&ring, 8e-3, ring.time + share * ring.opening).sqrt();
         assert!((radius(0.0) - 4e-3).abs() < 1e-12 && (radius(2.0) - 4e-3).abs() < 1e-12);
@@ -145,7 +172,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_flow_is_half_the_derivative_of_the_squared_radius() {
-        let ring = LAW.ring(6e-3, 200.0, 0.0, 50.0);
+        let ring = LAW.ring(6e-3, &DEEP);
         for share in [0.1, 0.7, 1.4, 5.0] {
             let (time, step) = (share * ring.opening, 1e-9);
             let squared = |time: f64| LAW.radius_squared(&ring, 6e-3, time);
@@ -157,7 +184,7 @@ pub(super) mod tests {
 
     #[test]
     fn energy_goes_from_motion_to_the_wall_and_back_and_is_spent() {
-        let ring = LAW.ring(6e-3, 200.0, 0.0, 50.0);
+        let ring = LAW.ring(6e-3, &DEEP);
         let at = |share: f64| ring.energy_at(share * ring.opening);
         assert_eq!(at(0.0), RingEnergy { kinetic: 50.0, stored: 0.0 });
         assert_eq!(at(1.0), RingEnergy { kinetic: 0.0, stored: 50.0 });

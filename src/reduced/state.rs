@@ -66,6 +66,9 @@ impl ReducedState {
     }
 
     /// Returns the bytes of the state.
+    ///
+    /// # Panics
+    /// Never: a state is plain values.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         postcard::to_stdvec(self).expect("a state is plain values")

@@ -5,10 +5,12 @@
 //! calibre of path. Ticks follow from the state alone, so that communication points leave no trace.
 
 use super::penetration::{NoseMotion, Resistance};
-use super::rings::RingEnergy;
+use super::rings::{RingEnergy, RingStart};
 use super::{IdentifiedClass, ReducedState};
 use crate::contact::{BodyMotion, BodyState, ImpulseExchange, RigidBody};
-use crate::integrator::{BalanceTotals, BlockMotion, BodyExit, EnergySums, ExitRule, GelFrame, ProvidedEnergy, rebase_body};
+use crate::integrator::{
+    BalanceTotals, BlockMotion, BodyExit, EnergySums, ExitRule, GelFrame, ProvidedEnergy, rebase_body,
+};
 use crate::math::{Vector3, ordered_sum};
 use crate::state::Tick;
 use std::f64::consts::PI;
@@ -210,22 +212,16 @@ impl ReducedTarget {
         let passed = ((depth / self.ring_spacing()) as usize).min(self.most_rings());
         while speed > 0.0 && self.state.rings.len() < passed {
             let ring_depth = (self.state.rings.len() + 1) as f64 * self.ring_spacing();
-            let time = at.time - (depth - ring_depth) / speed;
-            let ring = self.class.rings.ring(self.diameter, speed, time.max(0.0), resistance.inertia);
+            let time = (at.time - (depth - ring_depth) / speed).max(0.0);
+            let start = RingStart { depth: ring_depth, speed, time, energy: resistance.inertia };
+            let ring = self.class.rings.ring(self.diameter, &start);
             self.state.rings.push(ring);
         }
         Some(resistance)
     }
 
     /// Applies the impulse of a resistance over a time `width`, s, and books it.
-    fn kick(
-        &mut self,
-        at: &BodyState,
-        resistance: &Resistance,
-        width: f64,
-        end: f64,
-        exchange: &mut ImpulseExchange,
-    ) {
+    fn kick(&mut self, at: &BodyState, resistance: &Resistance, width: f64, end: f64, exchange: &mut ImpulseExchange) {
         let Resistance { force, slope, .. } = *resistance;
         let softening = if self.body.motion == BodyMotion::Free { 0.5 * width * slope / self.body.mass } else { 0.0 };
         let impulse = Vector3::z() * (width * force / (1.0 + softening));
@@ -270,9 +266,8 @@ impl ReducedTarget {
     /// Returns the energies of the rings at a time, J.
     fn ring_energy(&self, time: f64) -> RingEnergy {
         let (rings, spacing) = (&self.state.rings, self.ring_spacing());
-        let sum = |of: fn(&RingEnergy) -> f64| {
-            spacing * ordered_sum(rings.len(), 0.0, |i| of(&rings[i].energy_at(time)))
-        };
+        let sum =
+            |of: fn(&RingEnergy) -> f64| spacing * ordered_sum(rings.len(), 0.0, |i| of(&rings[i].energy_at(time)));
         RingEnergy { kinetic: sum(|energy| energy.kinetic), stored: sum(|energy| energy.stored) }
     }
 
@@ -295,8 +290,8 @@ impl ReducedTarget {
         let body_kinetic = self.body.kinetic_energy(&at);
         let energy = gel_kinetic + elastic + body_kinetic - start.energy - ledger.energy.total();
         let is_free = self.block.frame.mobility.z > 0.0;
-        let gel_momentum = self.gel_mass() * self.block.frame.initial_velocity.z
-            + if is_free { record.outside.sum.z } else { 0.0 };
+        let gel_momentum =
+            self.gel_mass() * self.block.frame.initial_velocity.z + if is_free { record.outside.sum.z } else { 0.0 };
         let momentum = gel_momentum + self.body.momentum(&at).z - start.momentum - ledger.momentum.total().z;
         let positive = |scale: f64| if scale > 0.0 { scale } else { 1.0 };
         let passed = start.scale + ledger.momentum.turnover() + record.contacts[0].impulse.norm();

@@ -4,7 +4,7 @@ use super::block_fit::approach;
 use super::model_error::{ShotFigures, calibre, extent, has_networks_of, preset_of, shot_class};
 use super::{
     BranchSpec, DifferingValue, Dimension, LibraryProjectile, MaterialModel, Preset, ProjectileSpec, Scene,
-    block_doubts, body_name, numbered,
+    block_doubts, body_name, describe_instant, numbered,
 };
 use crate::geometry::{ShapeGeometry, SignedDistance};
 use crate::math::Vector3;
@@ -23,7 +23,9 @@ pub fn doubts(scene: &Scene) -> Vec<String> {
         projectile.map_or_else(Vec::new, |projectile| changed_values(&body_name(i), body, &projectile))
     });
     let of_gel = short_relaxation(scene).into_iter().chain(layer_doubts(scene));
-    bodies.chain(changed).chain(of_gel).chain(block_doubts(scene)).collect()
+    let told = |class| format!("scene.fidelity is instant: {}", describe_instant(class));
+    let of_level = scene.reduced_class().map(told);
+    of_level.into_iter().chain(bodies).chain(changed).chain(of_gel).chain(block_doubts(scene)).collect()
 }
 
 /// Doubts about layers: nothing is known of their validity, and a preset may meet a gel of another bulk modulus.

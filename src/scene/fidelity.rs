@@ -93,7 +93,8 @@ impl FromStr for FidelityKind {
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::WITH_INSTANT.into_iter().enumerate();
         let found = known.into_iter().find(|(number, level)| level.as_str() == text || number.to_string() == text);
-        let expected = || "expected draft, coarse, standard, fine, reference or instant, or their numbers, 0 to 5".to_owned();
+        let expected =
+            || "expected draft, coarse, standard, fine, reference or instant, or their numbers, 0 to 5".to_owned();
         found.map(|(_, level)| level).ok_or_else(expected)
     }
 }

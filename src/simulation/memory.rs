@@ -51,8 +51,12 @@ const PER_LEAF: [f64; 2] = [6.0, 20.0];
 /// [`BuildError`] if its mesh exceeds the greatest size.
 pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
     if scene.reduced_class().is_some() {
-        let size = MeshSize { elements: REDUCED_ELEMENTS, is_spatial: false, has_history: false, fields: 0 };
-        return Ok(MemoryEstimate { elements: REDUCED_ELEMENTS as u64, building: size.building() as u64, remeshing: 0 });
+        let size = MeshSize { elements: REDUCED_ELEMENTS as f64, is_spatial: false, has_history: false, fields: 0 };
+        return Ok(MemoryEstimate {
+            elements: REDUCED_ELEMENTS as u64,
+            building: size.building() as u64,
+            remeshing: 0,
+        });
     }
     check_planes(scene)?;
     let elements = match scene.scene.dimension {

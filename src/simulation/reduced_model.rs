@@ -6,7 +6,7 @@ use super::kinematics::BodyKinematics;
 use super::memory::MeshSize;
 use super::model::{ContactReach, ErasedModel, MOST_TICKS, MeshCounts, StepRange};
 use super::observe::{BodyPose, MeshFrame, RemeshPreview, SensorReport};
-use super::reduced_section::SectionGrid;
+use super::reduced_section::{REDUCED_ELEMENTS, SectionGrid};
 use super::saved::SavedState;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
 use crate::contact::{BodyState, ImpulseExchange, RigidBody};
@@ -44,10 +44,8 @@ pub(super) fn build_reduced(
         || supports.side == FaceSupport::Fixed;
     let mass = PI * radius * radius * height * scene.gel.density;
     let free = if holds { Vector3::zeros() } else { Vector3::z() };
-    let frame = GelFrame {
-        initial_velocity: Vector3::from(scene.gel.velocity).component_mul(&free),
-        mobility: free / mass,
-    };
+    let frame =
+        GelFrame { initial_velocity: Vector3::from(scene.gel.velocity).component_mul(&free), mobility: free / mass };
     let follows = frame.initial_velocity == Vector3::from(scene.gel.velocity);
     let exits = follows.then(|| ExitRule {
         back_face: -height,
@@ -182,7 +180,7 @@ impl ErasedModel for ReducedModel {
     }
 
     fn counts(&self) -> MeshCounts {
-        MeshCounts { elements: self.section.n_cells(), nodes: self.section.n_nodes(), crushed: 0 }
+        MeshCounts { elements: REDUCED_ELEMENTS, nodes: self.section.n_nodes(), crushed: 0 }
     }
 
     fn incompatible_fraction(&self) -> f64 {
@@ -247,7 +245,7 @@ impl ErasedModel for ReducedModel {
     }
 
     fn mesh_size(&self) -> MeshSize {
-        MeshSize { elements: self.section.n_cells() as f64, is_spatial: false, has_history: false, fields: 0 }
+        MeshSize { elements: REDUCED_ELEMENTS as f64, is_spatial: false, has_history: false, fields: 0 }
     }
 
     fn material_masses(&self) -> Vec<f64> {

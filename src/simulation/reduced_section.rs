@@ -11,8 +11,8 @@ use crate::reduced::ReducedTarget;
 const ROWS: usize = 160;
 const COLUMNS: usize = 10;
 
-/// Elements of the grid.
-pub(super) const REDUCED_ELEMENTS: f64 = (2 * ROWS * COLUMNS) as f64;
+/// Triangles of the grid.
+pub(super) const REDUCED_ELEMENTS: usize = 2 * ROWS * COLUMNS;
 
 /// Grid of a section at rest, rows from the entry surface down, each from the axis outwards.
 pub(super) struct SectionGrid {
@@ -28,11 +28,6 @@ impl SectionGrid {
             radii: (0..=COLUMNS).map(|i| target.block.radius * part(i, COLUMNS).powi(2)).collect(),
             depths: (0..=ROWS).map(|i| target.block.thickness * part(i, ROWS)).collect(),
         }
-    }
-
-    /// Returns the number of triangles.
-    pub fn n_cells(&self) -> usize {
-        2 * ROWS * COLUMNS
     }
 
     /// Returns the number of nodes.

@@ -93,7 +93,9 @@ pub fn batch(options: &BatchOptions) -> Result<(), CommandError> {
         }
     });
     failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), |error| {
-        Err(CommandError::BadInput(format!("batch: found {error}, expected standard input and output that can be used")))
+        Err(CommandError::BadInput(format!(
+            "batch: found {error}, expected standard input and output that can be used"
+        )))
     })
 }
 
@@ -114,10 +116,13 @@ fn run_lines(lines: &Mutex<NumberedLines>, options: &BatchOptions) -> io::Result
 
 /// Returns the row of a line.
 fn row_of(index: usize, line: &str, options: &BatchOptions, scratch: &ScratchFolder) -> BatchRow {
-    let refused = |reason: String| BatchRow { index, status: BatchStatus::Refused, reason: Some(reason), summary: None };
+    let refused =
+        |reason: String| BatchRow { index, status: BatchStatus::Refused, reason: Some(reason), summary: None };
     let shot: BatchShot = match serde_json::from_str(line) {
         Ok(shot) => shot,
-        Err(error) => return refused(format!("line {}: found {error}, expected an object with scene and set", index + 1)),
+        Err(error) => {
+            return refused(format!("line {}: found {error}, expected an object with scene and set", index + 1));
+        }
     };
     let source = match load(&shot, options) {
         Ok(source) => source,

@@ -5,7 +5,7 @@ use crate::job;
 use crate::options::LevelOptions;
 use crate::rounding::rounded;
 use crate::source::{self, SceneSource};
-use ballistic_gel::scene::{FidelityKind, describe_instant, FidelityLevel, FidelityLevels, Override, Scene};
+use ballistic_gel::scene::{FidelityKind, FidelityLevel, FidelityLevels, Override, Scene, describe_instant};
 
 /// Scene at a level.
 pub struct LeveledScene {
@@ -73,7 +73,8 @@ fn cheapest_level(name: &str, scene: &Scene, accuracy: f64) -> Result<FidelityKi
         .fidelity
         .known()
         .filter_map(|(fidelity, level)| Some(KnownLevel { fidelity, error: level.error?, updates: level.updates? }));
-    let instant = scene.instant_error().map(|error| KnownLevel { fidelity: FidelityKind::Instant, error, updates: 0.0 });
+    let instant =
+        scene.instant_error().map(|error| KnownLevel { fidelity: FidelityKind::Instant, error, updates: 0.0 });
     let known: Vec<KnownLevel> = known.chain(instant).collect();
     let Some(best) = known.iter().map(|level| level.error).reduce(f64::min) else {
         let found = format!("scene {name} without a curve that was measured with these values");

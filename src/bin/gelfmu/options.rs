@@ -51,9 +51,10 @@ pub enum ColorChoice {
 pub enum GelfmuCommand {
     /// Run a scene through the packed FMU, as an importer would, and write a result folder with a report
     Run(RunOptions),
-    /// Run the shots on standard input, each a line of JSON such as {"scene": "fbi-bb", "set": ["projectile.mass=4e-4"]}
+    /// Run the shots on standard input, each a line of JSON with a scene and a list of overrides
     ///
-    /// Each shot is answered by a line of JSON with index, status, reason and the figures of summary.json, in the order in
+    /// A line has the keys `scene`, a built-in scene or a file, `text` in the place of that file, and `set`, overrides such
+    /// as "mesh.size=2e-3". Each shot is answered by a line of JSON with index, status, reason and the figures of summary.json, in the order in
     /// which they end; no folder is written. The communication steps of a shot are at most 100, so that its figures by
     /// step and frame are coarser than those of `gelfmu run`. Made for the level `instant`.
     Batch(BatchOptions),

@@ -49,11 +49,9 @@ fn check_coefficients(own: &ReducedCoefficients) -> CheckResult {
         let errors = [class.depth_error, class.exit_error, class.cavity_error];
         all_finite(&format!("{key}.depth_error"), &errors)?;
         let range = &class.range;
-        for (name, [least, most]) in [
-            ("diameter", range.diameter),
-            ("sectional_density", range.sectional_density),
-            ("speed", range.speed),
-        ] {
+        for (name, [least, most]) in
+            [("diameter", range.diameter), ("sectional_density", range.sectional_density), ("speed", range.speed)]
+        {
             let name = format!("{key}.range.{name}");
             positive(&name, least, "a positive number")?;
             let found = || format!("{:?}", [least, most]);
@@ -71,8 +69,14 @@ fn check_gel(scene: &Scene) -> CheckResult {
     let is_cylinder = matches!(scene.gel.shape, GelShape::Cylinder { bore: None, .. });
     refuse(is_cylinder, "gel.shape", "another shape", "a cylinder without a bore")?;
     let is_identified = scene.instant.is_some()
-        || scene.reduced_coefficients().is_some() && scene.gel.preset.is_some_and(|preset| has_networks_of(&scene.gel, preset));
-    refuse(is_identified, "gel", "a gel without coefficients", "preset = \"gelatin-10\" with its networks, or coefficients in [instant]")
+        || scene.reduced_coefficients().is_some()
+            && scene.gel.preset.is_some_and(|preset| has_networks_of(&scene.gel, preset));
+    refuse(
+        is_identified,
+        "gel",
+        "a gel without coefficients",
+        "preset = \"gelatin-10\" with its networks, or coefficients in [instant]",
+    )
 }
 
 /// Refuses tables that the reduced model leaves out.
@@ -97,7 +101,12 @@ fn check_contact(scene: &Scene) -> CheckResult {
 fn check_body(scene: &Scene) -> Result<&IdentifiedClass, SceneError> {
     let body = &scene.projectile;
     refuse(!body.fixed, "projectile.fixed", "true", "a projectile that moves")?;
-    refuse(body.expansion.is_none(), "projectile.expansion", "a table", "a rigid projectile, such as the recovered shape")?;
+    refuse(
+        body.expansion.is_none(),
+        "projectile.expansion",
+        "a table",
+        "a rigid projectile, such as the recovered shape",
+    )?;
     let expected = "a sphere, a capsule, or a bullet with a round nose and no tail: other shapes are not identified";
     let class = body_class(body).and_then(|class| scene.reduced_coefficients()?.of(class));
     class.ok_or_else(|| {
@@ -112,7 +121,12 @@ fn check_range(scene: &Scene, class: &IdentifiedClass) -> CheckResult {
     let IdentifiedClass { range, .. } = class;
     let figures = [
         ("projectile.shape", "a calibre, m,", width, range.diameter),
-        ("projectile.mass", "a sectional density m/A, kg/m2,", 4.0 * mass / (PI * width * width), range.sectional_density),
+        (
+            "projectile.mass",
+            "a sectional density m/A, kg/m2,",
+            4.0 * mass / (PI * width * width),
+            range.sectional_density,
+        ),
         ("projectile.velocity", "a speed at the gel, m/s,", approach(scene, &scene.projectile).norm(), range.speed),
     ];
     for (key, what, found, [least, most]) in figures {
