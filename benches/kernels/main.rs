@@ -1,5 +1,6 @@
-//! The element kernels on their stand, one by one: `cargo bench --bench kernels`.
+//! The element kernels on their stand, one by one, and the reduced model: `cargo bench --bench kernels`.
 
+mod reduced;
 #[allow(dead_code, reason = "tests ask it for energies, too")]
 mod stand;
 
