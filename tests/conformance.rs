@@ -1,6 +1,9 @@
 //! A real importer accepts and runs the packed FMU: fmpy, in a virtual environment of its own under `target/`.
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 
+#[path = "command/lines.rs"]
+mod lines;
+
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -77,7 +80,7 @@ fn command(program: impl AsRef<std::ffi::OsStr>) -> Command {
 fn expect(command: &mut Command, what: &str) -> Output {
     let output = command.output().unwrap_or_else(|error| panic!("cannot {what}: {command:?}: {error}"));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let said = text(&output.stdout) + &text(&output.stderr);
+    let said = text(&output.stdout) + &lines::joined(&text(&output.stderr));
     assert!(output.status.success(), "cannot {what}: {command:?} ended with {}\n{said}", output.status);
     output
 }
@@ -283,7 +286,7 @@ fn one_gelfmu_packs_a_scene_into_the_same_bytes_and_a_release_has_no_build_path_
 fn a_file_that_cannot_be_written_is_bad_input() {
     for out in [".", "Cargo.toml/x.fmu"] {
         let output = gelfmu().args(["pack", "--out", out]).current_dir(root()).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
+        let said = lines::joined(&String::from_utf8(output.stderr).unwrap());
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.starts_with(&format!("error: --out {out}: found ")), "{said}");
     }
@@ -312,7 +315,7 @@ fn a_second_interruption_ends_a_long_step_at_once_and_leaves_no_temporary_folder
         pause();
     }
     let output = child.wait_with_output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = lines::joined(&String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(said.contains("Ctrl-C again ends it at once"), "{said}");
     assert_eq!(fs::read_dir(&scratch).unwrap().count(), 0);

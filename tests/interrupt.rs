@@ -3,6 +3,9 @@
 #![cfg(all(unix, feature = "cli"))]
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "command/lines.rs"]
+mod lines;
+
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -39,7 +42,7 @@ fn one_request_to_terminate_ends_a_run_after_its_step_and_keeps_what_was_compute
     let mut child = started(folder.path(), &["--set", "mesh.size=10e-3", "--set", "scene.end_time=1.0"]);
     has_begun(folder.path(), &mut child);
     let (output, seconds) = ended(child, "-TERM");
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = lines::joined(&String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(seconds < LONGEST && said.contains("asked to terminate"), "{seconds} s: {said}");
     let summary = std::fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
@@ -53,7 +56,7 @@ fn one_request_to_terminate_ends_a_long_step_in_a_bounded_time_and_keeps_the_row
     let mut child = started(folder.path(), &["--set", "mesh.size=2e-3", "--step", "1"]);
     has_begun(folder.path(), &mut child);
     let (output, seconds) = ended(child, "-TERM");
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = lines::joined(&String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(seconds < LONGEST, "{seconds} s: {said}");
     let history = std::fs::read_to_string(folder.path().join("out/history.csv")).unwrap();
@@ -71,7 +74,7 @@ fn one_request_to_terminate_ends_a_run_that_has_not_begun() {
     // The scene is kept just before the command listens.
     std::thread::sleep(Duration::from_millis(300));
     let (output, seconds) = ended(child, "-TERM");
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = lines::joined(&String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(seconds < LONGEST, "{seconds} s: {said}");
 }

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "command/lines.rs"]
+mod lines;
+
 use ballistic_gel::scene;
 use std::fs;
 use std::path::Path;
@@ -19,7 +22,7 @@ fn gelfmu(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 fn err(said: &Output) -> String {
-    String::from_utf8_lossy(&said.stderr).into_owned()
+    lines::joined(&String::from_utf8_lossy(&said.stderr))
 }
 
 #[track_caller]

@@ -1,7 +1,7 @@
 //! Library of projectiles: service and test projectiles as rigid bodies, each value with its source.
 
 use super::quantity::si_text;
-use super::{BodyShape, ExpansionSpec, ProjectileSpec, SceneError};
+use super::{BodyShape, ExpansionSpec, KnownName, ProjectileSpec, SceneError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -147,6 +147,17 @@ const LIBRARY: [(&str, &str); 43] = library![
 /// Names and texts of the projectiles of the library.
 pub fn library() -> impl Iterator<Item = (&'static str, &'static str)> {
     LIBRARY.into_iter()
+}
+
+/// Names of the projectiles of the library, described by their titles and the usual abbreviations for their bullets.
+pub fn known_projectiles() -> impl Iterator<Item = KnownName<'static>> {
+    let projectiles = LIBRARY.into_iter().filter_map(|(name, _)| Some((name, LibraryProjectile::named(name)?)));
+    projectiles.map(|(name, LibraryProjectile { title, kind, .. })| {
+        let is_expanding = matches!(kind, ProjectileKind::Expanding | ProjectileKind::Recovered);
+        let hollow_point = if is_expanding { "jhp hp hollow point" } else { "" };
+        let full_jacket = if title.contains("full metal jacket") { "fmj" } else { "" };
+        KnownName { name, description: format!("{title} {hollow_point} {full_jacket}") }
+    })
 }
 
 impl LibraryProjectile {

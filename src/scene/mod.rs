@@ -50,11 +50,13 @@ pub use fill::from_preset;
 pub use gel::*;
 pub use instant::{describe_instant, shipped_coefficients};
 pub use layer::{LayerSpec, layer_name, layer_stack};
-pub use library::{DifferingValue, LIBRARY_VERSION, LibraryProjectile, LibraryValue, ProjectileKind, library};
+pub use library::{
+    DifferingValue, LIBRARY_VERSION, LibraryProjectile, LibraryValue, ProjectileKind, known_projectiles, library,
+};
 pub use load::*;
 pub use material::*;
 pub use model_error::shot_class;
-pub use nearest::{did_you_mean, nearest};
+pub use nearest::{KnownName, did_you_mean, suggestions};
 pub use overrides::{Override, fill_bodies, rebase_scene, resolve, written};
 pub use physics::{modelled_physics, switched_off};
 pub(crate) use places::numbered;

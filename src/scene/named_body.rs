@@ -1,6 +1,8 @@
 //! Bodies of a scene text that name a projectile of the library, and the values that it gives them.
 
-use super::{LIBRARY_VERSION, LibraryProjectile, LibraryValue, SceneError, body_name, did_you_mean, library};
+use super::{
+    LIBRARY_VERSION, LibraryProjectile, LibraryValue, SceneError, body_name, did_you_mean, known_projectiles, library,
+};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -41,7 +43,7 @@ fn named_body(body: usize, table: &DeTable<'_>) -> Result<Option<NamedBody>, Sce
     let projectile = LibraryProjectile::named(name).ok_or_else(|| {
         let names = || library().map(|(known, _)| known);
         let expected = format!("a projectile of the library: {}", names().collect::<Vec<_>>().join(", "));
-        let found = format!("{name:?}{}", did_you_mean(name, names()));
+        let found = format!("{name:?}{}", did_you_mean(name, known_projectiles()));
         SceneError::value(&format!("{}.library", body_name(body)), found, expected)
     })?;
     Ok(Some(NamedBody {

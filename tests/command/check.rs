@@ -1,6 +1,8 @@
 //! `gelfmu check`.
 
 use super::{folder, gelfmu, gelfmu_in, json};
+use crate::lines::joined;
+use crate::terminal::assert_narrow;
 use ballistic_gel::scene;
 use serde_json::Value;
 
@@ -10,8 +12,10 @@ fn check_says_what_a_scene_models_and_what_is_switched_off() {
         let scene = scene::read(text).unwrap();
         let said = gelfmu(&["check", name]);
         assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{name}");
+        assert_narrow(&said.out);
+        let told = joined(&said.out);
         for line in scene::modelled_physics(&scene).iter().chain(&scene::switched_off(&scene)) {
-            assert!(said.out.contains(line), "{name}: {line}");
+            assert!(told.contains(line), "{name}: {line}");
         }
         let value = json(&gelfmu(&["check", name, "--json"]).out);
         assert_eq!((&value["scene"], &value["valid"]), (&Value::from(name), &Value::from(true)));
@@ -23,7 +27,8 @@ fn check_says_what_a_scene_models_and_what_is_switched_off() {
 fn check_takes_overrides_and_refuses_what_cannot_be_built() {
     let size = "--set=mesh.size=4e-4";
     let said = gelfmu(&["check", "ball-square", size]);
-    assert!(said.out.trim_end().ends_with("Run it with: gelfmu run ball-square --set mesh.size=4e-4"), "{}", said.out);
+    assert_narrow(&said.out);
+    assert!(said.out.ends_with("Run it with:\n    gelfmu run ball-square --set mesh.size=4e-4\n"), "{}", said.out);
     let elements = |more: &[&str]| {
         let value = json(&gelfmu(&[&["check", "ball-square", "--json"], more].concat()).out);
         value["elements"].as_u64().expect("a number of elements")

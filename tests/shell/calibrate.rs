@@ -51,7 +51,7 @@ fn the_strength_that_is_printed_rests_the_bb_at_the_depth() {
         let output = small(&[&["--speed", "60", "--depth", "0.0199", "--tolerance", "1%", "--json"], more].concat());
         let value: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!((output.status.code(), &value["status"]), (Some(0), &Value::from("fitted")), "{value:#}");
-        (value, text(&output.stderr))
+        (value, crate::lines::joined(&text(&output.stderr)))
     };
     let (value, told) = fit(&[]);
     let depth = value["reached_depth"].as_f64().unwrap();
@@ -100,7 +100,7 @@ fn invalid_calibration_inputs_are_refused_with_the_value_found() {
     ];
     for (arguments, message) in cases {
         let output = gelfmu(&[&["calibrate"], arguments].concat());
-        let told = text(&output.stderr);
+        let told = crate::lines::joined(&text(&output.stderr));
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
         assert!(told.contains(message), "{arguments:?}: {told}");
     }
@@ -116,8 +116,8 @@ fn an_interrupted_calibration_keeps_its_best() {
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(130), "{}", crate::lines::joined(&text(&output.stderr)));
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&value["status"], &value["scene"]), (&Value::from("interrupted"), &Value::from("fbi-bb")));
-    assert!(text(&output.stderr).contains("error: interrupted"));
+    assert!(crate::lines::joined(&text(&output.stderr)).contains("error: interrupted"));
 }

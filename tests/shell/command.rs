@@ -9,6 +9,7 @@ mod from_exit;
 #[path = "../command/shots.rs"]
 mod shots;
 
+use crate::lines::joined;
 use ballistic_gel::output::{FolderClaim, RUN, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;
 use serde_json::Value;
@@ -33,7 +34,7 @@ fn gelfmu_in(folder: &Path, arguments: &[&str]) -> Said {
 
 fn said(output: Output) -> Said {
     let text = |bytes| String::from_utf8(bytes).expect("the command prints UTF-8");
-    Said { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    Said { status: output.status.code(), out: text(output.stdout), err: joined(&text(output.stderr)) }
 }
 
 fn gelfmu(arguments: &[&str]) -> Said {
@@ -54,19 +55,6 @@ fn refused(arguments: &[&str], message: &str) {
     let said = gelfmu(arguments);
     assert_eq!(said.err, format!("error: {message}\n"));
     assert_eq!((said.status, said.out.as_str()), (Some(2), ""));
-}
-
-#[test]
-fn scenes_lists_every_builtin_scene_with_its_title() {
-    let said = gelfmu(&["scenes"]);
-    assert_eq!(said.status, Some(0));
-    for (name, text) in scene::builtins() {
-        let title = scene::read(text).unwrap().scene.title;
-        assert!(said.out.lines().any(|line| line.contains(name) && line.contains(&title)), "{name}: {}", said.out);
-    }
-    let rows = json(&gelfmu(&["scenes", "--json"]).out);
-    assert_eq!(rows.as_array().map(Vec::len), Some(scene::builtins().count()));
-    assert_eq!(rows[0]["dimension"], "axisymmetric");
 }
 
 #[test]
@@ -384,19 +372,6 @@ fn a_run_leaves_a_folder_to_look_at_and_prints_its_summary() {
     );
     assert_eq!(small(folder.path(), &[]).status, Some(2), "the folder is not empty any more");
     assert_eq!(small(folder.path(), &["--force"]).status, Some(0));
-}
-
-#[test]
-fn a_run_for_people_ends_with_a_table_and_the_files() {
-    let folder = folder();
-    let said = gelfmu_in(folder.path(), &[&SMALL[..7], &["--out", "here"]].concat());
-    assert_eq!(said.status, Some(0), "{}", said.err);
-    assert!(said.err.contains("(by the library, into here)"), "{}", said.err);
-    for text in ["reached at 2.000 ms", "greatest depth", "digest", "here/report.html", "here/series.pvd"] {
-        assert!(said.out.contains(text), "{text} in {}", said.out);
-    }
-    let quiet = gelfmu_in(folder.path(), &[&SMALL[..7], &["--out", "there", "--quiet"]].concat());
-    assert_eq!((quiet.status, quiet.out.as_str(), quiet.err.as_str()), (Some(0), "", ""));
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn small(folder: &Path, more: &[&str]) -> Output {
 }
 
 fn err(said: &Output) -> String {
-    String::from_utf8_lossy(&said.stderr).into_owned()
+    crate::lines::joined(&String::from_utf8_lossy(&said.stderr))
 }
 
 #[track_caller]

@@ -136,7 +136,11 @@ fn a_run_into_two_layers_prints_and_writes_them() {
     let options = ["--direct", "--set=mesh.size=2e-3", "--set=scene.end_time=1.5e-4", "--out=shot"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
     let said = command.args(["run", "two.toml"]).args(options).current_dir(folder.path()).output().unwrap();
-    let told = format!("{}{}", String::from_utf8_lossy(&said.stdout), String::from_utf8_lossy(&said.stderr));
+    let told = format!(
+        "{}{}",
+        String::from_utf8_lossy(&said.stdout),
+        crate::lines::joined(&String::from_utf8_lossy(&said.stderr))
+    );
     assert_eq!(said.status.code(), Some(0), "{told}");
     let shot = folder.path().join("shot");
     let (found, summary) = (rows(&shot), shot::summary(&shot));

@@ -57,7 +57,7 @@ struct Said {
 fn gelfmu(folder: &Path, arguments: &[&str]) -> Said {
     let output = Command::new(env!("CARGO_BIN_EXE_gelfmu")).args(arguments).current_dir(folder).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
-    Said { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    Said { status: output.status.code(), out: text(output.stdout), err: crate::lines::joined(&text(output.stderr)) }
 }
 
 fn folder(scene: &str) -> tempfile::TempDir {

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "../command/lines.rs"]
+mod lines;
 #[path = "../output/page.rs"]
 mod page;
 #[path = "../output/stage.rs"]
@@ -24,3 +26,4 @@ mod sensors;
 mod shot;
 mod stl_files;
 mod supply;
+mod terminal;

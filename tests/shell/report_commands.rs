@@ -20,7 +20,7 @@ fn run_with(folder: &Path, more: &[&str]) -> Output {
 }
 
 fn err(said: &Output) -> String {
-    String::from_utf8_lossy(&said.stderr).into_owned()
+    crate::lines::joined(&String::from_utf8_lossy(&said.stderr))
 }
 
 #[test]

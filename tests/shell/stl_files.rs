@@ -76,7 +76,7 @@ fn a_file_that_is_not_there_is_named_with_the_line_of_the_scene() {
     fs::remove_file(folder.path().join("scenes/ball.stl")).unwrap();
     for command in ["check", "run"] {
         let output = gelfmu(&folder, &[command, "../scenes/ball.toml"]);
-        let said = text(&output.stderr);
+        let said = crate::lines::joined(&text(&output.stderr));
         assert_eq!(output.status.code(), Some(2));
         assert!(said.starts_with("error: scene ../scenes/ball.toml: line "), "{said}");
         let found = "projectile.shape.stl.file: found \"ball.stl\": cannot read ../scenes/ball.stl: ";

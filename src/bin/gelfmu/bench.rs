@@ -5,6 +5,7 @@ use crate::failure::{CommandError, RunError};
 use crate::options::BenchOptions;
 use crate::progress::ProgressDisplay;
 use crate::source;
+use crate::text_width::new_table;
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -146,8 +147,7 @@ impl StepTiming {
 }
 
 fn table(timings: &[StepTiming]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
+    let mut table = new_table(presets::UTF8_FULL_CONDENSED);
     table.set_header(["threads", "million updates per s", "per CPU s", "as fast as one", "bits"]);
     for timing in timings {
         let [wall, cpu] = timing.rates();

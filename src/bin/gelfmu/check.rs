@@ -59,7 +59,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     let levels = section("fidelity", &levels, console);
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
-         {:.3e} s. {}. Run it with: gelfmu run {}{}",
+         {:.3e} s. {}. Run it with:\n    gelfmu run {}{}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),

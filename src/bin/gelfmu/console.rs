@@ -2,6 +2,7 @@
 
 use crate::failure::CommandError;
 use crate::options::{ColorChoice, CommandLine};
+use crate::text_width::{note_width, output_width, wrap};
 use ballistic_gel::scene::SceneError;
 use clap::builder::styling::{AnsiColor, Color as Color16, Style};
 use serde_json::{Value, json};
@@ -33,16 +34,17 @@ impl Console {
         self.quiet
     }
 
-    /// Prints a result: `value` in its alternate, indented form with `--json`; otherwise `text`, unless the console is quiet.
+    /// Prints a result: `value` in its alternate, indented form with `--json`; otherwise `text`, broken into lines, unless
+    /// the console is quiet.
     pub fn result(&self, value: &dyn Display, text: &str) {
         if self.json {
             self.print(&format!("{value:#}"));
         } else if !self.quiet {
-            self.print(text.trim_end());
+            self.print(&wrap(text.trim_end(), output_width()));
         }
     }
 
-    /// Prints a document for a file or a pipe, even if quiet, e.g. a schema.
+    /// Prints a document for a file or a pipe, even if quiet, with the lines that it has, e.g. a schema.
     pub fn document(&self, value: &Value, text: &str) {
         if self.json { self.print(&format!("{value:#}")) } else { self.print(text.trim_end()) }
     }
@@ -63,7 +65,7 @@ impl Console {
     /// Prints an informative line on standard error, unless quiet.
     pub fn note(&self, text: &str) {
         if !self.quiet {
-            write_note(text);
+            write_note(text, self.json);
         }
     }
 
@@ -76,10 +78,10 @@ impl Console {
 
     /// Returns a [`Console::note`] that another thread can own.
     pub fn listener(&self) -> impl Fn(&str) + Send + 'static {
-        let quiet = self.quiet;
+        let (quiet, json) = (self.quiet, self.json);
         move |text| {
             if !quiet {
-                write_note(text);
+                write_note(text, json);
             }
         }
     }
@@ -87,13 +89,13 @@ impl Console {
     /// Prints a warning on standard error, even if quiet: the result exists, but is doubtful.
     pub fn warning(&self, text: &str) {
         let label = self.style_text("warning:", bold_style(AnsiColor::Yellow), stderr().is_terminal());
-        write_line(&format!("{label} {}", plain(text)));
+        write_lines(&format!("{label} {}", plain(text)), self.json);
     }
 
     /// Prints an error on standard error, even if quiet.
     pub fn error(&self, text: &str) {
         let label = self.style_text("error:", bold_style(AnsiColor::Red), stderr().is_terminal());
-        write_line(&format!("{label} {}", plain(text)));
+        write_lines(&format!("{label} {}", plain(text)), self.json);
     }
 
     /// Prints the failure of a command, on standard error and as JSON if the user wants it.
@@ -144,7 +146,7 @@ pub fn usage(error: &clap::Error) -> u8 {
         drop(print(&format!("{:#}", json!({ "error": text.trim().trim_start_matches("error: ") }))));
     }
     if let Err(error) = ignore_closed_pipe(printed) {
-        write_note(&format!("error: {}", unprinted_text(&error.to_string())));
+        write_note(&format!("error: {}", unprinted_text(&error.to_string())), false);
         return 1;
     }
     u8::try_from(error.exit_code()).unwrap_or(1)
@@ -168,13 +170,15 @@ fn ignore_closed_pipe(printed: io::Result<()>) -> io::Result<()> {
     }
 }
 
-fn write_note(text: &str) {
-    write_line(&plain(text));
+fn write_note(text: &str, is_for_program: bool) {
+    write_lines(&plain(text), is_for_program);
 }
 
-fn write_line(line: &str) {
+/// Writes a text on standard error, broken into lines for people; a program that reads JSON gets each text as one line.
+fn write_lines(text: &str, is_for_program: bool) {
+    let lines = if is_for_program { text.to_owned() } else { wrap(text, note_width()) };
     // A line that standard error refuses has no substitute.
-    let _ = writeln!(stderr(), "{line}");
+    let _ = writeln!(stderr(), "{lines}");
 }
 
 fn bold_style(color: AnsiColor) -> Style {

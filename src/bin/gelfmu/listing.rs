@@ -4,11 +4,12 @@ use crate::console::Console;
 use crate::failure::CommandError;
 use crate::new::named_projectile;
 use crate::options::SchemaFile;
+use crate::text_width::{keep_names_whole, new_table};
 use crate::{completions, source};
 use ballistic_gel::output;
 use ballistic_gel::scene::{self, LibraryProjectile};
 use clap_complete::Shell;
-use comfy_table::{Table, presets};
+use comfy_table::presets;
 use serde_json::{Value, json};
 
 /// Lists the built-in scenes, or prints the named one.
@@ -24,15 +25,15 @@ pub fn scenes(name: Option<&str>, console: &Console) -> Result<(), CommandError>
 }
 
 fn list_scenes(console: &Console) -> Result<(), CommandError> {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
+    let mut table = new_table(presets::NOTHING);
     let mut rows = Vec::new();
     for (name, _) in scene::builtins() {
         let header = source::load(name, &[])?.scene.scene;
         table.add_row([name, &header.title]);
         rows.push(json!({ "name": name, "title": header.title, "dimension": header.dimension }));
     }
-    console.document(&Value::Array(rows), &table.to_string());
+    keep_names_whole(&mut table);
+    console.document(&Value::Array(rows), &table.trim_fmt());
     Ok(())
 }
 
@@ -58,15 +59,15 @@ pub fn projectiles(name: Option<&str>, console: &Console) -> Result<(), CommandE
 }
 
 fn list_projectiles(console: &Console) {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
+    let mut table = new_table(presets::NOTHING);
     let mut rows = Vec::new();
     for projectile in scene::library().filter_map(|(name, _)| LibraryProjectile::named(name)) {
         let LibraryProjectile { name, title, kind, speed, mass, .. } = projectile;
         table.add_row([name.clone(), format!("{:.2} g", 1e3 * mass), format!("{speed:.0} m/s"), title.clone()]);
         rows.push(json!({ "name": name, "title": title, "kind": kind, "speed": speed, "mass": mass }));
     }
-    console.document(&Value::Array(rows), &table.to_string());
+    keep_names_whole(&mut table);
+    console.document(&Value::Array(rows), &table.trim_fmt());
 }
 
 /// Prints the JSON schema of a file.

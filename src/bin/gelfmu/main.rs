@@ -30,6 +30,7 @@ mod run;
 mod scratch;
 mod source;
 mod summary;
+mod text_width;
 mod through_fmu;
 mod user_table;
 
@@ -41,7 +42,8 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     interrupt::ignore_file_size_signal();
-    let parsed = CommandLine::command().long_version(&*pack::long_version().leak()).try_get_matches();
+    let command = CommandLine::command().term_width(usize::from(text_width::output_width()));
+    let parsed = command.long_version(&*pack::long_version().leak()).try_get_matches();
     let options = match parsed.and_then(|matches| CommandLine::from_arg_matches(&matches)) {
         Ok(options) => options,
         Err(error) => return ExitCode::from(console::usage(&error)),

@@ -51,11 +51,25 @@ pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, C
 
 fn unreadable_scene(name: &str, error: &std::io::Error) -> CommandError {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
-    let hint = scene::did_you_mean(name, known.iter().copied());
+    let hint = match scene::did_you_mean(name, known.iter().copied()) {
+        none if none.is_empty() => projectile_hint(name),
+        hint => hint,
+    };
     CommandError::BadInput(format!(
         "scene {name}: found neither a built-in scene nor a readable file ({error}){hint}, expected one of {} or the path of a scene file",
         known.join(", ")
     ))
+}
+
+/// Question that names projectiles like the name of a scene, and the command that makes a scene of one; empty if none is.
+fn projectile_hint(name: &str) -> String {
+    let found = scene::suggestions(name, scene::known_projectiles());
+    let Some(first) = found.first() else { return String::new() };
+    let asked = scene::did_you_mean(name, scene::known_projectiles());
+    let asked = asked.trim_end_matches(')');
+    format!(
+        "{asked} `gelfmu new --projectile {first} --out shot.toml` writes the scene of a shot with this projectile)"
+    )
 }
 
 /// Names a scene and the overrides at fault, before an error with the line of the user's own text.

@@ -1,19 +1,65 @@
-//! Table of the figures of a run for the console.
+//! Table of the figures of a run for the console: the results of the shot first, the diagnostics of the solver last.
 
-use ballistic_gel::output::{figure_rows, layer_rows};
+use crate::text_width::{keep_names_whole, new_table};
+use ballistic_gel::output::{FigureRow, UnitSystem, figure_rows, layer_rows};
 use ballistic_gel::scene::Scene;
-use comfy_table::{Table, presets};
+use comfy_table::presets;
 use serde_json::Value;
 use std::path::Path;
 
+/// Rows of the solver and of its cost, which end the table.
+const DIAGNOSTICS: [&str; 10] = [
+    "end",
+    "mesh",
+    "element time steps",
+    "element updates",
+    "energy",
+    "momentum",
+    "self-overlap",
+    "wall time",
+    "CPU time",
+    "digest",
+];
+/// Name of the row of the centimetre of the path that takes the most energy.
+const MOST_ENERGY: &str = "most energy";
+
 /// Formats the summary of a run as a table, with one row for each layer, followed by the result files.
 pub fn describe(summary: &Value, scene: &Scene, folder: &Path) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    for row in figure_rows(summary, scene).into_iter().chain(layer_rows(folder, scene)) {
+    let mut table = new_table(presets::UTF8_FULL_CONDENSED);
+    let rows = figure_rows(summary, scene).into_iter().chain(most_energy_row(summary)).chain(layer_rows(folder, scene));
+    for row in order_rows(rows.collect(), summary) {
         table.add_row([row.name, row.text]);
     }
+    keep_names_whole(&mut table);
     format!("{table}\n{}", list_files(folder))
+}
+
+/// Orders the rows: the exit or the depth, the widest cavity, the most energy, the expansion, the others, the diagnostics.
+fn order_rows(mut rows: Vec<FigureRow>, summary: &Value) -> Vec<FigureRow> {
+    let way: &[&str] = match (summary["perforated"].as_bool(), summary["rest_depth"].as_f64()) {
+        (Some(true), _) => &["exit"],
+        (_, Some(_)) => &["rest depth", "greatest depth"],
+        _ => &["greatest depth"],
+    };
+    let first = [way, &["temporary cavity", MOST_ENERGY, "expansion"]].concat();
+    let rank = |row: &FigureRow| {
+        let is_row = |name: &&str| *name == row.name;
+        let place = first.iter().position(is_row).unwrap_or(first.len());
+        place + DIAGNOSTICS.iter().position(|name| is_row(name)).map_or(0, |n| n + 1)
+    };
+    rows.sort_by_key(rank);
+    rows
+}
+
+/// Row of the centimetre of the path in which the gel takes the most energy.
+fn most_energy_row(summary: &Value) -> Option<FigureRow> {
+    let energies =
+        summary["energy_per_centimetre"].as_array()?.iter().map(|energy| energy.as_f64().unwrap_or(f64::NAN));
+    let (centimetre, energy) =
+        energies.enumerate().filter(|(_, energy)| *energy > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let energy = UnitSystem::Si.format(energy, "J");
+    let text = format!("{energy}/cm, {centimetre} to {} cm deep", centimetre + 1);
+    Some(FigureRow { name: MOST_ENERGY.to_owned(), text, is_key: false })
 }
 
 fn list_files(folder: &Path) -> String {
@@ -29,6 +75,42 @@ fn list_files(folder: &Path) -> String {
         ("summary.json", "the figures above"),
     ];
     let written = FILES.into_iter().filter(|(name, _)| folder.join(name).exists());
-    let lines: Vec<String> = written.map(|(name, what)| format!("{}  {what}", folder.join(name).display())).collect();
-    lines.join("\n")
+    let lines: Vec<String> = written.map(|(name, what)| format!("\n  {name:<13} {what}")).collect();
+    format!("{}{}", folder.display(), lines.concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ballistic_gel::scene;
+    use serde_json::json;
+
+    /// Names of the rows of a summary in their order.
+    fn names(summary: &Value) -> Vec<String> {
+        let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
+        let rows = figure_rows(summary, &scene).into_iter().chain(most_energy_row(summary));
+        order_rows(rows.collect(), summary).into_iter().map(|row| row.name).collect()
+    }
+
+    #[test]
+    fn the_results_of_the_shot_come_first_and_the_diagnostics_last() {
+        let mut summary = json!({
+            "rest_depth": 0.0832, "greatest_cavity_diameter": 0.03, "energy_per_centimetre": [3.0, 7.5, 2.0],
+            "expansion": 1.0, "energy_deposited": 12.5, "overlapped_volume": 1e-9,
+        });
+        let named = names(&summary);
+        assert_eq!(named[..5], ["rest depth", "greatest depth", "temporary cavity", "most energy", "expansion"]);
+        assert_eq!(named[named.len() - DIAGNOSTICS.len()..], DIAGNOSTICS);
+        summary["rest_depth"] = Value::Null;
+        assert_eq!(names(&summary)[..2], ["greatest depth", "temporary cavity"]);
+        summary["perforated"] = Value::Bool(true);
+        assert_eq!(names(&summary)[..2], ["exit", "temporary cavity"]);
+    }
+
+    #[test]
+    fn the_centimetre_with_the_most_energy_has_its_place() {
+        let text = |energies: Value| most_energy_row(&json!({ "energy_per_centimetre": energies })).map(|row| row.text);
+        assert_eq!(text(json!([3.0, 7.5, null])).unwrap(), "7.500 J/cm, 1 to 2 cm deep");
+        assert_eq!([text(json!([])), text(json!([0.0])), text(Value::Null)], [None, None, None]);
+    }
 }

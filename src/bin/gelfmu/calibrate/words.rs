@@ -2,7 +2,8 @@
 
 use super::search::{ShotOutcome, StrengthSearch, StrengthTrial};
 use super::task::{CalibrationEnd, CalibrationTask, FITTED_KEY};
-use comfy_table::{Table, presets};
+use crate::text_width::new_table;
+use comfy_table::presets;
 use serde_json::{Value, json};
 
 /// Returns the headline: the scene, the speed and the target depth.
@@ -42,8 +43,7 @@ fn describe_outcome(outcome: &ShotOutcome) -> String {
 
 /// Returns the table of all trials, and the lines for the scene file.
 pub fn table_and_lines(task: &CalibrationTask, search: &StrengthSearch) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
+    let mut table = new_table(presets::UTF8_FULL_CONDENSED);
     table.set_header(["run", "strength", "projectile"]);
     for (i, trial) in search.trials.iter().enumerate() {
         let told = match &trial.outcome {

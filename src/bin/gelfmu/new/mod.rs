@@ -51,8 +51,8 @@ pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> 
     let [width, height, length] = [shot.block.width, shot.block.height, shot.block.length].map(|side| 1e3 * side);
     let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.shown_yaw()) };
     let told = format!(
-        "{shown}: {}, {:.2} g at {:.1} m/s{yaw}, into {width:.0} x {height:.0} x {length:.0} mm. Run it with: gelfmu run \
-         {shown} --fidelity draft (coarse, standard and fine cost more, and draft stops a bullet early)",
+        "{shown}: {}, {:.2} g at {:.1} m/s{yaw}, into {width:.0} x {height:.0} x {length:.0} mm. The levels coarse, standard \
+         and fine cost more than draft, which stops a bullet early. Run it with:\n    gelfmu run {shown} --fidelity draft",
         shot.projectile.title,
         1e3 * shot.projectile.mass,
         shot.speed

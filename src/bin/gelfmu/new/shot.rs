@@ -219,7 +219,7 @@ pub fn check_block(block: BlockSize, radius: f64) -> Result<(), CommandError> {
 pub fn named_projectile(name: &str) -> Result<LibraryProjectile, CommandError> {
     LibraryProjectile::named(name).ok_or_else(|| {
         let known = || scene::library().map(|(known, _)| known);
-        let hint = scene::did_you_mean(name, known());
+        let hint = scene::did_you_mean(name, scene::known_projectiles());
         CommandError::BadInput(format!(
             "projectile {name}: found no projectile of this name in the library{hint}, expected one of {}",
             known().collect::<Vec<_>>().join(", ")

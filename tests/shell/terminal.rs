@@ -1,0 +1,137 @@
+//! Printed texts for people: order of the figures, lines of 80 columns, suggestions, help and units.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+use tempfile::TempDir;
+
+use crate::lines::joined;
+use ballistic_gel::scene;
+
+/// A run that takes a moment.
+const SMALL: [&str; 7] =
+    ["run", "ball-square", "--direct", "--set", "mesh.size=1e-2", "--set", "projectile.velocity=[0, 0, -1]"];
+
+/// Exit status and texts of one call of the command.
+struct Said {
+    status: Option<i32>,
+    out: String,
+    err: String,
+}
+
+fn gelfmu_in(folder: &Path, arguments: &[&str]) -> Said {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    let output = command.args(arguments).current_dir(folder).env_remove("NO_COLOR").env_remove("GELFMU_UNITS").output();
+    let output = output.expect("the command starts");
+    let text = |bytes| String::from_utf8(bytes).expect("the command prints UTF-8");
+    Said { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+fn gelfmu(arguments: &[&str]) -> Said {
+    gelfmu_in(folder().path(), arguments)
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder can be made")
+}
+
+/// Every line is at most 80 columns wide.
+#[track_caller]
+pub fn assert_narrow(text: &str) {
+    for line in text.lines() {
+        let columns = line.chars().count();
+        assert!(columns <= 80, "{columns} columns: {line}");
+    }
+}
+
+#[test]
+fn a_run_for_people_ends_with_its_figures_and_the_files() {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &[&SMALL[..], &["--out", "here"]].concat());
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    assert!(joined(&said.err).contains("(by the library, into here)"), "{}", said.err);
+    for text in ["reached at 2.000 ms", "greatest depth", "digest", "\nhere\n  report.html ", "  series.pvd "] {
+        assert!(said.out.contains(text), "{text} in {}", said.out);
+    }
+    let place = |name: &str| said.out.find(name).unwrap_or_else(|| panic!("{name} in {}", said.out));
+    assert!(
+        place("│ greatest depth") < place("│ peak force") && place("│ peak force") < place("│ mesh"),
+        "{}",
+        said.out
+    );
+    assert_narrow(&said.out);
+    assert_narrow(&said.err);
+    let quiet = gelfmu_in(folder.path(), &[&SMALL[..], &["--out", "there", "--quiet"]].concat());
+    assert_eq!((quiet.status, quiet.out.as_str(), quiet.err.as_str()), (Some(0), "", ""));
+}
+
+#[test]
+fn scenes_lists_every_builtin_scene_with_its_title() {
+    let said = gelfmu(&["scenes"]);
+    assert_eq!(said.status, Some(0));
+    assert_narrow(&said.out);
+    for (name, text) in scene::builtins() {
+        let title = scene::read(text).unwrap().scene.title;
+        let start = title.split(' ').take(5).collect::<Vec<_>>().join(" ");
+        assert!(said.out.lines().any(|line| line.contains(name) && line.contains(&start)), "{name}: {}", said.out);
+    }
+    let rows: Value = serde_json::from_str(&gelfmu(&["scenes", "--json"]).out).unwrap();
+    assert_eq!(rows.as_array().map(Vec::len), Some(scene::builtins().count()));
+    assert_eq!(rows[0]["dimension"], "axisymmetric");
+}
+
+#[test]
+fn nothing_printed_to_a_pipe_is_wider_than_eighty_columns() {
+    let folder = folder();
+    let calls: [&[&str]; 8] = [
+        &["projectiles"],
+        &["new", "--projectile", "9mm-fmj", "--block", "10x10x10cm", "--out", "my.toml"],
+        &["check", "my.toml"],
+        &["scenes", "nothing"],
+        &["projectiles", "nothing"],
+        &["run", "nothing"],
+        &["run", "--set", "mesch.size=1"],
+        &["report", "nothing"],
+    ];
+    for arguments in calls {
+        let said = gelfmu_in(folder.path(), arguments);
+        assert_narrow(&said.out);
+        assert_narrow(&said.err);
+    }
+    // A program that asks for JSON gets each message as one line.
+    let said = gelfmu(&["scenes", "nothing", "--json"]);
+    assert!(said.err.lines().count() == 1 && said.err.len() > 80, "{}", said.err);
+}
+
+#[test]
+fn help_has_eighty_columns_where_there_is_no_terminal() {
+    let listed = gelfmu(&["--help"]).out;
+    let commands = listed.split("Commands:\n").nth(1).unwrap_or_default().lines();
+    let names = commands.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
+    let names: Vec<&str> = names.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.len() > 10, "{listed}");
+    assert_narrow(&listed);
+    for name in names {
+        assert_narrow(&gelfmu(&["help", name]).out);
+    }
+}
+
+#[test]
+fn a_part_of_a_name_is_answered_with_the_names_that_have_it() {
+    let hint = |arguments: &[&str]| {
+        let said = gelfmu(arguments);
+        assert_eq!(said.status, Some(2), "{}", said.err);
+        joined(&said.err)
+    };
+    let nine = "(did you mean `9mm-fmj`, `9mm-115-jhp`, `9mm-fmj-115gr`?";
+    assert!(hint(&["new", "--projectile", "9mm"]).contains(&format!("{nine}), expected one of bb")));
+    assert!(hint(&["projectiles", "9mm"]).contains(nine));
+    let run = hint(&["run", "9mm"]);
+    let command = "`gelfmu new --projectile 9mm-fmj --out shot.toml` writes the scene of a shot with this projectile)";
+    assert!(run.contains(nine) && run.contains(command), "{run}");
+    let hollow_points = "(did you mean `45acp-230-xtp`, `45acp-200-xtp`, ";
+    assert!(hint(&["new", "--projectile", "45acp-jhp"]).contains(hollow_points));
+    assert!(hint(&["run", "45acp-jhp"]).contains(hollow_points));
+    assert!(hint(&["check", "fbi-bb", "--set", "projectile.library=45acp-jhp"]).contains(hollow_points));
+    assert!(hint(&["scenes", "graded"]).contains("`sphere-graded-4`, `sphere-graded-8`, `sphere-graded-16`?"));
+}
