@@ -8,8 +8,9 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Rows of the solver and of its cost, which end the table.
-const DIAGNOSTICS: [&str; 10] = [
+const DIAGNOSTICS: [&str; 11] = [
     "end",
+    "model",
     "mesh",
     "element time steps",
     "element updates",
@@ -45,7 +46,7 @@ fn order_rows(mut rows: Vec<FigureRow>, summary: &Value) -> Vec<FigureRow> {
     let rank = |row: &FigureRow| {
         let is_row = |name: &&str| *name == row.name;
         let place = first.iter().position(is_row).unwrap_or(first.len());
-        place + DIAGNOSTICS.iter().position(|name| is_row(name)).map_or(0, |n| n + 1)
+        place + DIAGNOSTICS.iter().position(is_row).map_or(0, |n| n + 1)
     };
     rows.sort_by_key(rank);
     rows

@@ -123,11 +123,16 @@ fn key_row(name: &str, text: String, is_key: bool) -> FigureRow {
     FigureRow { is_key, ..row(name, text) }
 }
 
-/// Rows of the end, the mesh and its steps.
+/// Rows of the end, and of the mesh and its steps or the reduced model.
 fn mesh_rows(s: &SummaryFigures) -> Vec<FigureRow> {
+    let end = row("end", format!("{} at {}", describe_completion(s), figure(s, "end_time")));
+    if s["fidelity"] == "instant" {
+        let model = format!("reduced, {} steps of the body", format_count(&s["element_updates"]));
+        return vec![end, row("model", model)];
+    }
     let steps = format!("{} to {}", figure(s, "smallest_step"), figure(s, "largest_step"));
     vec![
-        row("end", format!("{} at {}", describe_completion(s), figure(s, "end_time"))),
+        end,
         row("mesh", format!("{} elements, {} nodes", format_count(&s["elements"]), format_count(&s["nodes"]))),
         row("element time steps", steps),
         row("element updates", describe_updates(s)),
