@@ -135,3 +135,52 @@ fn a_part_of_a_name_is_answered_with_the_names_that_have_it() {
     assert!(hint(&["check", "fbi-bb", "--set", "projectile.library=45acp-jhp"]).contains(hollow_points));
     assert!(hint(&["scenes", "graded"]).contains("`sphere-graded-4`, `sphere-graded-8`, `sphere-graded-16`?"));
 }
+
+#[test]
+fn two_levels_of_a_scene_have_folders_of_their_own() {
+    let folder = folder();
+    let short = ["--direct", "--quiet", "--no-frames", "--no-report", "--set", "scene.end_time=1e-4"];
+    let run = |scene: &str, more: &[&str]| {
+        let said = gelfmu_in(folder.path(), &[&["run", scene], &short[..], more].concat());
+        assert_eq!(said.status, Some(0), "{}", said.err);
+    };
+    run("sphere-block", &["--fidelity", "draft"]);
+    run("sphere-block", &["--set", "scene.fidelity=coarse"]);
+    let own = "gelfmu-out/sphere-block-draft/scene.toml";
+    let text = std::fs::read_to_string(folder.path().join(own)).unwrap();
+    assert!(text.contains("fidelity = \"draft\""), "{text}");
+    run(own, &[]);
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder.path().join("gelfmu-out")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["sphere-block", "sphere-block-coarse", "sphere-block-draft"], "no suffix for the own level");
+}
+
+#[test]
+fn global_options_have_a_heading_of_their_own_in_every_help() {
+    for command in ["run", "new", "pack", "report", "schema"] {
+        for help in ["-h", "--help"] {
+            let text = gelfmu(&[command, help]).out;
+            let (own, global) = text.split_once("\nGlobal options:\n").unwrap_or_else(|| panic!("{text}"));
+            for option in ["--json", "--quiet", "--color", "--colour", "--help"] {
+                assert!(global.contains(option) && !own.contains(option), "{command}: {option}: {text}");
+            }
+        }
+    }
+    let run = gelfmu(&["run", "-h"]).out;
+    for heading in ["\nAccuracy:\n", "\nResults:\n", "\nComputation:\n"] {
+        assert!(run.contains(heading), "{run}");
+    }
+    assert!(gelfmu(&["check", "l-beam", "--colour", "always"]).out.contains('\u{1b}'));
+}
+
+#[test]
+fn a_manual_page_of_each_command_is_written() {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &["man", "--out", "man/man1"]);
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    for page in ["gelfmu.1", "gelfmu-run.1", "gelfmu-new.1"] {
+        assert!(folder.path().join("man/man1").join(page).is_file(), "{page}");
+    }
+    assert!(said.out.ends_with("    man -l man/man1/gelfmu.1\n"), "{}", said.out);
+}

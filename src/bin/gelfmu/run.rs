@@ -25,11 +25,12 @@ const WAITING: &str =
 /// Runs a scene, prints its summary and returns the exit status.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
+    let LeveledScene { source, expectation, folder_name } =
+        level::load_at_level(name, &collect_overrides(options), &options.level)?;
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
     let header = source.scene.scene.clone();
-    let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
+    let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(folder_name));
     let SceneResources { text, files } = resources::collect(&source)?;
     let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
