@@ -12,6 +12,7 @@ mod interrupt;
 mod job;
 mod level;
 mod listing;
+mod manual;
 mod measured;
 mod moved;
 mod movie;
@@ -77,6 +78,7 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::Projectiles { name } => listing::projectiles(name.as_deref(), console)?,
         GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
         GelfmuCommand::Schema { of } => listing::schema(of, console),
+        GelfmuCommand::Man { out } => manual::man(&out, console)?,
         GelfmuCommand::Completions { shell } => listing::completions(shell, console),
     }
     Ok(0)

@@ -1,5 +1,6 @@
 //! Options of the report and of the film of a run.
 
+use crate::options::RESULTS;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -8,7 +9,7 @@ use std::path::PathBuf;
 pub struct ReportOptions {
     /// Draw the measured curves of a laboratory over those of the run, and tell the residuals: a CSV file with a column
     /// of time or depth and columns such as velocity_m_per_s, cavity_diameter_mm, track_diameter_mm, yaw_deg or force_N
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", help_heading = RESULTS)]
     pub measured: Option<PathBuf>,
 }
 
