@@ -184,3 +184,45 @@ fn a_manual_page_of_each_command_is_written() {
     }
     assert!(said.out.ends_with("    man -l man/man1/gelfmu.1\n"), "{}", said.out);
 }
+
+#[test]
+fn units_of_the_united_states_are_those_of_every_printed_figure() {
+    let folder = folder();
+    let us = |arguments: &[&str]| {
+        let said = gelfmu_in(folder.path(), &[arguments, &["--units", "us"]].concat());
+        assert_eq!(said.status, Some(0), "{}", said.err);
+        assert_narrow(&said.out);
+        joined(&said.out)
+    };
+    let listed = us(&["projectiles"]);
+    let bullet = listed.lines().find(|line| line.contains("9mm-fmj ")).unwrap();
+    assert!(bullet.contains("124.0 gr  1150 ft/s"), "{bullet}");
+    let new = us(&["new", "--projectile", "9mm-fmj", "--out", "my.toml"]);
+    assert!(new.contains("124.0 gr at 1150.0 ft/s with 2° of yaw, into 5.9 x 5.9 x 15.7 in."), "{new}");
+    let checked = us(&["check", "fbi-bb"]);
+    assert!(checked.contains("projectile: 0.1720 in wide, 5.3 gr at 589.9 ft/s, 4.089 ft·lbf"), "{checked}");
+    let arguments = [&SMALL[..], &["--out", "here", "--units", "us"]].concat();
+    let run = gelfmu_in(folder.path(), &arguments);
+    assert!(run.out.contains(" in at ") && run.out.contains(" ft/s") && run.out.contains(" lbf"), "{}", run.out);
+    assert!(!run.out.contains(" mm at ") && !run.out.contains(" m/s"), "{}", run.out);
+    // Files and JSON keep SI.
+    let json = gelfmu_in(folder.path(), &[&SMALL[..], &["--out", "there", "--json"]].concat()).out;
+    let figures = |text: &str| {
+        let value: Value = serde_json::from_str(text).unwrap();
+        (value["peak_depth"].clone(), value["final_velocity"].clone(), value["digest"].clone())
+    };
+    let written = std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap();
+    assert_eq!(figures(&written), figures(&json));
+}
+
+#[test]
+fn the_environment_gives_the_units_and_the_option_counts_more() {
+    let listed = |units: &str, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+        let output = command.arg("projectiles").args(arguments).env("GELFMU_UNITS", units).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    assert!(listed("us", &[]).1.contains(" ft/s") && listed("si", &[]).1.contains(" m/s"));
+    assert!(!listed("us", &["--units", "si"]).1.contains("ft/s"));
+    assert_eq!(listed("cubits", &[]).0, Some(2));
+}

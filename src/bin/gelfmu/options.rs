@@ -7,6 +7,7 @@ use crate::option_values::{
 };
 use crate::output_choice::OutputChoice;
 use crate::report_options::{MovieOptions, ReportFolderOptions, ReportOptions};
+use crate::units_option::UnitsOptions;
 use ballistic_gel::scene::{FidelityKind, Override};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -124,6 +125,8 @@ pub enum GelfmuCommand {
         /// Name of the projectile to print
         #[arg(value_parser = PROJECTILE_NAME, hide_possible_values = true)]
         name: Option<String>,
+        #[command(flatten)]
+        units: UnitsOptions,
     },
     /// List the built-in scenes, or print one
     Scenes {
@@ -165,6 +168,8 @@ pub struct CheckOptions {
     /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+    #[command(flatten)]
+    pub units: UnitsOptions,
 }
 
 /// Options of `gelfmu run`.
@@ -177,6 +182,8 @@ pub struct RunOptions {
     /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+    #[command(flatten)]
+    pub units: UnitsOptions,
     #[command(flatten)]
     pub level: LevelOptions,
     /// Folder for the results (`gelfmu-out/SCENE` if absent, or `gelfmu-out/SCENE-LEVEL` at another level than its own)

@@ -5,7 +5,7 @@ use crate::failure::{CommandError, RunError};
 use crate::measured::{self, MeasuredTable};
 use crate::report_options::ReportFolderOptions;
 use crate::source;
-use ballistic_gel::output::{self, REPORT, ResultFolder, SCENE, SavedRunError};
+use ballistic_gel::output::{self, REPORT, ResultFolder, SCENE, SavedRunError, UnitSystem};
 use ballistic_gel::scene::Scene;
 use serde_json::json;
 use std::path::Path;
@@ -25,7 +25,7 @@ pub fn report(options: &ReportFolderOptions, console: &Console) -> Result<(), Co
         console.notes(&table.notes);
     }
     let source = source::load(&scene_file.to_string_lossy(), &[])?;
-    let residuals = write(folder, &source.scene, measured.as_ref())?;
+    let residuals = write(folder, &source.scene, measured.as_ref(), options.units.system())?;
     console.notes(&residuals);
     let page = folder.join(REPORT);
     console.result(&json!({ "file": page, "residuals": residuals }), &page.display().to_string());
@@ -34,14 +34,19 @@ pub fn report(options: &ReportFolderOptions, console: &Console) -> Result<(), Co
 
 /// Writes the report of a run of this scene into its folder, with the curves of a laboratory. Returns their residuals in
 /// sentences.
-pub fn write(folder: &Path, scene: &Scene, measured: Option<&MeasuredTable>) -> Result<Vec<String>, RunError> {
+pub fn write(
+    folder: &Path,
+    scene: &Scene,
+    measured: Option<&MeasuredTable>,
+    units: UnitSystem,
+) -> Result<Vec<String>, RunError> {
     let page = output::report_page(folder, scene).map_err(RunError::from)?;
     let mut results = ResultFolder::reopen(folder, output::RUN)?;
     let Some(table) = measured else {
         results.write(REPORT, page.as_bytes())?;
         return Ok(vec![]);
     };
-    let comparison = measured::compare(table, folder)?;
+    let comparison = measured::compare(table, folder, units)?;
     results.write(REPORT, comparison.insert_into(&page).as_bytes())?;
     Ok(comparison.residuals)
 }

@@ -1,6 +1,7 @@
 //! Options of the report and of the film of a run.
 
 use crate::options::RESULTS;
+use crate::units_option::UnitsOptions;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -21,6 +22,8 @@ pub struct ReportFolderOptions {
     pub folder: PathBuf,
     #[command(flatten)]
     pub report: ReportOptions,
+    #[command(flatten)]
+    pub units: UnitsOptions,
 }
 
 /// Options of `gelfmu movie`.

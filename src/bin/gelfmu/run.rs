@@ -55,14 +55,15 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
     let job = RunJob { source, folder, step: options.step, threads: options.threads };
+    let units = options.units.system();
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
     if job.source.scene.output.report {
-        console.notes(&report::write(&job.folder, &job.source.scene, measured.as_ref())?);
+        console.notes(&report::write(&job.folder, &job.source.scene, measured.as_ref(), units)?);
     } else if let Some(table) = &measured {
-        console.notes(&measured::compare(table, &job.folder)?.residuals);
+        console.notes(&measured::compare(table, &job.folder, units)?.residuals);
     }
     let summary = PrintedSummary::read(&job.folder)?;
-    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.source.scene, &job.folder));
+    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.source.scene, &job.folder, units));
     let doubts = summary.value["doubts"].as_array();
     doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
     Ok(report_ending(&ending, &job.folder, console))

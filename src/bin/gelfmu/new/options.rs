@@ -3,6 +3,7 @@
 use super::block::BlockSize;
 use super::layer::ShotLayer;
 use crate::option_values::{PROJECTILE_NAME, parse_speed};
+use crate::units_option::UnitsOptions;
 use ballistic_gel::scene::{Preset, QuantityKind};
 use clap::Args;
 use std::path::PathBuf;
@@ -53,6 +54,8 @@ pub struct NewOptions {
     /// File to write, which must not exist (without this option the scene is printed)
     #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub units: UnitsOptions,
 }
 
 /// Parses a length that may be zero, with or without a unit.
