@@ -4,7 +4,7 @@
 #     build/release.sh [--dry-run]
 #
 # - the wheels, for Linux on x86-64 with glibc 2.17 or later, and for Windows on x86-64;
-# - gelfmu alone, the program of the wheel for Linux, with the licences;
+# - gelfmu alone, the program of the wheel for Linux, with its manual pages and the licences;
 # - the FMU of fbi-bb, with the libraries of every platform;
 # - the crate;
 # - SHA256SUMS of all.
@@ -57,6 +57,7 @@ archives() {
     made=$(mktemp -d)
     python3 -m zipfile --extract "$DIST"/*manylinux*.whl "$made/wheel"
     install -D -m 755 "$made"/wheel/*.data/scripts/gelfmu "$made/$name/gelfmu"
+    "$made/$name/gelfmu" man --out "$made/$name/man1" --quiet
     cp LICENSE-APACHE LICENSE-MIT CHANGELOG.md "$made/$name"
     tar --create --gzip --file "$DIST/$name.tar.gz" --directory "$made" --owner 0 --group 0 --sort name \
         --mtime "@$(git log -1 --format=%ct)" "$name"

@@ -23,8 +23,8 @@ def main(gelfmu, folder):
 
     def printed(*words):
         command = [gelfmu, "--color", "never", *words]
-        # Help is as wide as the terminal: here as where there is none.
-        options = {"stdin": subprocess.DEVNULL, "env": {**os.environ, "COLUMNS": "100"}, "text": True, "encoding": "utf-8"}
+        # Help is as wide as the terminal: into a pipe it has 80 columns.
+        options = {"stdin": subprocess.DEVNULL, "env": {**os.environ, "GELFMU_UNITS": "si"}, "text": True, "encoding": "utf-8"}
         return subprocess.run(command, check=True, capture_output=True, **options).stdout
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -234,7 +234,7 @@ def meaning(variable):
 def command_help(printed):
     """The help of the program and of each of its commands."""
     listed = printed("--help")
-    names = re.findall(r"^  ([a-z-]+) {2,}", listed.split("Commands:")[1].split("Options:")[0], re.MULTILINE)
+    names = re.findall(r"^  ([a-z-]+) {2,}", listed.split("Commands:")[1].split("Global options:")[0], re.MULTILINE)
     lines = ["## gelfmu", "", "```text", listed.rstrip(), "```", ""]
     for name in names:
         if name != "help":

@@ -26,6 +26,8 @@ mod scene_digest;
 mod sensors;
 mod summary;
 #[cfg(feature = "cli")]
+mod unit_rows;
+#[cfg(feature = "cli")]
 mod units;
 #[cfg(feature = "cli")]
 mod view;
@@ -58,6 +60,8 @@ pub use report::{
 pub use saved_run::{ExitedBody, ExitedRun, SavedRunError, exited_run};
 pub use sensors::{DentFigures, SensorFigures};
 pub use summary::{DriverInterface, EndCause, FinalState, RunSummary, SUMMARY_FORMAT, rebound};
+#[cfg(feature = "cli")]
+pub use unit_rows::{layer_rows_in_units, rows_in_units};
 #[cfg(feature = "cli")]
 pub use units::{CustomaryUnit, FOOT, FOOT_POUND, GRAIN, INCH, POUND_FORCE, UnitSystem};
 pub use wound::WoundFigures;

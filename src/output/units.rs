@@ -87,6 +87,16 @@ impl UnitSystem {
         }
     }
 
+    /// Formats the sides of a block to a millimetre, or a tenth of an inch: "150 x 150 x 400 mm".
+    #[must_use]
+    pub fn format_sides(self, sides: [f64; 3]) -> String {
+        let [a, b, c] = sides;
+        match self {
+            Self::Si => format!("{:.0} x {:.0} x {:.0} mm", 1e3 * a, 1e3 * b, 1e3 * c),
+            Self::Us => format!("{:.1} x {:.1} x {:.1} in", a / INCH, b / INCH, c / INCH),
+        }
+    }
+
     /// Formats a mass to a hundredth of a gram, or a tenth of a grain: "8.04 g", "124.1 gr".
     #[must_use]
     pub fn format_mass(self, mass: f64) -> String {

@@ -135,3 +135,94 @@ fn a_part_of_a_name_is_answered_with_the_names_that_have_it() {
     assert!(hint(&["check", "fbi-bb", "--set", "projectile.library=45acp-jhp"]).contains(hollow_points));
     assert!(hint(&["scenes", "graded"]).contains("`sphere-graded-4`, `sphere-graded-8`, `sphere-graded-16`?"));
 }
+
+#[test]
+fn two_levels_of_a_scene_have_folders_of_their_own() {
+    let folder = folder();
+    let short = ["--direct", "--quiet", "--no-frames", "--no-report", "--set", "scene.end_time=1e-4"];
+    let run = |scene: &str, more: &[&str]| {
+        let said = gelfmu_in(folder.path(), &[&["run", scene], &short[..], more].concat());
+        assert_eq!(said.status, Some(0), "{}", said.err);
+    };
+    run("sphere-block", &["--fidelity", "draft"]);
+    run("sphere-block", &["--set", "scene.fidelity=coarse"]);
+    let own = "gelfmu-out/sphere-block-draft/scene.toml";
+    let text = std::fs::read_to_string(folder.path().join(own)).unwrap();
+    assert!(text.contains("fidelity = \"draft\""), "{text}");
+    run(own, &[]);
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder.path().join("gelfmu-out")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["sphere-block", "sphere-block-coarse", "sphere-block-draft"], "no suffix for the own level");
+}
+
+#[test]
+fn global_options_have_a_heading_of_their_own_in_every_help() {
+    for command in ["run", "new", "pack", "report", "schema"] {
+        for help in ["-h", "--help"] {
+            let text = gelfmu(&[command, help]).out;
+            let (own, global) = text.split_once("\nGlobal options:\n").unwrap_or_else(|| panic!("{text}"));
+            for option in ["--json", "--quiet", "--color", "--colour", "--help"] {
+                assert!(global.contains(option) && !own.contains(option), "{command}: {option}: {text}");
+            }
+        }
+    }
+    let run = gelfmu(&["run", "-h"]).out;
+    for heading in ["\nAccuracy:\n", "\nResults:\n", "\nComputation:\n"] {
+        assert!(run.contains(heading), "{run}");
+    }
+    assert!(gelfmu(&["check", "l-beam", "--colour", "always"]).out.contains('\u{1b}'));
+}
+
+#[test]
+fn a_manual_page_of_each_command_is_written() {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &["man", "--out", "man/man1"]);
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    for page in ["gelfmu.1", "gelfmu-run.1", "gelfmu-new.1"] {
+        assert!(folder.path().join("man/man1").join(page).is_file(), "{page}");
+    }
+    assert!(said.out.ends_with("    man -l man/man1/gelfmu.1\n"), "{}", said.out);
+}
+
+#[test]
+fn units_of_the_united_states_are_those_of_every_printed_figure() {
+    let folder = folder();
+    let us = |arguments: &[&str]| {
+        let said = gelfmu_in(folder.path(), &[arguments, &["--units", "us"]].concat());
+        assert_eq!(said.status, Some(0), "{}", said.err);
+        assert_narrow(&said.out);
+        joined(&said.out)
+    };
+    let listed = us(&["projectiles"]);
+    let bullet = listed.lines().find(|line| line.contains("9mm-fmj ")).unwrap();
+    assert!(bullet.contains("124.0 gr  1150 ft/s"), "{bullet}");
+    let new = us(&["new", "--projectile", "9mm-fmj", "--out", "my.toml"]);
+    assert!(new.contains("124.0 gr at 1150.0 ft/s with 2° of yaw, into 5.9 x 5.9 x 15.7 in."), "{new}");
+    let checked = us(&["check", "fbi-bb"]);
+    assert!(checked.contains("projectile: 0.1720 in wide, 5.3 gr at 589.9 ft/s, 4.089 ft·lbf"), "{checked}");
+    let arguments = [&SMALL[..], &["--out", "here", "--units", "us"]].concat();
+    let run = gelfmu_in(folder.path(), &arguments);
+    assert!(run.out.contains(" in at ") && run.out.contains(" ft/s") && run.out.contains(" lbf"), "{}", run.out);
+    assert!(!run.out.contains(" mm at ") && !run.out.contains(" m/s"), "{}", run.out);
+    // Files and JSON keep SI.
+    let json = gelfmu_in(folder.path(), &[&SMALL[..], &["--out", "there", "--json"]].concat()).out;
+    let figures = |text: &str| {
+        let value: Value = serde_json::from_str(text).unwrap();
+        (value["peak_depth"].clone(), value["final_velocity"].clone(), value["digest"].clone())
+    };
+    let written = std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap();
+    assert_eq!(figures(&written), figures(&json));
+}
+
+#[test]
+fn the_environment_gives_the_units_and_the_option_counts_more() {
+    let listed = |units: &str, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+        let output = command.arg("projectiles").args(arguments).env("GELFMU_UNITS", units).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    assert!(listed("us", &[]).1.contains(" ft/s") && listed("si", &[]).1.contains(" m/s"));
+    assert!(!listed("us", &["--units", "si"]).1.contains("ft/s"));
+    assert_eq!(listed("cubits", &[]).0, Some(2));
+}

@@ -9,6 +9,7 @@ use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{self, AmountOfMemory};
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::math::Vector3;
+use ballistic_gel::output::UnitSystem;
 use ballistic_gel::scene::{
     self, LIBRARY_VERSION, LibraryProjectile, LibraryValue, Preset, PresetValue, ProjectileSpec, Scene, body_name,
 };
@@ -56,9 +57,12 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         options.set.iter().map(|o| format!(" --set {}", shell_word(&format!("{}={}", o.key, o.value)))).collect();
     let instant = scene.instant_class().map(|class| format!("instant: {}", scene::describe_instant(class)));
     let levels: Vec<String> = instant.into_iter().chain(levels).collect();
+    let units = options.units.system();
+    let shot: Vec<String> = (0..scene.n_bodies()).map(|body| body_line(&scene, &simulation, body, units)).collect();
+    let shot = section("bodies", &shot, console);
     let levels = section("fidelity", &levels, console);
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{shot}{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
          {:.3e} s. {}. Run it with:\n    gelfmu run {}{}",
         scene.scene.name,
         scene.scene.title,
@@ -122,6 +126,19 @@ fn body_json(scene: &Scene, simulation: &Simulation, body: usize) -> Value {
     value["inertia"] = json!(inertia);
     value["extent"] = json!({ "min": reach(-1.0), "max": reach(1.0) });
     value
+}
+
+/// Describes a body by its width across its axis, mass, speed and kinetic energy.
+fn body_line(scene: &Scene, simulation: &Simulation, body: usize, units: UnitSystem) -> String {
+    let (name, shape, spec) = (body_name(body), scene.shape(body), scene.body(body));
+    let reach = |sign: f64| shape.reach(&(sign * Vector3::x()));
+    let width = units.format(reach(1.0) + reach(-1.0), "m");
+    if spec.fixed {
+        return format!("{name}: {width} wide, fixed");
+    }
+    let (mass, speed) = (simulation.inertia(body).0, Vector3::from(spec.velocity).norm());
+    let energy = units.format(0.5 * mass * speed * speed, "J");
+    format!("{name}: {width} wide, {} at {}, {energy}", units.format_mass(mass), units.format(speed, "m/s"))
 }
 
 /// Returns the values of the bodies that are those of the library, with their dotted keys.

@@ -13,13 +13,19 @@ pub struct LeveledScene {
     pub source: SceneSource,
     /// Expected error and cost, if the user chose a level.
     pub expectation: Option<String>,
+    /// Name of the folder of a run: that of the scene, and the level if it is not the own level of the scene.
+    pub folder_name: String,
 }
 
 /// Loads a scene at the level in the options.
 pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Result<LeveledScene, CommandError> {
     let source = source::load(name, set)?;
+    let own_level = own_level(name, set, &source.scene)?;
     let fidelity = match (options.fidelity, options.accuracy) {
-        (None, None) => return Ok(LeveledScene { source, expectation: None }),
+        (None, None) => {
+            let folder_name = folder_name(&source.scene, own_level);
+            return Ok(LeveledScene { source, expectation: None, folder_name });
+        }
         (Some(fidelity), _) => fidelity,
         (None, Some(accuracy)) => cheapest_level(name, &source.scene, accuracy)?,
     };
@@ -29,8 +35,32 @@ pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Re
         None => source.scene.fidelity.get(fidelity).map_or("nothing was measured".to_owned(), describe_expectation),
     };
     let expectation = Some(format!("fidelity {}: {expected}", fidelity.as_str()));
-    Ok(LeveledScene { source, expectation })
+    let folder_name = folder_name(&source.scene, own_level);
+    Ok(LeveledScene { source, expectation, folder_name })
 }
+
+/// Returns the level of a scene without the override of its level.
+fn own_level(name: &str, set: &[Override], scene: &Scene) -> Result<FidelityKind, CommandError> {
+    let others: Vec<Override> = set.iter().filter(|change| change.key != LEVEL).cloned().collect();
+    if others.len() == set.len() {
+        Ok(scene.scene.fidelity)
+    } else {
+        Ok(source::load(name, &others)?.scene.scene.fidelity)
+    }
+}
+
+/// Returns the name of the folder of a run: two levels of a scene do not refuse each other.
+fn folder_name(scene: &Scene, own_level: FidelityKind) -> String {
+    let header = &scene.scene;
+    if header.fidelity == own_level {
+        header.name.clone()
+    } else {
+        format!("{}-{}", header.name, header.fidelity.as_str())
+    }
+}
+
+/// Key of the level of a scene.
+const LEVEL: &str = "scene.fidelity";
 
 /// Doubts about levels that `gelfmu run` refuses, for their mesh or the memory that it needs, without a mesh being
 /// built. `at_level` loads the scene at a level.
@@ -51,7 +81,7 @@ pub fn refused_levels(
 
 /// Returns the override that chooses a level.
 pub fn level_override(fidelity: FidelityKind) -> Override {
-    Override { key: "scene.fidelity".to_owned(), value: fidelity.as_str().to_owned() }
+    Override { key: LEVEL.to_owned(), value: fidelity.as_str().to_owned() }
 }
 
 /// Level with a known error and cost.

@@ -6,7 +6,7 @@ use crate::new::named_projectile;
 use crate::options::SchemaFile;
 use crate::text_width::{keep_names_whole, new_table};
 use crate::{completions, source};
-use ballistic_gel::output;
+use ballistic_gel::output::{self, UnitSystem};
 use ballistic_gel::scene::{self, LibraryProjectile};
 use clap_complete::Shell;
 use comfy_table::presets;
@@ -47,9 +47,9 @@ fn unknown_scene(name: &str) -> CommandError {
 }
 
 /// Lists the projectiles of the library, or prints the named one with its sources.
-pub fn projectiles(name: Option<&str>, console: &Console) -> Result<(), CommandError> {
+pub fn projectiles(name: Option<&str>, units: UnitSystem, console: &Console) -> Result<(), CommandError> {
     let Some(name) = name else {
-        list_projectiles(console);
+        list_projectiles(units, console);
         return Ok(());
     };
     let projectile = named_projectile(name)?;
@@ -58,12 +58,12 @@ pub fn projectiles(name: Option<&str>, console: &Console) -> Result<(), CommandE
     Ok(())
 }
 
-fn list_projectiles(console: &Console) {
+fn list_projectiles(units: UnitSystem, console: &Console) {
     let mut table = new_table(presets::NOTHING);
     let mut rows = Vec::new();
     for projectile in scene::library().filter_map(|(name, _)| LibraryProjectile::named(name)) {
         let LibraryProjectile { name, title, kind, speed, mass, .. } = projectile;
-        table.add_row([name.clone(), format!("{:.2} g", 1e3 * mass), format!("{speed:.0} m/s"), title.clone()]);
+        table.add_row([name.clone(), units.format_mass(mass), units.format_speed(speed, 0), title.clone()]);
         rows.push(json!({ "name": name, "title": title, "kind": kind, "speed": speed, "mass": mass }));
     }
     keep_names_whole(&mut table);

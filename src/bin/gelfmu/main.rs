@@ -13,6 +13,7 @@ mod interrupt;
 mod job;
 mod level;
 mod listing;
+mod manual;
 mod measured;
 mod moved;
 mod movie;
@@ -32,6 +33,7 @@ mod source;
 mod summary;
 mod text_width;
 mod through_fmu;
+mod units_option;
 mod user_table;
 
 use clap::{CommandFactory, FromArgMatches};
@@ -76,9 +78,10 @@ fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, CommandErro
         GelfmuCommand::Report(options) => report::report(&options, console)?,
         GelfmuCommand::Movie(options) => movie::movie(&options, console)?,
         GelfmuCommand::New(options) => new::new(&options, console)?,
-        GelfmuCommand::Projectiles { name } => listing::projectiles(name.as_deref(), console)?,
+        GelfmuCommand::Projectiles { name, units } => listing::projectiles(name.as_deref(), units.system(), console)?,
         GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
         GelfmuCommand::Schema { of } => listing::schema(of, console),
+        GelfmuCommand::Man { out } => manual::man(&out, console)?,
         GelfmuCommand::Completions { shell } => listing::completions(shell, console),
     }
     Ok(0)

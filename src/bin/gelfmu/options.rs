@@ -7,8 +7,9 @@ use crate::option_values::{
 };
 use crate::output_choice::OutputChoice;
 use crate::report_options::{MovieOptions, ReportFolderOptions, ReportOptions};
+use crate::units_option::UnitsOptions;
 use ballistic_gel::scene::{FidelityKind, Override};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
@@ -16,24 +17,47 @@ use std::path::PathBuf;
 ///
 /// Without a subcommand the built-in scene `fbi-bb` is run.
 #[derive(Debug, Parser)]
-#[command(name = "gelfmu", version)]
+#[command(name = "gelfmu", version, disable_help_flag = true, disable_version_flag = true)]
 pub struct CommandLine {
     /// Print the result as JSON on standard output
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GLOBAL)]
     pub json: bool,
     /// Print no progress and no notes, only errors (and JSON, if asked for)
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = GLOBAL)]
     pub quiet: bool,
     /// End as by SIGTERM when standard input ends, for a program that starts this one and may be killed
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GLOBAL)]
     pub end_with_input: bool,
     /// Colour the output always, never or on a terminal only; `NO_COLOR` in the environment turns `auto` off
-    #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
+    #[arg(
+        long,
+        visible_alias = "colour",
+        global = true,
+        value_enum,
+        default_value_t = ColorChoice::Auto,
+        value_name = "WHEN",
+        help_heading = GLOBAL
+    )]
     pub color: ColorChoice,
+    /// Print help; -h is shorter, --help says more
+    #[arg(long, short, global = true, action = ArgAction::Help, help_heading = GLOBAL)]
+    pub help: Option<bool>,
+    /// Print the version; --version with the libraries of the FMU
+    #[arg(long, short = 'V', action = ArgAction::Version, help_heading = GLOBAL)]
+    pub version: Option<bool>,
     /// Subcommand to carry out.
     #[command(subcommand)]
     pub command: Option<GelfmuCommand>,
 }
+
+/// Heading of the options of every command in its help.
+const GLOBAL: &str = "Global options";
+/// Heading of the options of a run for its accuracy.
+const ACCURACY: &str = "Accuracy";
+/// Heading of the options for the files that a command writes.
+pub const RESULTS: &str = "Results";
+/// Heading of the options of a run for the way in which it computes.
+const COMPUTATION: &str = "Computation";
 
 /// Policy for coloured output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -108,6 +132,8 @@ pub enum GelfmuCommand {
         /// Name of the projectile to print
         #[arg(value_parser = PROJECTILE_NAME, hide_possible_values = true)]
         name: Option<String>,
+        #[command(flatten)]
+        units: UnitsOptions,
     },
     /// List the built-in scenes, or print one
     Scenes {
@@ -120,6 +146,15 @@ pub enum GelfmuCommand {
         /// File that the schema describes; that of summary.json has meaning, unit and sampling of every figure
         #[arg(value_enum, default_value_t)]
         of: SchemaFile,
+    },
+    /// Write the manual pages: one of this program and one of each command
+    ///
+    /// `man -l DIR/gelfmu-run.1` shows one; in a folder man1 of the search path of man, such as ~/.local/share/man/man1, all
+    /// are found by name.
+    Man {
+        /// Folder for the pages, which is made if it is absent; pages of the names are replaced
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
     },
     /// Print a shell completion script
     Completions {
@@ -140,6 +175,8 @@ pub struct CheckOptions {
     /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+    #[command(flatten)]
+    pub units: UnitsOptions,
 }
 
 /// Options of `gelfmu run`.
@@ -153,29 +190,44 @@ pub struct RunOptions {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     #[command(flatten)]
+    pub units: UnitsOptions,
+    #[command(flatten)]
     pub level: LevelOptions,
-    /// Folder for the results (`gelfmu-out/SCENE` if absent)
-    #[arg(long, value_name = "DIR")]
+    /// Folder for the results (`gelfmu-out/SCENE` if absent, or `gelfmu-out/SCENE-LEVEL` at another level than its own)
+    #[arg(long, value_name = "DIR", help_heading = RESULTS)]
     pub out: Option<PathBuf>,
     /// Replace the results of an earlier run in the folder; other files stay
-    #[arg(long)]
+    #[arg(long, help_heading = RESULTS)]
     pub force: bool,
     /// Write no frames and no pictures; short for --set output.frames=0
-    #[arg(long)]
+    #[arg(long, help_heading = RESULTS)]
     pub no_frames: bool,
     /// Write no report.html; short for --set output.report=false
-    #[arg(long)]
+    #[arg(long, help_heading = RESULTS)]
     pub no_report: bool,
     #[command(flatten)]
     pub report: ReportOptions,
     /// Communication step, s (`scene.communication_step` if absent)
-    #[arg(long, value_name = "H", value_parser = parse_time, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "H",
+        value_parser = parse_time,
+        allow_hyphen_values = true,
+        help_heading = COMPUTATION
+    )]
     pub step: Option<f64>,
     /// Step the library directly, without the FMU; the results are bit-identical
-    #[arg(long)]
+    #[arg(long, help_heading = COMPUTATION)]
     pub direct: bool,
     /// Threads, 0 for all cores; results do not depend on the number
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = parse_threads,
+        allow_hyphen_values = true,
+        help_heading = COMPUTATION
+    )]
     pub threads: usize,
 }
 
@@ -183,10 +235,17 @@ pub struct RunOptions {
 #[derive(Debug, Default, Args)]
 pub struct LevelOptions {
     /// Accuracy level of the scene: draft, coarse, standard, fine, reference or instant, or 0 to 5; --set overrides its values
-    #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
+    #[arg(long, value_name = "LEVEL", value_parser = level_parser(), help_heading = ACCURACY)]
     pub fidelity: Option<FidelityKind>,
     /// Largest expected error, e.g. 2%; runs the cheapest level known to meet it
-    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = parse_error, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        conflicts_with = "fidelity",
+        value_parser = parse_error,
+        allow_hyphen_values = true,
+        help_heading = ACCURACY
+    )]
     pub accuracy: Option<f64>,
 }
 

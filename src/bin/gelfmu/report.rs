@@ -5,7 +5,7 @@ use crate::failure::{CommandError, RunError};
 use crate::measured::{self, MeasuredTable};
 use crate::report_options::ReportFolderOptions;
 use crate::{results, source};
-use ballistic_gel::output::{self, REPORT, ReportIdentity, ReportRun, ResultFolder, SCENE, SavedRunError};
+use ballistic_gel::output::{self, REPORT, ReportIdentity, ReportRun, ResultFolder, SCENE, SavedRunError, UnitSystem};
 use ballistic_gel::scene::Scene;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -29,10 +29,12 @@ fn report_folder(folder: &Path, options: &ReportFolderOptions, console: &Console
         console.notes(&table.notes);
     }
     let scene = source::load(&scene_file.to_string_lossy(), &[])?.scene;
+    let units = options.units.system();
+    let page_options = PageOptions { identity: &identity, measured: measured.as_ref(), units };
     let (file, residuals) = match &options.out {
-        None => (folder.join(REPORT), write(folder, &scene, &identity, measured.as_ref())?),
+        None => (folder.join(REPORT), write(folder, &scene, &page_options)?),
         Some(file) => {
-            let page = page(folder, &scene, &identity, measured.as_ref())?;
+            let page = page(folder, &scene, &page_options)?;
             write_out(file, &page.html)?;
             (file.clone(), page.residuals)
         }
@@ -100,6 +102,17 @@ fn write_out(file: &Path, page: &str) -> Result<(), CommandError> {
     Ok(results::replace(file, page.as_bytes())?)
 }
 
+/// Options of a page: its identity, measured curves and units.
+#[derive(Debug, Clone, Copy)]
+pub struct PageOptions<'a> {
+    /// Case, author, logo and date.
+    pub identity: &'a ReportIdentity,
+    /// Curves of a laboratory.
+    pub measured: Option<&'a MeasuredTable>,
+    /// Units of the residuals on the console.
+    pub units: UnitSystem,
+}
+
 /// Report of a run with the residuals of measured curves, in sentences.
 struct ReportPage {
     html: String,
@@ -108,29 +121,19 @@ struct ReportPage {
 
 /// Writes the report of a run of this scene into its folder, with the curves of a laboratory. Returns their residuals in
 /// sentences.
-pub fn write(
-    folder: &Path,
-    scene: &Scene,
-    identity: &ReportIdentity,
-    measured: Option<&MeasuredTable>,
-) -> Result<Vec<String>, RunError> {
-    let page = page(folder, scene, identity, measured)?;
+pub fn write(folder: &Path, scene: &Scene, options: &PageOptions<'_>) -> Result<Vec<String>, RunError> {
+    let page = page(folder, scene, options)?;
     ResultFolder::reopen(folder, output::RUN)?.write(REPORT, page.html.as_bytes())?;
     Ok(page.residuals)
 }
 
 /// Makes the report of a run, with the curves of a laboratory, whose residuals are written into its `summary.json`.
-fn page(
-    folder: &Path,
-    scene: &Scene,
-    identity: &ReportIdentity,
-    measured: Option<&MeasuredTable>,
-) -> Result<ReportPage, RunError> {
-    let html = output::report_page(folder, scene, identity)?;
-    let Some(table) = measured else { return Ok(ReportPage { html, residuals: vec![] }) };
+fn page(folder: &Path, scene: &Scene, options: &PageOptions<'_>) -> Result<ReportPage, RunError> {
+    let html = output::report_page(folder, scene, options.identity)?;
+    let Some(table) = options.measured else { return Ok(ReportPage { html, residuals: vec![] }) };
     // Only the folder of a run is changed.
     ResultFolder::reopen(folder, output::RUN)?;
-    let comparison = measured::compare(table, folder)?;
+    let comparison = measured::compare(table, folder, options.units)?;
     Ok(ReportPage { html: comparison.insert_into(&html), residuals: comparison.residuals })
 }
 

@@ -1,6 +1,8 @@
 //! Options of the report and of the film of a run.
 
 use crate::failure::CommandError;
+use crate::options::RESULTS;
+use crate::units_option::UnitsOptions;
 use ballistic_gel::output::{LogoImage, MOST_LOGO_BYTES, ReportDate, ReportIdentity};
 use clap::Args;
 use std::fs::{self, File};
@@ -12,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub struct ReportOptions {
     /// Draw the measured curves of a laboratory over those of the run, and tell the residuals: a CSV file with a column
     /// of time or depth and columns such as velocity_m_per_s, cavity_diameter_mm, track_diameter_mm, yaw_deg or force_N
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", help_heading = RESULTS)]
     pub measured: Option<PathBuf>,
     /// Case on the first page of the report and at the foot of its print
     #[arg(long, value_name = "TEXT")]
@@ -79,6 +81,8 @@ pub struct ReportFolderOptions {
     /// Replace an earlier file of --out
     #[arg(long)]
     pub force: bool,
+    #[command(flatten)]
+    pub units: UnitsOptions,
 }
 
 /// Options of `gelfmu movie`.

@@ -8,6 +8,7 @@ use crate::level::{self, LeveledScene};
 use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::pack::resources::{self, SceneResources};
 use crate::progress::ProgressDisplay;
+use crate::report::PageOptions;
 use crate::source::SceneSource;
 use crate::through_fmu::{self, InstanceFolder};
 use crate::{direct, interrupt, measured, report, results, summary};
@@ -25,12 +26,13 @@ const WAITING: &str =
 /// Runs a scene, prints its summary and returns the exit status.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let LeveledScene { source, expectation } = level::load_at_level(name, &collect_overrides(options), &options.level)?;
+    let LeveledScene { source, expectation, folder_name } =
+        level::load_at_level(name, &collect_overrides(options), &options.level)?;
     options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let measured = options.report.measured.as_deref().map(measured::read).transpose()?;
     let identity = options.report.identity()?;
     let header = source.scene.scene.clone();
-    let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
+    let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(folder_name));
     let SceneResources { text, files } = resources::collect(&source)?;
     let kept = format!("# Scene of this run, with the overrides of the command.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
@@ -54,14 +56,16 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
     let job = RunJob { source, folder, step: options.step, threads: options.threads };
+    let units = options.units.system();
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
     if job.source.scene.output.report {
-        console.notes(&report::write(&job.folder, &job.source.scene, &identity, measured.as_ref())?);
+        let page = PageOptions { identity: &identity, measured: measured.as_ref(), units };
+        console.notes(&report::write(&job.folder, &job.source.scene, &page)?);
     } else if let Some(table) = &measured {
-        console.notes(&measured::compare(table, &job.folder)?.residuals);
+        console.notes(&measured::compare(table, &job.folder, units)?.residuals);
     }
     let summary = PrintedSummary::read(&job.folder)?;
-    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.source.scene, &job.folder));
+    console.result(&summary.text.trim_end(), &summary::describe(&summary.value, &job.source.scene, &job.folder, units));
     let doubts = summary.value["doubts"].as_array();
     doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
     Ok(report_ending(&ending, &job.folder, console))

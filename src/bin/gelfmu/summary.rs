@@ -1,7 +1,7 @@
 //! Table of the figures of a run for the console: the results of the shot first, the diagnostics of the solver last.
 
 use crate::text_width::{keep_names_whole, new_table};
-use ballistic_gel::output::{FigureRow, UnitSystem, figure_rows, layer_rows};
+use ballistic_gel::output::{FigureRow, INCH, UnitSystem, figure_rows, layer_rows_in_units, rows_in_units};
 use ballistic_gel::scene::Scene;
 use comfy_table::presets;
 use serde_json::Value;
@@ -25,9 +25,11 @@ const DIAGNOSTICS: [&str; 11] = [
 const MOST_ENERGY: &str = "most energy";
 
 /// Formats the summary of a run as a table, with one row for each layer, followed by the result files.
-pub fn describe(summary: &Value, scene: &Scene, folder: &Path) -> String {
+pub fn describe(summary: &Value, scene: &Scene, folder: &Path, units: UnitSystem) -> String {
     let mut table = new_table(presets::UTF8_FULL_CONDENSED);
-    let rows = figure_rows(summary, scene).into_iter().chain(most_energy_row(summary)).chain(layer_rows(folder, scene));
+    let figures = rows_in_units(figure_rows(summary, scene), summary, units);
+    let rows = figures.into_iter().chain(most_energy_row(summary, units));
+    let rows = rows.chain(layer_rows_in_units(folder, scene, units));
     for row in order_rows(rows.collect(), summary) {
         table.add_row([row.name, row.text]);
     }
@@ -53,13 +55,19 @@ fn order_rows(mut rows: Vec<FigureRow>, summary: &Value) -> Vec<FigureRow> {
 }
 
 /// Row of the centimetre of the path in which the gel takes the most energy.
-fn most_energy_row(summary: &Value) -> Option<FigureRow> {
+fn most_energy_row(summary: &Value, units: UnitSystem) -> Option<FigureRow> {
     let energies =
         summary["energy_per_centimetre"].as_array()?.iter().map(|energy| energy.as_f64().unwrap_or(f64::NAN));
     let (centimetre, energy) =
         energies.enumerate().filter(|(_, energy)| *energy > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let energy = UnitSystem::Si.format(energy, "J");
-    let text = format!("{energy}/cm, {centimetre} to {} cm deep", centimetre + 1);
+    let [from, to] = [centimetre, centimetre + 1];
+    let text = match units {
+        UnitSystem::Si => format!("{}/cm, {from} to {to} cm deep", units.format(energy, "J")),
+        UnitSystem::Us => {
+            let [from, to] = [from, to].map(|end| 0.01 * end as f64 / INCH);
+            format!("{}, {from:.2} to {to:.2} in deep", units.format(100.0 * energy, "J/m"))
+        }
+    };
     Some(FigureRow { name: MOST_ENERGY.to_owned(), text, is_key: false })
 }
 
@@ -89,7 +97,7 @@ mod tests {
     /// Names of the rows of a summary in their order.
     fn names(summary: &Value) -> Vec<String> {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let rows = figure_rows(summary, &scene).into_iter().chain(most_energy_row(summary));
+        let rows = figure_rows(summary, &scene).into_iter().chain(most_energy_row(summary, UnitSystem::Si));
         order_rows(rows.collect(), summary).into_iter().map(|row| row.name).collect()
     }
 
@@ -110,8 +118,11 @@ mod tests {
 
     #[test]
     fn the_centimetre_with_the_most_energy_has_its_place() {
-        let text = |energies: Value| most_energy_row(&json!({ "energy_per_centimetre": energies })).map(|row| row.text);
+        let row = |energies: Value, units| most_energy_row(&json!({ "energy_per_centimetre": energies }), units);
+        let text = |energies: Value| row(energies, UnitSystem::Si).map(|row| row.text);
         assert_eq!(text(json!([3.0, 7.5, null])).unwrap(), "7.500 J/cm, 1 to 2 cm deep");
+        let us = row(json!([3.0, 7.5]), UnitSystem::Us).unwrap().text;
+        assert_eq!(us, "14.05 ft·lbf/in, 0.39 to 0.79 in deep");
         assert_eq!([text(json!([])), text(json!([0.0])), text(Value::Null)], [None, None, None]);
     }
 }

@@ -9,7 +9,7 @@ pub use table::{MeasuredTable, read};
 
 use crate::failure::RunError;
 use crate::rounding::rounded;
-use ballistic_gel::output::{ComparedCurve, insert_comparison};
+use ballistic_gel::output::{ComparedCurve, UnitSystem, insert_comparison};
 use serde_json::json;
 use std::path::Path;
 use summary_file::SummaryFile;
@@ -31,7 +31,7 @@ impl MeasuredComparison {
 }
 
 /// Compares a table with the results in a folder, and writes the comparison into `summary.json`.
-pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<MeasuredComparison, RunError> {
+pub fn compare(table: &MeasuredTable, folder: &Path, units: UnitSystem) -> Result<MeasuredComparison, RunError> {
     let mut summary = SummaryFile::read(folder)?;
     let (mut curves, mut notes, mut entries) = (vec![], table.notes.clone(), vec![]);
     for measured in &table.curves {
@@ -66,19 +66,21 @@ pub fn compare(table: &MeasuredTable, folder: &Path) -> Result<MeasuredCompariso
     }
     summary.set("measured", &json!({ "file": table.file, "curves": entries, "unmatched": table.unmatched }));
     summary.write()?;
-    let compared = curves.iter().map(describe_residual);
+    let compared = curves.iter().map(|curve| describe_residual(curve, units));
     let residuals = compared.chain(notes[table.notes.len()..].iter().cloned()).collect();
     Ok(MeasuredComparison { file: table.file.clone(), curves, notes, residuals })
 }
 
 /// Describes the residual of a curve in one line.
-fn describe_residual(curve: &ComparedCurve) -> String {
+fn describe_residual(curve: &ComparedCurve, units: UnitSystem) -> String {
     let Some(residual) = curve.residual() else {
         return format!("{}: no point of column {} lies within the computed curve", curve.title, curve.column);
     };
+    let customary = units.customary_unit(curve.unit);
+    let (unit, in_si) = customary.map_or((curve.unit, 1.0), |unit| (unit.symbol, unit.in_si));
     // In figures, and with an exponent where nobody would count them.
     let told = |value: f64| {
-        let value = rounded(value);
+        let value = rounded(value / in_si);
         if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
     };
     let share = |percent: Option<f64>| percent.map_or(String::new(), |percent| format!(" ({percent:.2} %)"));
@@ -88,10 +90,10 @@ fn describe_residual(curve: &ComparedCurve) -> String {
         residual.points,
         curve.column,
         told(residual.rms),
-        curve.unit,
+        unit,
         share(residual.rms_percent),
         told(residual.greatest),
-        curve.unit,
+        unit,
         share(residual.greatest_percent)
     )
 }

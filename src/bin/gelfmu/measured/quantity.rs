@@ -1,6 +1,6 @@
 //! Quantities of a laboratory's table, by the names and units of its columns.
 
-use ballistic_gel::output::CurveAbscissa;
+use ballistic_gel::output::{CurveAbscissa, FOOT, FOOT_POUND, INCH, POUND_FORCE};
 
 /// Unit with the factor to SI.
 pub struct MeasuredUnit {
@@ -15,9 +15,6 @@ const fn unit(name: &'static str, symbol: &'static str, factor: f64) -> Measured
     MeasuredUnit { name, symbol, factor }
 }
 
-const FOOT: f64 = 0.3048;
-/// Pound-force, N (NIST SP 811).
-const POUND_FORCE: f64 = 4.448_221_615_260_5;
 const TIMES: [MeasuredUnit; 4] =
     [unit("s", "s", 1.0), unit("ms", "ms", 1e-3), unit("us", "µs", 1e-6), unit("ns", "ns", 1e-9)];
 const LENGTHS: [MeasuredUnit; 6] = [
@@ -25,8 +22,8 @@ const LENGTHS: [MeasuredUnit; 6] = [
     unit("cm", "cm", 1e-2),
     unit("mm", "mm", 1e-3),
     unit("um", "µm", 1e-6),
-    unit("in", "in", 0.0254),
-    unit("inch", "in", 0.0254),
+    unit("in", "in", INCH),
+    unit("inch", "in", INCH),
 ];
 const SPEEDS: [MeasuredUnit; 6] = [
     unit("m_per_s", "m/s", 1.0),
@@ -38,7 +35,7 @@ const SPEEDS: [MeasuredUnit; 6] = [
 ];
 const FORCES: [MeasuredUnit; 3] = [unit("n", "N", 1.0), unit("kn", "kN", 1e3), unit("lbf", "lbf", POUND_FORCE)];
 const ENERGIES: [MeasuredUnit; 4] =
-    [unit("j", "J", 1.0), unit("kj", "kJ", 1e3), unit("mj", "mJ", 1e-3), unit("ft_lb", "ft lb", FOOT * POUND_FORCE)];
+    [unit("j", "J", 1.0), unit("kj", "kJ", 1e3), unit("mj", "mJ", 1e-3), unit("ft_lb", "ft lb", FOOT_POUND)];
 /// Units of the energy in a centimetre.
 const ENERGIES_PER_LENGTH: [MeasuredUnit; 7] = [
     unit("j_per_cm", "J/cm", 1.0),
@@ -47,7 +44,7 @@ const ENERGIES_PER_LENGTH: [MeasuredUnit; 7] = [
     unit("j_per_m", "J/m", 1e-2),
     unit("kj_per_m", "kJ/m", 10.0),
     unit("j", "J in a centimetre", 1.0),
-    unit("ft_lb_per_in", "ft lb/in", FOOT * POUND_FORCE / 2.54),
+    unit("ft_lb_per_in", "ft lb/in", FOOT_POUND / 2.54),
 ];
 const ANGLES: [MeasuredUnit; 3] =
     [unit("rad", "rad", 1.0), unit("deg", "°", 0.017_453_292_519_943_295), unit("mrad", "mrad", 1e-3)];

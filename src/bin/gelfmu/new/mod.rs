@@ -48,14 +48,15 @@ pub fn new(options: &NewOptions, console: &Console) -> Result<(), CommandError> 
     write_new(path, &text)?;
     let shown = path.display();
     let estimate = json!({ "longest_path": shot.longest_path(), "longest_time": shot.longest_time() });
-    let [width, height, length] = [shot.block.width, shot.block.height, shot.block.length].map(|side| 1e3 * side);
+    let units = options.units.system();
     let yaw = if shot.yaw == 0.0 { String::new() } else { format!(" with {}° of yaw", shot.shown_yaw()) };
     let told = format!(
-        "{shown}: {}, {:.2} g at {:.1} m/s{yaw}, into {width:.0} x {height:.0} x {length:.0} mm. The levels coarse, standard \
+        "{shown}: {}, {} at {}{yaw}, into {}. The levels coarse, standard \
          and fine cost more than draft, which stops a bullet early. Run it with:\n    gelfmu run {shown} --fidelity draft",
         shot.projectile.title,
-        1e3 * shot.projectile.mass,
-        shot.speed
+        units.format_mass(shot.projectile.mass),
+        units.format_speed(shot.speed, 1),
+        units.format_sides([shot.block.width, shot.block.height, shot.block.length])
     );
     let result = json!({ "file": shown.to_string(), "estimate": estimate, "shot": identity, "doubts": doubts });
     console.result(&with_origin(result, &shot), &told);

@@ -3,9 +3,15 @@
 use super::block::BlockSize;
 use super::layer::ShotLayer;
 use crate::option_values::{PROJECTILE_NAME, parse_speed};
+use crate::units_option::UnitsOptions;
 use ballistic_gel::scene::{Preset, QuantityKind};
 use clap::Args;
 use std::path::PathBuf;
+
+/// Heading of the options for the projectile and its path in the help.
+const SHOT: &str = "Projectile";
+/// Heading of the options for the block in the help.
+const GEL: &str = "Gel";
 
 /// Options of `gelfmu new`.
 #[derive(Debug, Args)]
@@ -16,37 +22,40 @@ pub struct NewOptions {
         value_name = "NAME",
         required_unless_present = "from_exit",
         value_parser = PROJECTILE_NAME,
-        hide_possible_values = true
+        hide_possible_values = true,
+        help_heading = SHOT
     )]
     pub projectile: Option<String>,
     /// Folder of a finished run whose projectile has left the gel: projectile, speed and attitude are those after that exit
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = SHOT)]
     pub from_exit: Option<PathBuf>,
     /// Air between the gel of --from-exit and the block, m or with a unit, e.g. 3m; no drag and no gravity there
-    #[arg(long, value_name = "LENGTH", default_value = "0", requires = "from_exit", value_parser = parse_gap, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", default_value = "0", requires = "from_exit", value_parser = parse_gap, allow_hyphen_values = true, help_heading = SHOT)]
     pub gap: f64,
     /// Speed at the gel, m/s or with a unit, e.g. "1150 ft/s" (the usual speed of the projectile if absent)
-    #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true, help_heading = SHOT)]
     pub speed: Option<f64>,
     /// Angle between the axis of the projectile and its path, degrees (2 for service bullets, else 0, if absent)
-    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true)]
+    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true, help_heading = SHOT)]
     pub yaw: Option<f64>,
     /// Angle of the plane of the yaw about the path, degrees (0 if absent); other than a multiple of 90 the whole block is meshed
-    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true)]
+    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true, help_heading = SHOT)]
     pub roll: Option<f64>,
     /// Block: width, height and length along the path, e.g. 15x15x40cm; m without a unit
-    #[arg(long, value_name = "AxBxC", default_value = "15x15x40cm", value_parser = BlockSize::parse)]
+    #[arg(long, value_name = "AxBxC", default_value = "15x15x40cm", value_parser = BlockSize::parse, help_heading = GEL)]
     pub block: BlockSize,
     /// Gel: 10%, 20%, clear, or the name of a preset
-    #[arg(long, value_name = "GEL", default_value = "10%", value_parser = parse_gel)]
+    #[arg(long, value_name = "GEL", default_value = "10%", value_parser = parse_gel, help_heading = GEL)]
     pub gel: Preset,
     /// Layer on the front of the gel, bonded, part of the length of the block: thickness and keys of `[[layer]]`, e.g.
     /// 2mm,name=skin,strength_scale=3,density=1100 or 5mm,preset=gelatin-20; repeat it for those below
-    #[arg(long, value_name = "THICKNESS,KEY=VALUE,...", value_parser = ShotLayer::parse)]
+    #[arg(long, value_name = "THICKNESS,KEY=VALUE,...", value_parser = ShotLayer::parse, help_heading = GEL)]
     pub layer: Vec<ShotLayer>,
     /// File to write, which must not exist (without this option the scene is printed)
     #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub units: UnitsOptions,
 }
 
 /// Parses a length that may be zero, with or without a unit.
