@@ -49,18 +49,12 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
         "fidelity": scene.fidelity,
         "doubts": doubts,
     });
-    let levels = scene.fidelity.known().map(|(fidelity, level)| {
-        let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
-        format!("{}: {}{set}", fidelity.as_str(), level::describe_expectation(level))
-    });
     let set: Vec<String> =
         options.set.iter().map(|o| format!(" --set {}", shell_word(&format!("{}={}", o.key, o.value)))).collect();
-    let instant = scene.instant_class().map(|class| format!("instant: {}", scene::describe_instant(class)));
-    let levels: Vec<String> = instant.into_iter().chain(levels).collect();
     let units = options.units.system();
     let shot: Vec<String> = (0..scene.n_bodies()).map(|body| body_line(&scene, &simulation, body, units)).collect();
     let shot = section("bodies", &shot, console);
-    let levels = section("fidelity", &levels, console);
+    let levels = section("fidelity", &level_lines(&scene), console);
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{shot}{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
          {:.3e} s. {}. Run it with:\n    gelfmu run {}{}",
@@ -81,6 +75,16 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     );
     console.result(&result, &text);
     Ok(())
+}
+
+/// Returns a line for the reduced model, if it is identified for the shot, and one for each level of the scene.
+fn level_lines(scene: &Scene) -> Vec<String> {
+    let instant = scene.instant_class().map(|class| format!("instant: {}", scene::describe_instant(class)));
+    let levels = scene.fidelity.known().map(|(fidelity, level)| {
+        let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
+        format!("{}: {}{set}", fidelity.as_str(), level::describe_expectation(level))
+    });
+    instant.into_iter().chain(levels).collect()
 }
 
 /// Model errors of the bodies whose class of shots is known.
