@@ -105,7 +105,8 @@ mod tests {
     fn text(summary: &Value, units: UnitSystem) -> String {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
         let rows = rows_in_units(figure_rows(summary, &scene), summary, units);
-        rows.into_iter().map(|row| format!("{}: {}\n", row.name, row.text)).collect()
+        let line = |row: FigureRow| format!("{}: {}", row.name, row.text);
+        rows.into_iter().map(line).collect::<Vec<_>>().join("\n")
     }
 
     #[test]

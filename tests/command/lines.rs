@@ -13,7 +13,10 @@ pub fn joined(text: &str) -> String {
         let is_full = columns(&last) + 1 + columns(word) > WIDTH;
         let is_rest = own == if indent == 0 { 0 } else { indent + 2 };
         match lines.last_mut() {
-            Some(whole) if is_full && is_rest && !word.is_empty() => *whole += &format!(" {}", line.trim_start()),
+            Some(whole) if is_full && is_rest && !word.is_empty() => {
+                whole.push(' ');
+                whole.push_str(line.trim_start());
+            }
             _ => {
                 lines.push(line.to_owned());
                 indent = own;

@@ -55,11 +55,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     });
     let set: Vec<String> =
         options.set.iter().map(|o| format!(" --set {}", shell_word(&format!("{}={}", o.key, o.value)))).collect();
-    let levels: Vec<String> = levels.collect();
-    let units = options.units.system();
-    let shot: Vec<String> = (0..scene.n_bodies()).map(|body| body_line(&scene, &simulation, body, units)).collect();
-    let shot = section("bodies", &shot, console);
-    let levels = section("fidelity", &levels, console);
+    let shot = section("bodies", &body_lines(&scene, &simulation, options.units.system()), console);
+    let levels = section("fidelity", &levels.collect::<Vec<_>>(), console);
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{shot}{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
          {:.3e} s. {}. Run it with:\n    gelfmu run {}{}",
@@ -125,6 +122,10 @@ fn body_json(scene: &Scene, simulation: &Simulation, body: usize) -> Value {
     value["inertia"] = json!(inertia);
     value["extent"] = json!({ "min": reach(-1.0), "max": reach(1.0) });
     value
+}
+
+fn body_lines(scene: &Scene, simulation: &Simulation, units: UnitSystem) -> Vec<String> {
+    (0..scene.n_bodies()).map(|body| body_line(scene, simulation, body, units)).collect()
 }
 
 /// Describes a body by its width across its axis, mass, speed and kinetic energy.

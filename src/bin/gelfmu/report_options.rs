@@ -1,6 +1,6 @@
 //! Options of the report and of the film of a run.
 
-use crate::options::RESULTS;
+use crate::help_headings::RESULTS;
 use crate::units_option::UnitsOptions;
 use clap::Args;
 use std::path::PathBuf;

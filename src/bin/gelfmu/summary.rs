@@ -47,7 +47,7 @@ fn order_rows(mut rows: Vec<FigureRow>, summary: &Value) -> Vec<FigureRow> {
     let rank = |row: &FigureRow| {
         let is_row = |name: &&str| *name == row.name;
         let place = first.iter().position(is_row).unwrap_or(first.len());
-        place + DIAGNOSTICS.iter().position(|name| is_row(name)).map_or(0, |n| n + 1)
+        place + DIAGNOSTICS.iter().position(is_row).map_or(0, |n| n + 1)
     };
     rows.sort_by_key(rank);
     rows
