@@ -51,9 +51,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), CommandErr
     });
     let set: Vec<String> =
         options.set.iter().map(|o| format!(" --set {}", shell_word(&format!("{}={}", o.key, o.value)))).collect();
-    let units = options.units.system();
-    let shot: Vec<String> = (0..scene.n_bodies()).map(|body| body_line(&scene, &simulation, body, units)).collect();
-    let shot = section("bodies", &shot, console);
+    let shot = section("bodies", &body_lines(&scene, &simulation, options.units.system()), console);
     let levels = section("fidelity", &level_lines(&scene), console);
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{shot}{}{levels}{}The scene is valid: {} elements, {} nodes, steps of at least \
@@ -130,6 +128,10 @@ fn body_json(scene: &Scene, simulation: &Simulation, body: usize) -> Value {
     value["inertia"] = json!(inertia);
     value["extent"] = json!({ "min": reach(-1.0), "max": reach(1.0) });
     value
+}
+
+fn body_lines(scene: &Scene, simulation: &Simulation, units: UnitSystem) -> Vec<String> {
+    (0..scene.n_bodies()).map(|body| body_line(scene, simulation, body, units)).collect()
 }
 
 /// Describes a body by its width across its axis, mass, speed and kinetic energy.

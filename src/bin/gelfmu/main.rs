@@ -9,6 +9,7 @@ mod console;
 mod direct;
 mod failure;
 mod forecast;
+mod help_headings;
 mod interrupt;
 mod job;
 mod level;

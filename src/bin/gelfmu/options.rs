@@ -1,5 +1,6 @@
 //! Command-line interface: subcommands, their options and the parsers of the values.
 
+use crate::help_headings::{ACCURACY, COMPUTATION, GLOBAL, RESULTS};
 use crate::new::NewOptions;
 use crate::option_values::{
     PROJECTILE_NAME, SCENE_NAME, level_parser, parse_elements, parse_error, parse_length, parse_speed, parse_threads,
@@ -49,15 +50,6 @@ pub struct CommandLine {
     #[command(subcommand)]
     pub command: Option<GelfmuCommand>,
 }
-
-/// Heading of the options of every command in its help.
-const GLOBAL: &str = "Global options";
-/// Heading of the options of a run for its accuracy.
-const ACCURACY: &str = "Accuracy";
-/// Heading of the options for the files that a command writes.
-pub const RESULTS: &str = "Results";
-/// Heading of the options of a run for the way in which it computes.
-const COMPUTATION: &str = "Computation";
 
 /// Policy for coloured output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -2,16 +2,12 @@
 
 use super::block::BlockSize;
 use super::layer::ShotLayer;
+use crate::help_headings::{GEL, SHOT};
 use crate::option_values::{PROJECTILE_NAME, parse_speed};
 use crate::units_option::UnitsOptions;
 use ballistic_gel::scene::{Preset, QuantityKind};
 use clap::Args;
 use std::path::PathBuf;
-
-/// Heading of the options for the projectile and its path in the help.
-const SHOT: &str = "Projectile";
-/// Heading of the options for the block in the help.
-const GEL: &str = "Gel";
 
 /// Options of `gelfmu new`.
 #[derive(Debug, Args)]
