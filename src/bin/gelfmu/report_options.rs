@@ -1,11 +1,7 @@
 //! Options of the report and of the film of a run.
 
-<<<<<<< HEAD
 use crate::failure::CommandError;
-use crate::options::RESULTS;
-=======
 use crate::help_headings::RESULTS;
->>>>>>> terminal
 use crate::units_option::UnitsOptions;
 use ballistic_gel::output::{LogoImage, MOST_LOGO_BYTES, ReportDate, ReportIdentity};
 use clap::Args;
