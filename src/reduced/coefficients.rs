@@ -19,11 +19,11 @@ pub enum BodyClass {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct IdentifiedRange {
-    /// Calibre, m.
+    /// Calibre in m.
     pub diameter: [f64; 2],
-    /// Sectional density m/A, kg/m².
+    /// Sectional density m/A in kg/m².
     pub sectional_density: [f64; 2],
-    /// Speed at the gel, m/s.
+    /// Speed at the gel in m/s.
     pub speed: [f64; 2],
 }
 

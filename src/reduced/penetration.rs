@@ -25,9 +25,9 @@ const EXIT: [f64; 2] = [1.0, 3.0];
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct PenetrationLaw {
-    /// Stress S at which the shear part saturates, Pa.
+    /// Stress S at which the shear part saturates in Pa.
     pub shear_stress: f64,
-    /// Strain rate ε at which the shear part has half of that stress, 1/s.
+    /// Strain rate ε at which the shear part has half of that stress in 1/s.
     pub shear_rate: f64,
     /// Exponent h of the strain rate.
     pub shear_exponent: f64,
@@ -39,7 +39,7 @@ pub struct PenetrationLaw {
     pub entry_drag: f64,
     /// Path λ over which the entry drag decays, calibres.
     pub entry_path: f64,
-    /// Stress E of the spring, Pa.
+    /// Stress E of the spring in Pa.
     pub spring_stress: f64,
     /// Travel Λ at which the spring slips, calibres.
     pub spring_travel: f64,

@@ -21,7 +21,7 @@ const REFERENCE: f64 = 8e-3;
 pub struct RingLaw {
     /// Section q₀ of the ring behind a slow body, relative to that of the body.
     pub slow_section: f64,
-    /// Speed U of a body of 8 mm that opens a section as large as its own, m/s.
+    /// Speed U of a body of 8 mm that opens a section as large as its own in m/s.
     pub opening_speed: f64,
     /// Exponent n of the speed.
     pub speed_exponent: f64,
@@ -29,7 +29,7 @@ pub struct RingLaw {
     pub size_exponent: f64,
     /// Depth λ of the crater of the entry, calibres.
     pub crater_depth: f64,
-    /// Time τ in which a ring of 8 mm opens, s.
+    /// Time τ in which a ring of 8 mm opens in s.
     pub opening_time: f64,
     /// Exponent p of the diameter in that time.
     pub time_exponent: f64,

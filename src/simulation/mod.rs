@@ -1,6 +1,6 @@
 //! Simulation: builds a gel and its bodies from a scene, steps them in time, and reports on them.
 //!
-//! - `build`: the engine of a scene on its first `grid`, with its `gel`, `loads` and `sensors`.
+//! - `build`: the engine of a scene on its first `grid`, with its `gel`, `scene_bodies`, `loads` and `sensors`.
 //! - `model`: the gel of either dimension behind one interface: this room alone erases the dimension.
 //! - `reduced_model`: the reduced model behind the same interface, with its `reduced_section` for frames.
 //! - `run`, `exit`, `report_queries`: the simulation, with reports (`observe`, `fields`) and `doubts` about them;
@@ -31,13 +31,13 @@ mod report_queries;
 mod rest;
 mod run;
 mod saved;
+mod scene_bodies;
 mod sensors;
 
 pub use crate::adapt::{FailedRemesh, PreviewMesh, RemeshRecord, RemeshRefusal, RemeshTrial, RestoreError};
 pub use crate::contact::{DomeMotion, ExpansionMotion, ImpulseExchange, ShapeMotion, Wrench};
 pub use crate::integrator::BlockMotion;
 pub use crate::scene::CouplingMode;
-pub use build::free_body;
 pub use build_error::BuildError;
 pub use cross_section::signed_area;
 pub use doubts::doubts;
@@ -52,3 +52,4 @@ pub use opening::{DepthGrid, GelSection, void_radii};
 pub use rest::{PeakDepth, RestDepth, RestDetector};
 pub use run::Simulation;
 pub use saved::{SavedSimulation, SavedState};
+pub use scene_bodies::free_body;

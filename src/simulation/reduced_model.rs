@@ -1,6 +1,5 @@
 //! Reduced model of a scene behind the interface of the finite elements.
 
-use super::build::build_body;
 use super::build_error::BuildError;
 use super::kinematics::BodyKinematics;
 use super::memory::MeshSize;
@@ -8,6 +7,7 @@ use super::model::{ContactReach, ErasedModel, MOST_TICKS, MeshCounts, StepRange}
 use super::observe::{BodyPose, MeshFrame, RemeshPreview, SensorReport};
 use super::reduced_section::{REDUCED_ELEMENTS, SectionGrid};
 use super::saved::SavedState;
+use super::scene_bodies::build_body;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
 use crate::contact::{BodyState, ImpulseExchange, RigidBody};
 use crate::geometry::SignedDistance;

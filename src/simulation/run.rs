@@ -1,6 +1,6 @@
 //! Simulation in time, as an importer steps it.
 
-use super::build::{build, orientation};
+use super::build::build;
 use super::build_error::BuildError;
 use super::end_watch::{EndRules, EndWatch};
 use super::gel::build_material;
@@ -8,6 +8,7 @@ use super::kinematics::{BodyKinematics, StepInputs};
 use super::model::ErasedModel;
 use super::observe::{MeshFrame, RemeshPreview};
 use super::saved::SavedSimulation;
+use super::scene_bodies::orientation;
 use crate::adapt::{FailedRemesh, RemeshRecord, RestoreError};
 use crate::constitutive::MaterialRatios;
 use crate::contact::{BodyMotion, BodyState, ImpulseExchange, ShapeMotion, Wrench};

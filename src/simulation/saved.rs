@@ -14,7 +14,7 @@ pub enum SavedState {
     Flat(DynamicState<2>),
     /// Spatial.
     Solid(DynamicState<3>),
-    /// Of the reduced model.
+    /// Reduced model.
     Reduced(Box<ReducedState>),
 }
 

@@ -46,9 +46,9 @@ fn a_level_that_a_packed_override_left_nothing_of_is_refused_in_words() {
 }
 
 #[test]
-fn there_are_five_levels() {
+fn there_are_five_levels_and_the_reduced_model() {
     let mut host = Host::with(scene::builtin("sphere-block").unwrap());
-    for (level, status) in [(-1, ERROR), (0, OK), (4, OK), (5, ERROR)] {
+    for (level, status) in [(-1, ERROR), (0, OK), (5, OK), (6, ERROR)] {
         assert_eq!(host.set_integer("fidelity", level), status, "{level}");
     }
 }

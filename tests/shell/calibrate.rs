@@ -57,11 +57,7 @@ fn the_strength_that_is_printed_rests_the_bb_at_the_depth() {
     let depth = value["reached_depth"].as_f64().unwrap();
     assert!((depth / 0.0199 - 1.0).abs() <= 1e-2, "{depth}");
     let trials = value["trials"].as_array().unwrap();
-    assert_eq!(
-        told.lines().filter(|line| line.starts_with("run ") && line.contains(" after ")).count(),
-        trials.len(),
-        "{told}"
-    );
+    assert_eq!(told.matches(": strength scale ").count(), trials.len(), "{told}");
     assert!(told.contains(" mm deep after "), "{told}");
     let lines = value["lines"].as_str().unwrap();
     let scene: toml::Table = toml::from_str(lines).unwrap();

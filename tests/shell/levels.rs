@@ -121,7 +121,7 @@ fn an_accuracy_that_no_curve_knows_is_refused_with_a_remedy() {
         "{none}"
     );
     let unknown = refused(&["run", "tiny.toml", "--fidelity", "best"]);
-    assert!(unknown.contains("[possible values: draft, coarse, standard, fine, reference]"), "{unknown}");
+    assert!(unknown.contains("[possible values: draft, coarse, standard, fine, reference, instant]"), "{unknown}");
 }
 
 #[test]

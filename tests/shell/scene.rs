@@ -259,7 +259,7 @@ fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     );
     not_a_scene(
         &resolved("mesch.size=1"),
-        "line 1: mesch: found the unknown key `mesch` (did you mean `mesh`?), expected one of `scene`, `gel`, `layer`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`, `fidelity`",
+        "line 1: mesch: found the unknown key `mesch` (did you mean `mesh`?), expected one of `scene`, `gel`, `layer`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`, `fidelity`, `instant`",
     );
 }
 

@@ -57,7 +57,7 @@ fn digest(folder: &TempDir, more: &[&str]) -> String {
 #[test]
 fn the_file_is_found_from_any_working_directory() {
     let folder = layout("../bodies/ball.stl", &ball());
-    let said = done(&gelfmu(&folder, &["check", "../scenes/ball.toml"]));
+    let said = crate::lines::joined(&done(&gelfmu(&folder, &["check", "../scenes/ball.toml"])));
     assert!(said.contains(", a closed surface of 224 triangles, 0.020000 x 0.020000"), "{said}");
     let whole: PathBuf = folder.path().join("scenes/ball.toml");
     done(&gelfmu(&folder, &["check", whole.to_str().unwrap()]));

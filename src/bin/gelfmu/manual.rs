@@ -64,7 +64,7 @@ mod tests {
             String::from_utf8(page.text.clone()).unwrap()
         };
         assert!(text("gelfmu.1").contains(".TH gelfmu 1") && text("gelfmu.1").contains("gelfmu\\-run(1)"));
-        assert!(text("gelfmu-run.1").contains("\\-\\-fidelity") && text("gelfmu-run.1").contains("Global options"));
+        assert!(text("gelfmu-run.1").contains("\\-\\-fidelity") && text("gelfmu-run.1").contains("GLOBAL OPTIONS"));
         assert!(pages.len() > 10 && pages.iter().all(|page| !page.file.contains("trade")), "{}", pages.len());
     }
 }

@@ -8,9 +8,8 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Rows of the solver and of its cost, which end the table.
-const DIAGNOSTICS: [&str; 11] = [
+const DIAGNOSTICS: [&str; 10] = [
     "end",
-    "model",
     "mesh",
     "element time steps",
     "element updates",

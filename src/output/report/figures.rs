@@ -127,8 +127,8 @@ fn key_row(name: &str, text: String, is_key: bool) -> FigureRow {
 fn mesh_rows(s: &SummaryFigures) -> Vec<FigureRow> {
     let end = row("end", format!("{} at {}", describe_completion(s), figure(s, "end_time")));
     if s["fidelity"] == "instant" {
-        let model = format!("reduced, {} steps of the body", format_count(&s["element_updates"]));
-        return vec![end, row("model", model)];
+        let model = format!("none: reduced model, {} steps of the body", format_count(&s["element_updates"]));
+        return vec![end, row("mesh", model)];
     }
     let steps = format!("{} to {}", figure(s, "smallest_step"), figure(s, "largest_step"));
     vec![
