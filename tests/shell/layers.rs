@@ -149,14 +149,16 @@ fn a_run_into_two_layers_prints_and_writes_them() {
         let [from, _, _, speed, energy, _] = row.numbers[..] else { panic!("seven columns") };
         let expected = speed_at(&shot.join("history.csv"), from);
         assert!((speed / expected - 1.0).abs() < 1e-9 && energy > 0.0, "{}: {speed}, {expected}", row.name);
-        let line = told.lines().find(|line| line.contains(&format!(" in {} ", row.name)));
-        assert!(line.is_some_and(|line| line.contains(" m/s at entry, ")), "{told}");
+        // A row has two lines of 80 columns.
+        let printed = told.split_once(&format!("│ in {} ", row.name)).map_or("", |(_, rest)| rest);
+        let printed = printed.lines().take(2).collect::<Vec<_>>().join(" ");
+        assert!(printed.contains(" m/s at entry, ") && printed.contains(" %)"), "{told}");
     }
     let energies = summary["energy_per_centimetre"].as_array().unwrap();
     let total: f64 = energies.iter().map(|energy| energy.as_f64().unwrap()).sum();
     let sum: f64 = found.iter().map(|row| row.numbers[4]).sum();
     assert!((sum / total - 1.0).abs() < 1e-9, "{sum} J, {total} J");
-    assert!(told.contains("layers.csv  speed at entry and energy of each layer"), "{told}");
+    assert!(told.contains("  layers.csv    speed at entry and energy of each layer"), "{told}");
     let page = fs::read_to_string(shot.join("report.html")).unwrap();
     let mut reader = quick_xml::Reader::from_str(&page);
     while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}

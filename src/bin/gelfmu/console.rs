@@ -3,12 +3,14 @@
 use crate::failure::CommandError;
 use crate::options::{ColorChoice, CommandLine};
 use crate::text_width::{note_width, output_width, wrap};
+use ballistic_gel::output::UnitSystem;
 use ballistic_gel::scene::SceneError;
 use clap::builder::styling::{AnsiColor, Color as Color16, Style};
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write, stderr, stdout};
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// Output streams and the user's choices of format, verbosity and colour.
@@ -42,6 +44,20 @@ impl Console {
         } else if !self.quiet {
             self.print(&wrap(text.trim_end(), output_width()));
         }
+    }
+
+    /// Prints a result whose text is a path, which is never broken; otherwise like [`Console::result`].
+    pub fn path_result(&self, value: &dyn Display, path: &Path) {
+        if self.json {
+            self.print(&format!("{value:#}"));
+        } else if !self.quiet {
+            self.print(&path.display().to_string());
+        }
+    }
+
+    /// Returns the units of the printed figures: SI in JSON, else those that the user wants.
+    pub fn figure_units(&self, wanted: UnitSystem) -> UnitSystem {
+        if self.json { UnitSystem::Si } else { wanted }
     }
 
     /// Prints a document for a file or a pipe, even if quiet, with the lines that it has, e.g. a schema.

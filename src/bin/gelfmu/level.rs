@@ -20,7 +20,7 @@ pub struct LeveledScene {
 /// Loads a scene at the level in the options.
 pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Result<LeveledScene, CommandError> {
     let source = source::load(name, set)?;
-    let own_level = own_level(name, set, &source.scene)?;
+    let own_level = own_level(name, set, &source.scene);
     let fidelity = match (options.fidelity, options.accuracy) {
         (None, None) => {
             let folder_name = folder_name(&source.scene, own_level);
@@ -39,20 +39,20 @@ pub fn load_at_level(name: &str, set: &[Override], options: &LevelOptions) -> Re
     Ok(LeveledScene { source, expectation, folder_name })
 }
 
-/// Returns the level of a scene without the override of its level.
-fn own_level(name: &str, set: &[Override], scene: &Scene) -> Result<FidelityKind, CommandError> {
+/// Returns the level of a scene without the override of its level; `None` for a scene that needs this override.
+fn own_level(name: &str, set: &[Override], scene: &Scene) -> Option<FidelityKind> {
     let others: Vec<Override> = set.iter().filter(|change| change.key != LEVEL).cloned().collect();
     if others.len() == set.len() {
-        Ok(scene.scene.fidelity)
+        Some(scene.scene.fidelity)
     } else {
-        Ok(source::load(name, &others)?.scene.scene.fidelity)
+        source::load(name, &others).ok().map(|source| source.scene.scene.fidelity)
     }
 }
 
 /// Returns the name of the folder of a run: two levels of a scene do not refuse each other.
-fn folder_name(scene: &Scene, own_level: FidelityKind) -> String {
+fn folder_name(scene: &Scene, own_level: Option<FidelityKind>) -> String {
     let header = &scene.scene;
-    if header.fidelity == own_level {
+    if own_level == Some(header.fidelity) {
         header.name.clone()
     } else {
         format!("{}-{}", header.name, header.fidelity.as_str())

@@ -141,8 +141,8 @@ pub enum GelfmuCommand {
     },
     /// Write the manual pages: one of this program and one of each command
     ///
-    /// `man -l DIR/gelfmu-run.1` shows one; in a folder man1 of the search path of man, such as ~/.local/share/man/man1, all
-    /// are found by name.
+    /// `man -l DIR/gelfmu-run.1` shows one; in a folder man1 of the search path of man, such as
+    /// ~/.local/share/man/man1, all are found by name.
     Man {
         /// Folder for the pages, which is made if it is absent; pages of the names are replaced
         #[arg(long, value_name = "DIR")]

@@ -29,7 +29,7 @@ fn report_folder(folder: &Path, options: &ReportFolderOptions, console: &Console
         console.notes(&table.notes);
     }
     let scene = source::load(&scene_file.to_string_lossy(), &[])?.scene;
-    let units = options.units.system();
+    let units = console.figure_units(options.units.system());
     let page_options = PageOptions { identity: &identity, measured: measured.as_ref(), units };
     let (file, residuals) = match &options.out {
         None => (folder.join(REPORT), write(folder, &scene, &page_options)?),
@@ -40,7 +40,7 @@ fn report_folder(folder: &Path, options: &ReportFolderOptions, console: &Console
         }
     };
     console.notes(&residuals);
-    console.result(&json!({ "file": file, "residuals": residuals }), &file.display().to_string());
+    console.path_result(&json!({ "file": file, "residuals": residuals }), &file);
     Ok(())
 }
 

@@ -56,7 +56,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, CommandError> 
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
     let job = RunJob { source, folder, step: options.step, threads: options.threads };
-    let units = options.units.system();
+    let units = console.figure_units(options.units.system());
     let ending = run_with_progress(&job, claimed, options.direct, console)?;
     if job.source.scene.output.report {
         let page = PageOptions { identity: &identity, measured: measured.as_ref(), units };

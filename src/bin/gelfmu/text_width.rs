@@ -7,12 +7,17 @@ const PAGE_WIDTH: u16 = 80;
 
 /// Returns the width of standard output, columns.
 pub fn output_width() -> u16 {
-    Table::new().width().unwrap_or(PAGE_WIDTH)
+    known_width(Table::new().width())
 }
 
 /// Returns the width of standard error, columns.
 pub fn note_width() -> u16 {
-    Table::new().use_stderr().width().unwrap_or(PAGE_WIDTH)
+    known_width(Table::new().use_stderr().width())
+}
+
+/// Returns the width of a terminal, columns; one that tells none, or 0, counts as a page.
+fn known_width(told: Option<u16>) -> u16 {
+    told.filter(|width| *width > 0).unwrap_or(PAGE_WIDTH)
 }
 
 /// Creates a table whose long cells are broken at the width of standard output.
@@ -31,7 +36,7 @@ pub fn keep_names_whole(table: &mut Table) {
 }
 
 /// Breaks the lines of a text at spaces, to lines of at most `width` columns. The rest of an indented line is indented two
-/// columns more. Longer words, such as paths, and commands, which begin with four spaces and `gelfmu`, stay whole.
+/// columns more. Longer words, such as paths, and commands, whose lines begin with four spaces, stay whole.
 pub fn wrap(text: &str, width: u16) -> String {
     let lines: Vec<String> = text.split('\n').map(|line| wrap_line(line, usize::from(width))).collect();
     lines.join("\n")
@@ -64,7 +69,7 @@ fn wrap_line(line: &str, width: usize) -> String {
 }
 
 /// Start of a line with a command to copy, which is never broken.
-const COMMAND: &str = "    gelfmu ";
+const COMMAND: &str = "    ";
 
 /// Returns the number of columns of a text without its ANSI styles.
 fn visible_width(text: &str) -> usize {

@@ -26,19 +26,51 @@ pub struct NewOptions {
     #[arg(long, value_name = "DIR", help_heading = SHOT)]
     pub from_exit: Option<PathBuf>,
     /// Air between the gel of --from-exit and the block, m or with a unit, e.g. 3m; no drag and no gravity there
-    #[arg(long, value_name = "LENGTH", default_value = "0", requires = "from_exit", value_parser = parse_gap, allow_hyphen_values = true, help_heading = SHOT)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0",
+        requires = "from_exit",
+        value_parser = parse_gap,
+        allow_hyphen_values = true,
+        help_heading = SHOT
+    )]
     pub gap: f64,
     /// Speed at the gel, m/s or with a unit, e.g. "1150 ft/s" (the usual speed of the projectile if absent)
-    #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true, help_heading = SHOT)]
+    #[arg(
+        long,
+        value_name = "SPEED",
+        value_parser = parse_speed,
+        allow_hyphen_values = true,
+        help_heading = SHOT
+    )]
     pub speed: Option<f64>,
     /// Angle between the axis of the projectile and its path, degrees (2 for service bullets, else 0, if absent)
-    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true, help_heading = SHOT)]
+    #[arg(
+        long,
+        value_name = "ANGLE",
+        value_parser = parse_angle,
+        allow_hyphen_values = true,
+        help_heading = SHOT
+    )]
     pub yaw: Option<f64>,
     /// Angle of the plane of the yaw about the path, degrees (0 if absent); other than a multiple of 90 the whole block is meshed
-    #[arg(long, value_name = "ANGLE", value_parser = parse_angle, allow_hyphen_values = true, help_heading = SHOT)]
+    #[arg(
+        long,
+        value_name = "ANGLE",
+        value_parser = parse_angle,
+        allow_hyphen_values = true,
+        help_heading = SHOT
+    )]
     pub roll: Option<f64>,
     /// Block: width, height and length along the path, e.g. 15x15x40cm; m without a unit
-    #[arg(long, value_name = "AxBxC", default_value = "15x15x40cm", value_parser = BlockSize::parse, help_heading = GEL)]
+    #[arg(
+        long,
+        value_name = "AxBxC",
+        default_value = "15x15x40cm",
+        value_parser = BlockSize::parse,
+        help_heading = GEL
+    )]
     pub block: BlockSize,
     /// Gel: 10%, 20%, clear, or the name of a preset
     #[arg(long, value_name = "GEL", default_value = "10%", value_parser = parse_gel, help_heading = GEL)]
