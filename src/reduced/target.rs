@@ -273,8 +273,8 @@ impl ReducedTarget {
 
     /// Returns energies, momenta and closures at a time, s.
     ///
-    /// What the body has given to the gel and is neither motion nor stored has become heat: that account is the rest, so
-    /// that the closure tests the energies of the body alone.
+    /// Heat is the rest of the energy given to the gel, less motion and stored energy: the closure tests the energies of
+    /// the body alone.
     #[must_use]
     pub fn totals(&self, time: f64) -> BalanceTotals {
         let mut ledger = self.state.ledger;

@@ -1,5 +1,6 @@
 //! `gelfmu batch`: many shots in one process, each a line of standard input, without a folder of results.
 
+use crate::direct;
 use crate::failure::{CommandError, RunError};
 use crate::job;
 use crate::options::BatchOptions;
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::io::{self, Write};
 use std::num::NonZero;
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -164,17 +166,7 @@ fn run_shot(scene: &Scene, folder: &Path) -> Result<RunSummary, RunError> {
     recorder.record(&simulation)?;
     let header = &scene.scene;
     let factor = (header.end_time / (MOST_RECORDS * header.communication_step)).ceil().max(1.0);
-    let mut failure = None;
-    for time in job::step_ends(scene, factor * header.communication_step) {
-        let inputs = simulation.inputs();
-        if let Err(error) = simulation.step(&inputs, time) {
-            failure = Some(simulation.diagnosis().unwrap_or_else(|| error.to_string()));
-            break;
-        }
-        recorder.record(&simulation)?;
-        if simulation.is_over() {
-            break;
-        }
-    }
-    Ok(recorder.finish(&simulation, failure.as_deref())?)
+    let times = job::step_ends(scene, factor * header.communication_step);
+    let ending = direct::step_to_end(&mut simulation, &mut recorder, times, &mut |_| ControlFlow::Continue(()))?;
+    Ok(recorder.finish(&simulation, ending.failure())?)
 }

@@ -14,26 +14,22 @@ pub fn run(job: &RunJob, folder: ResultFolder, progress: &mut ProgressCallback<'
     let mut simulation = job::build_simulation(scene, CouplingMode::Integrated, job.threads)?;
     let mut recorder = RunRecorder::within(folder, scene, DriverInterface::Direct, job.threads)?;
     recorder.record(&simulation)?;
-    let ending = step_to_end(&mut simulation, &mut recorder, job, progress)?;
-    let failure = match &ending {
-        RunEnding::Completed | RunEnding::Interrupted => None,
-        RunEnding::Stopped(diagnosis) => Some(diagnosis.as_str()),
-    };
-    recorder.finish(&simulation, failure)?;
+    let ending = step_to_end(&mut simulation, &mut recorder, job.times(), progress)?;
+    recorder.finish(&simulation, ending.failure())?;
     Ok(ending)
 }
 
-/// Steps to the end and records every communication step.
-fn step_to_end(
+/// Steps to the end by these ends of communication steps, s, and records each.
+pub fn step_to_end(
     simulation: &mut Simulation,
     recorder: &mut RunRecorder,
-    job: &RunJob,
+    times: impl Iterator<Item = f64>,
     progress: &mut ProgressCallback<'_>,
 ) -> Result<RunEnding, RunError> {
     if progress(point_of(simulation)).is_break() {
         return Ok(RunEnding::Interrupted);
     }
-    for time in job.times() {
+    for time in times {
         let inputs = simulation.inputs();
         let _reserve = fmi2::reserve_for_step(simulation)?;
         if let Err(error) = simulation.step(&inputs, time) {

@@ -36,6 +36,16 @@ pub enum RunEnding {
     Interrupted,
 }
 
+impl RunEnding {
+    /// Returns the diagnosis of a run that stopped early.
+    pub fn failure(&self) -> Option<&str> {
+        match self {
+            Self::Completed | Self::Interrupted => None,
+            Self::Stopped(diagnosis) => Some(diagnosis),
+        }
+    }
+}
+
 /// Builds the simulation of a scene, after a check that the memory is large enough.
 pub fn build_simulation(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Simulation, RunError> {
     let _reserve = reserve_for_building(scene)?;

@@ -15,7 +15,7 @@ struct PlainDoubt {
 const PLAIN_DOUBTS: [PlainDoubt; 15] = [
     plain(
         "scene.fidelity is instant",
-        "A reduced model gave these figures: nine of ten depths are within a tenth of those of the full model at coarse.",
+        "A reduced model gave these figures, which are less accurate than those of finite elements.",
     ),
     plain("cannot yaw in this scene", "The bullet is held straight; a real one turns over and goes less deep."),
     plain(
